@@ -30,16 +30,10 @@ NOT_FOR_RUNNING = ("documentation", "sources")
 
 @dataclass
 class Assembly:
-    """Slaves in the system's order, connections and start values; used once, then closed.
+    """Slaves in the system's order and connections; used once, then closed.
 
-    Attributes
-    ----------
-    values : mapping
-        Start values by slave and variable, in the variables' own units.
-    files : mapping
-        FMU file of each slave that comes from one.
-    folder : Path or None
-        Where FMUs were unpacked; removed on closing.
+    Start values are by slave and variable, in the variables' own units; files are those of slaves that come
+    from one; the folder, where FMUs were unpacked, is removed on closing.
     """
 
     slaves: Sequence[Slave]

@@ -19,17 +19,10 @@ BOLD = (100.0, 10.0, 1.0)
 def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
     """Give algorithms in the order in which they are tried until the bounds are within the tolerances.
 
-    First the one given, whose steps all have one size and cost least; then steps that follow the error.
-    Each comes with the one of the run at half the step: where the error sets the step, with a tolerance that
-    halves the steps. The first of these allow more than the tolerance, since most errors die out again, which
-    step doubling does not count on.
-
-    Parameters
-    ----------
-    algorithm : Algorithm
-        With a fixed step.
-    tolerances : mapping
-        Largest coupling error by variable, in its unit; without any, the given algorithm is all.
+    First the one given, whose steps all have one size and cost least; then steps that follow the error, where
+    there are tolerances: by variable, in its unit. Each comes with the one of the run at half the step: where
+    the error sets the step, with a tolerance that halves the steps. The first of these allow more than the
+    tolerance, since most errors die out again, which step doubling does not count on.
     """
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
@@ -43,19 +36,9 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
 
 @dataclass(frozen=True)
 class CouplingError:
-    """Bound of the coupling error of one variable.
+    """Bound of the largest absolute coupling error of one variable over a run, in its unit.
 
-    Attributes
-    ----------
-    variable : str
-        As `link.elongation`.
-    unit : str or None
-        The variable's.
-    largest : float
-        Bound of the largest absolute error over the run, in `unit`; infinite where a run did not get to
-        the end.
-    time : float
-        When the two runs differ most, in s.
+    It is infinite where a run did not get to the end; the time in s is when the two runs differ most.
     """
 
     variable: str
@@ -67,20 +50,12 @@ class CouplingError:
 def coupling_error(
     coarse: Result, fine: Result, order: int, variables: Sequence[str]
 ) -> tuple[CouplingError, ...]:
-    """Bound the coupling error of a run by one with half its step (Richardson).
+    """Bound the coupling error of a run by one with half its step, `fine` (Richardson).
 
-    The difference of the two is (1 - 2**-p) of the coarse run's error where the order p is reached. Jumps
-    in the inputs can lower that to 1: the factor 1.5 covers both.
-
-    Parameters
-    ----------
-    coarse, fine : Result
-        Two runs of the same system; `fine` has half the communication step size of `coarse`. It may end
-        earlier: the bound then holds only for that part, in which a warm-up has its largest coupling errors.
-    order : int
-        The algorithm's order of convergence.
-    variables : sequence of str
-        Recorded in both.
+    The difference of the two is (1 - 2**-p) of the coarse run's error where the order p of convergence is
+    reached. Jumps in the inputs can lower that to 1: the factor 1.5 covers both. Where the fine run ends
+    earlier, the bound holds for that part, in which a warm-up has its largest coupling errors. Both have
+    recorded the variables.
     """
     factor = SAFETY / (1.0 - 0.5**order)
     found = []

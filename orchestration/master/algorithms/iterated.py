@@ -37,12 +37,8 @@ DIFFERENCE = 1e-6  # of the nominal value
 class Iterated(Algorithm):
     """Repeat each step until the inputs at its end are what the slaves answer.
 
-    Parameters
-    ----------
-    interpolation : int
-        Order 0, 1 or 2 of the inputs during a step.
-    tolerance : float
-        On the residual of each iterated input, as a fraction of its nominal value.
+    `interpolation` is the order, 0, 1 or 2, of the inputs during a step; `tolerance` is on the residual of
+    each iterated input, as a fraction of its nominal value.
     """
 
     interpolation: int = 1
@@ -287,10 +283,7 @@ class IteratedStepper(Stepper):
 def derivatives(points: Sequence[Point]) -> tuple[float, float]:
     """Give first and second derivative at offset 0 of the polynomial through one to three points.
 
-    Parameters
-    ----------
-    points : sequence of (offset, value)
-        The first has offset 0 s. Newton's divided differences.
+    The first has offset 0 s. Newton's divided differences.
     """
     (_, v0), *rest = points
     if not rest:

@@ -28,14 +28,8 @@ _VERSION = "warmlink checkpoint 3"
 class LongRun:
     """Stream a run's values into a folder, and leave checkpoints there.
 
-    Parameters
-    ----------
-    folder : Path
-        Gets `values.npy`, `columns.json` and `checkpoint`.
-    every : int, optional
-        Communication steps between checkpoints; None for none.
-    resume : bool
-        Continue from the folder's checkpoint if there is one.
+    The folder gets `values.npy`, `columns.json` and `checkpoint`, `every` so many communication steps (None:
+    never). To `resume` is to continue from its checkpoint if there is one.
     """
 
     folder: Path

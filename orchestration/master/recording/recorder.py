@@ -150,18 +150,9 @@ class Recorder:
     internals) as they stand when the exchange is done. Where they are written to a folder, that is done block
     by block; else the block is the whole run's, and `memory` gives it, all NaN, where the run is guarded.
 
-    Attributes
-    ----------
-    header : Table
-        What is recorded, without values.
-    rows : int
-        Points recorded so far.
-    cells : memoryview
-        Those of `under_way` that tell of the rows.
-    sources : list of (slave, variable, position)
-        For each column, its position among the outputs read from the slave, or None.
-    late : list of tuple of str
-        For each slave, the variables that are got anew after the exchange.
+    The `header` says what is recorded, `rows` counts the points, of which the `cells` of `under_way` tell.
+    Each column has its slave, variable and position among the outputs read (`sources`), None for variables
+    that are got anew after the exchange (`late`, by slave).
     """
 
     def __init__(

@@ -25,16 +25,8 @@ if TYPE_CHECKING:
 class Table:
     """Values at the first communication points of a run; a file on disk may stand behind them.
 
-    Attributes
-    ----------
-    names : tuple of str
-        As `slave.variable`.
-    units : mapping
-        Unit by name; None where the slave gives none.
-    points : CommunicationPoints
-        The run's.
-    values : ndarray, shape (points, columns)
-        In those units.
+    The names are `slave.variable`; a unit is None where the slave gives none; the values in those units have
+    the shape (points, columns).
     """
 
     names: tuple[str, ...]
@@ -85,13 +77,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Balance:
-    """Two cumulative outputs that should grow alike, both in the same unit.
-
-    Attributes
-    ----------
-    delivered, received : str
-        As `motor.heat_delivered` and `link.heat_received`.
-    """
+    """Two cumulative outputs that should grow alike, in one unit, as `link.heat_received`."""
 
     delivered: str
     received: str
@@ -153,26 +139,11 @@ def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) ->
 class Statistics:
     """Number of steps and time that a run took.
 
-    Attributes
-    ----------
-    communication_steps : int
-        Macro steps done.
-    slave_steps : int
-        Steps of single slaves, repeated ones included.
-    rejected_steps : int
-        Macro steps, or parts of them, that were undone and repeated with a smaller step.
-    initialization_sweeps : int
-        Sweeps until the feedthrough loops had settled.
-    wall_seconds : float
-        Of stepping alone.
-    compiled : bool
-        Whether the compiled loop did it.
-    largest_lag : float
-        Largest delay behind real time in s, in a paced run.
-    slaves : tuple of SlaveStatistics
-        What each slave was asked for, where that was to be counted.
-    memory_bytes : int
-        Largest memory that the process has held; 0 where the platform does not tell.
+    `slave_steps` are steps of single slaves, repeated ones included; `rejected_steps` macro steps, or parts
+    of them, that were undone and repeated with a smaller step; `initialization_sweeps` until the feedthrough
+    loops had settled; `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s
+    of a paced run; `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest
+    memory that the process has held, 0 where the platform does not tell.
     """
 
     communication_steps: int = 0
@@ -222,15 +193,11 @@ class Result(Answer):
     table : Table
         Times and recorded columns.
     status : str
-        `completed` or `stopped`.
-    reason : str or None
-        Why it stopped, in one sentence.
-    error : SlaveError or None
-        The failure behind it: slave, variable, status and time.
-    remarks : tuple of str
-        Sentences that say what the slaves did not allow, and what was done instead.
+        `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`.
     balances : tuple of Balance
         Pairs of recorded columns that should grow alike.
+    remarks : tuple of str
+        Sentences that say what the slaves did not allow, and what was done instead.
     """
 
     table: Table
