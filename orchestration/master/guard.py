@@ -199,11 +199,12 @@ class _Guard:
                 os.killpg(self.child, signal.SIGKILL)
 
 
+@dataclass(frozen=True)
 class Line:
     """Connection over which a guarded run reports to its guard; the memory for values has a descriptor."""
 
-    def __init__(self, pipe: Connection, memory: int) -> None:
-        self._pipe, self._memory = pipe, memory
+    _pipe: Connection
+    _memory: int
 
     def block(self, rows: int, columns: int) -> Array:
         """Give memory for values, all NaN, that outlives this process."""

@@ -20,8 +20,7 @@ from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled.layout import obstacle
-from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose
+from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose, obstacle
 from warmlink.orchestration.master.guard import Line, Progress
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.pacing import Clock, interruption
@@ -274,7 +273,7 @@ class Run:
         assert self.schedule is not None
         # Copies of states that the stepper holds will be from long ago if it has to go on.
         self.stepper.recall(self.stepper.memory())
-        return CompiledLoop(self.network, self.schedule, recorder, recorder.points)
+        return CompiledLoop(self.network, self.schedule, recorder)
 
     def _rewind(self, start: Snapshot, memory: object) -> None:
         self.network.rewind(start)

@@ -85,7 +85,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Audit:
-    """A balance evaluated over a recorded run."""
+    """A balance evaluated over a recorded run, in the unit of both ends."""
 
     balance: Balance
     table: Table = field(repr=False)
@@ -97,33 +97,29 @@ class Audit:
 
     @property
     def delivered(self) -> float:
-        """What was delivered over the run, in `unit`."""
+        """What was delivered over the run."""
         column = self.table[self.balance.delivered]
         return float(column[-1] - column[0]) if len(column) else 0.0
 
     @property
     def total(self) -> float:
-        """Delivered minus received over the run, in `unit`."""
-        column = self.table[self.balance.received]
-        return self.delivered - (float(column[-1] - column[0]) if len(column) else 0.0)
+        """Delivered minus received over the run."""
+        received = self.table[self.balance.received]
+        return self.delivered - (float(received[-1] - received[0]) if len(received) else 0.0)
 
     @property
     def per_step(self) -> Array:
-        """Delivered minus received in each communication step, in `unit`, shape (steps,)."""
+        """Delivered minus received in each communication step, shape (steps,)."""
         return np.diff(self.table[self.balance.delivered] - self.table[self.balance.received])
 
     @property
     def largest_step(self) -> float:
-        """Largest absolute difference within one step, in `unit`."""
+        """Largest absolute difference within one step."""
         return float(np.max(np.abs(self.per_step), initial=0.0))
 
 
 def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:
-    """Find the heat balances of a system.
-
-    Wherever a slave that counts `heat_delivered` feeds its `heat_flow` to a slave that counts
-    `heat_received`, unconverted and alone, the two counts belong together.
-    """
+    """Find what counts the `heat_delivered` of a `heat_flow`, and what its `heat_received`, unconverted."""
     variables = {slave.name: slave.variables for slave in slaves}
     return tuple(
         Balance(f"{c.source_component}.heat_delivered", f"{c.target_component}.heat_received")
