@@ -62,10 +62,9 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
 def write_nested_ssp(system: System, path: Path) -> None:
     """Write a system as `write_ssp` does, but with a system inside it for each name before a dot.
 
-    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on
-    what crosses its bounds. Reading makes it flat again, under the same names.
-
-    Raises InputError as `write_ssp`, and if a name before a dot is that of a component too.
+    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on what
+    crosses its bounds; InputError if a name before a dot is that of a component too. Reading makes it flat
+    again.
     """
     system = _checked(system)
     _write(system, tree_of(system, nested=True), path)

@@ -37,10 +37,8 @@ from warmlink.orchestration.system.xml import (
 class Parameter:
     """One value of a parameter set: an Enumeration's is the name of its item.
 
-    Parameters
-    ----------
-    type : `Real`, `Integer`, `Boolean`, `String` or `Enumeration`
-    unit : unit of a Real; None means that of the variable it goes to
+    Its type is `Real`, `Integer`, `Boolean`, `String` or `Enumeration`; where a Real has no unit, it is in
+    that of the variable it goes to.
     """
 
     name: str
@@ -50,21 +48,9 @@ class Parameter:
 
 
 def read_ssv(path: Path) -> dict[str, Parameter]:
-    """Read an SSV file.
+    """Read an SSV file: the parameters by name, each with its own unit.
 
-    Parameters
-    ----------
-    path : the file
-
-    Returns
-    -------
-    dict
-        The parameters by name, each with its own unit.
-
-    Raises
-    ------
-    InputError
-        If the file is absent, not an SSV, or holds what is not supported.
+    InputError if the file is absent, not an SSV, or holds what is not supported.
     """
     return parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)
 
@@ -76,12 +62,8 @@ def write_ssv(
 ) -> None:
     """Write an SSV file, whole or not at all.
 
-    Parameters
-    ----------
-    values : by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
-        told
-    path : where to write
-    name : name of the parameter set
+    Values are by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
+    told.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:

@@ -63,11 +63,8 @@ class _Carried:
 class Resolver:
     """A net beside the variables of its FMUs.
 
-    Attributes
-    ----------
-    bindings : those of inner elements before those of the systems around them
-    units : those that connectors use because their FMUs tell none
-    remarks : what the standard lets a reader pass over
+    The bindings of inner elements come before those of the systems around them. It gathers `units` that
+    connectors use because their FMUs tell none, and `remarks` on what the standard lets a reader pass over.
     """
 
     net: Net
