@@ -1,9 +1,10 @@
 """The camera as a component."""
 
 from warmlink.fmus import faults
-from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import minimum
 from warmlink.fmus.component.quantities import (
+    SPEED,
     bus,
     extra,
     growth_input,
@@ -44,7 +45,7 @@ COMPONENT = Component(
     inputs=(
         growth_input("elongation", "true growth of the link"),
         growth_input("correction", "what the tool point is moved back by"),
-        Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+        SPEED,
     ),
     parameters=_PARAMETERS,
     states=(

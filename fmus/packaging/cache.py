@@ -20,6 +20,7 @@ ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
 _DIGEST = hashlib.sha256().digest_size
+_GENERATORS = ("casadi", "pythonfmu")
 _BYTE_CODE = "__pycache__"
 """Folders that Python writes while it runs, at times into files that are gone a moment later."""
 
@@ -36,18 +37,13 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     make : makes it
     """
     content = kept_before(folder, made_from)
-    if content is not None:
-        return content
-    try:
-        place = _place(folder, made_from)
-    except InputError:
-        return make()
-    with _alone(place.with_suffix(".lock")):
-        content = kept_before(folder, made_from)  # which another process has made meanwhile
-        if content is None:
-            content = make()
-            with suppress(OSError):
-                _write(place, content)
+    if content is None:
+        with _alone(folder, made_from):
+            content = kept_before(folder, made_from)  # which another process has made meanwhile
+            if content is None:
+                content = make()
+                with suppress(OSError, InputError):
+                    _write(folder, made_from, content)
     return content
 
 
@@ -64,13 +60,13 @@ def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made
             return found
     made = make()
     with suppress(Exception):  # the disk is full, or this is no object that can be pickled
-        place = _place(folder, asked)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        _write(place, pickle.dumps(made))
+        _write(folder, asked, pickle.dumps(made))
     return made
 
 
-def _write(place: Path, content: bytes) -> None:
+def _write(folder: str, made_from: object, content: bytes) -> None:
+    place = _place(folder, made_from)
+    place.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(place) as scratch:
         scratch.write_bytes(_digest(content) + content)
 
@@ -95,10 +91,11 @@ def _place(folder: str, made_from: object) -> Path:
 
 
 @contextmanager
-def _alone(file: Path) -> Iterator[None]:
-    """While one holds the lock of a file, others wait; nobody does where it cannot be made."""
+def _alone(folder: str, made_from: object) -> Iterator[None]:
+    """While one makes a thing, others that want it wait; nobody does where there can be no lock."""
     handle = None
-    with suppress(OSError):
+    with suppress(OSError, InputError):
+        file = _place(folder, made_from).with_suffix(".lock")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()
         handle, _ = lock(file, wait=True)
@@ -147,8 +144,7 @@ def wanted_cache_folder() -> Path:
 def source_state() -> str:
     """Digest of the sizes and times of the source's files, found sooner than one of what they hold."""
     digest = hashlib.sha256()
-    for package in ("casadi", "pythonfmu"):
-        spec = find_spec(package)
+    for spec in map(find_spec, _GENERATORS):
         if spec is not None and spec.origin is not None:
             digest.update(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}\n".encode())
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
@@ -173,7 +169,7 @@ def _source_digest() -> bytes:
     from importlib.metadata import version
 
     digest = hashlib.sha256()
-    for package in ("casadi", "pythonfmu"):
+    for package in _GENERATORS:
         digest.update(f"{package} {version(package)}\n".encode())
     for root in (ROOMS / "fmus", ROOMS / "controllers"):
         for path in sorted(root.rglob("*")):

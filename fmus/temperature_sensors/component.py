@@ -1,6 +1,5 @@
 """The thermometers as a component."""
 
-from dataclasses import replace
 from functools import partial
 
 from warmlink.fmus import faults
@@ -54,7 +53,7 @@ COMPONENT = Component(
     name="TemperatureSensors",
     description="Eight thermometers: noise, offset, lag, stem conduction, quantum, and faults",
     inputs=(
-        replace(temperature_input("temperature", "true temperature at each sensor"), size=CHANNELS),
+        temperature_input("temperature", "true temperature at each sensor", size=CHANNELS),
         AMBIENT_TEMPERATURE,
     ),
     parameters=_PARAMETERS,

@@ -6,11 +6,13 @@ from warmlink.fmus.component import Check, Component, Derived, Input, Local, Out
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
+    SPEED,
     bus,
     extra,
     growth_output,
     heat_port,
     length_parameter,
+    per_kelvin,
     temperature_input,
     temperature_output,
     temperature_parameter,
@@ -26,7 +28,7 @@ _INPUTS = (
     Input("tip_heat_flow", "W", "heat flow into the link at tip position", nominal=5),
     temperature_input("tip_sink_temperature", "temperature behind the tip conductance"),
     AMBIENT_TEMPERATURE,
-    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    SPEED,
 )
 
 _PARAMETERS = (
@@ -38,13 +40,10 @@ _PARAMETERS = (
     length_parameter("base_position", 0.0254, "where heat enters, from the proximal end", minimum=0),
     length_parameter("tip_position", 0.3170, "the tool point, from the proximal end", minimum=0),
     Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),
-    Parameter(
+    per_kelvin(
         "conductivity_temperature_coefficient",
-        "1/K",
-        0,
         "relative change of conductivity per kelvin above 295.15 K",
-        minimum=-0.01,
-        maximum=0.01,
+        within=(-0.01, 0.01),
         nominal=1e-3,
         rare=True,
     ),

@@ -114,19 +114,38 @@ def _experiment(
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    from warmlink.orchestration.diagnosis.data import understood
-
-    found = [understood.understood(experiment) for experiment in experiments]
+    found = [experiment.understood() for experiment in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
     headings = ("column", "is", "unit", "cells", "least", "largest")
     for each in found:
         for run in each["runs"]:
-            answer(understood.in_words(run))
-            print_table("", headings, understood.table(run), texts=3, width=120)
+            answer(_in_words(run))
+            rows = [
+                (
+                    column["column"],
+                    column["variable"],
+                    f"{column['unit']} ({column['unit_from']})",
+                    f"{column['filled']} of {column['cells']}",
+                    *("" if column[end] is None else f"{column[end]:.5g}" for end in ("least", "largest")),
+                )
+                for column in run["columns"]
+            ]
+            print_table("", headings, rows, texts=3, width=120)
         for text in each["remarks"]:
             answer(f"- {text}")
+
+
+def _in_words(run: dict[str, Any]) -> str:
+    """How a run is understood, in two lines, its columns aside."""
+    gaps, pauses = run["gaps"], "no gaps"
+    if gaps:
+        longest = max(gaps, key=lambda gap: gap["lasts_s"])
+        pauses = f"{len(gaps)} gaps, the longest {longest['lasts_s']:g} s from {longest['at_s']:g} s on"
+    over = f"{run['duration_s'] / 60:.4g} min, one every {run['spacing_s']:g} s, {pauses}"
+    held_out = ", held out" if run["held_out"] else ""
+    return f"{run['name']}: {run['form']}\n{run['rows']} rows over {over}{held_out}"
 
 
 def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:

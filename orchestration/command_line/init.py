@@ -117,7 +117,7 @@ def kinds() -> dict[str, type[Any]]:
     from warmlink.orchestration.arm.program import ProgramFile
     from warmlink.orchestration.closed_loop.load import ScenarioFile
     from warmlink.orchestration.diagnosis.causes.declared import CausesFile
-    from warmlink.orchestration.diagnosis.data.experiment_file import ExperimentFile
+    from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
     from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile

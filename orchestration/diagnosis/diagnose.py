@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_ru
 from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.threads import one_thread
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,11 +52,12 @@ def read(
 
 def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text: None) -> Diagnosis:
     """Diagnose an experiment that was read or made."""
-    refuse_senseless(experiment)
-    assessment = assess(experiment, progress)
-    progress("measuring the gain")
-    found = Diagnosis(experiment, assessment)
-    _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
+    with one_thread():
+        refuse_senseless(experiment)
+        assessment = assess(experiment, progress)
+        progress("measuring the gain")
+        found = Diagnosis(experiment, assessment)
+        _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
     return found
 
 

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.orchestration.paper.cases import CaseResult
+from warmlink.orchestration.paper.cases import CaseResult, front_profile
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.reproduce import Reproduction
-from warmlink.orchestration.paper.statements import front_profile
 from warmlink.orchestration.report.figures import Line, chart, styled, time_plot
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.figures import figures
-from warmlink.orchestration.paper.reproduce import Reproduction
-from warmlink.orchestration.paper.statements import Row
+from warmlink.orchestration.paper.reproduce import Reproduction, Row
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
 
 if TYPE_CHECKING:

@@ -26,14 +26,9 @@ class Nearest(NamedTuple):
 
 
 def nearest(place: Array, corners: Array) -> Nearest:
-    """Simplex nearest to a point.
+    """Simplex nearest to a place, shape (3,), of triangles or tetrahedra by corners, (3, 3 or 4, n) [m].
 
-    Inside its simplex the place is exact; beside it, weights below 0 are set to 0.
-
-    Parameters
-    ----------
-    place : shape (3,) [m]
-    corners : of triangles or tetrahedra, shape (3, 3 or 4, n) [m]
+    Inside a simplex the distance is exact; beside it, weights below 0 are set to 0.
     """
     first = corners[:, 0]
     edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
@@ -45,23 +40,18 @@ def nearest(place: Array, corners: Array) -> Nearest:
     return Nearest(index, weights[:, index], float(distance[index]))
 
 
-def boundary_patches(mesh: Any, facets: Integers) -> list[Integers]:
-    """Boundary facets parted into faces at sharp edges."""
-    if not len(facets):
-        return []
-    corners = mesh.facets[:, facets]
-    normals = facet_normals(mesh.p[:, corners])
+def patches(mesh: Any, facets: Integers) -> list[Integers]:
+    """Boundary facets of an `skfem.MeshTet`, parted into faces at sharp edges."""
+    normals = facet_normals(mesh.p[:, mesh.facets[:, facets]])
     normals /= np.linalg.norm(normals, axis=0)
-    edges = np.sort(np.hstack([corners[[0, 1]], corners[[1, 2]], corners[[0, 2]]]), axis=0)
-    owner = np.tile(np.arange(len(facets)), 3)
-    order = np.lexsort(edges)
-    edges, owner = edges[:, order], owner[order]
-    shared = np.flatnonzero(np.all(edges[:, 1:] == edges[:, :-1], axis=0))
-    a, b = owner[shared], owner[shared + 1]
+    edges = mesh.f2e[:, facets].ravel()
+    order = np.argsort(edges, kind="stable")
+    shared = np.flatnonzero(np.diff(edges[order]) == 0)
+    a, b = order[shared] % len(facets), order[shared + 1] % len(facets)
     # Corners are in no particular order, so that normals point either way.
-    smooth = np.abs(np.einsum("kn,kn->n", normals[:, a], normals[:, b])) > np.cos(np.radians(EDGE_ANGLE))
+    smooth = np.abs(np.sum(normals[:, a] * normals[:, b], axis=0)) > np.cos(np.radians(EDGE_ANGLE))
     patch = connected(a[smooth], b[smooth], len(facets))
-    return [facets[patch == i] for i in range(patch.max() + 1)]
+    return [facets[patch == i] for i in np.unique(patch)]
 
 
 def connected(a: Integers, b: Integers, count: int) -> Integers:
@@ -81,27 +71,15 @@ def coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers,
     J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
     *Modeling in Computer Graphics*, Springer 1993.
 
-    Parameters
-    ----------
-    corners : shape (3, n) [m]
-    triangles : numbers of corners, shape (3, m)
-    most : corners that may stay
-
-    Returns
-    -------
-    kept, triangles
-        Numbers of the corners that stay, and triangles by the number among these.
+    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
+    many corners that stay, and triangles by the number among these.
     """
-    used = np.unique(triangles)
+    used, place = np.unique(triangles, return_inverse=True)
     cell = float(np.ptp(corners, axis=1).max()) / 1e4
     while True:
         cells = np.round(corners[:, used] / cell).astype(np.int64)
         _, first, owner = np.unique(cells, axis=1, return_index=True, return_inverse=True)
         if len(first) <= most:
-            break
+            a, b, c = merged = owner.ravel()[place].reshape(triangles.shape)
+            return used[first], merged[:, (a != b) & (b != c) & (a != c)]
         cell *= 1.2
-    place = np.zeros(corners.shape[1], dtype=np.int64)
-    place[used] = owner.ravel()
-    merged = place[triangles]
-    a, b, c = merged
-    return used[first], merged[:, (a != b) & (b != c) & (a != c)]

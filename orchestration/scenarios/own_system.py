@@ -74,9 +74,8 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
-    components, foreign = parts_of(system, roles.controller)
-    values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
-    wires = [(each.source, each.target) for each in system.connections]
+    blueprint, foreign = blueprint_of(system, roles.controller)
+    components = blueprint.components
     driven = _driven(system, roles, where)
     if driven:
         components = {DUTY: DRIVER, **components}
@@ -85,20 +84,17 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
         )
-    experiment = system.default_experiment
-    blueprint = Blueprint(
-        system.name,
-        f"system of {path.name}",
-        components,
-        (*wires, *driven),
-        experiment.stop_time or 3600.0,
-        experiment.step_size or 1.0,
-    )
+    wires, about = (*blueprint.wires, *driven), f"system of {path.name}"
+    blueprint = replace(blueprint, about=about, components=components, wires=wires)
+    values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
     return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
 
 
-def parts_of(system: System, controllers: Collection[str] = ()) -> tuple[dict[str, str], dict[str, Path]]:
-    """Component behind each instance, empty for a controller's, and the files of those that are not ours."""
+def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blueprint, dict[str, Path]]:
+    """Blueprint of a system, and the files of its parts that are not ours, by what the blueprint calls them.
+
+    The instances that are `controllers` have no component in it.
+    """
     components: dict[str, str] = {}
     foreign: dict[str, Path] = {}
     for name, held in system.components.items():
@@ -107,7 +103,12 @@ def parts_of(system: System, controllers: Collection[str] = ()) -> tuple[dict[st
         components[name] = "" if name in controllers else model if own else f"{name} of {system.name}"
         if components[name] and not own:
             foreign[components[name]] = held.fmu
-    return components, foreign
+    wires, proposed = (
+        tuple((each.source, each.target) for each in system.connections),
+        system.default_experiment,
+    )
+    times = proposed.stop_time or 3600.0, proposed.step_size or 1.0
+    return Blueprint(system.name, "", components, wires, *times), foreign
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:

@@ -200,7 +200,7 @@ def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] |
     rollout = rollouts.get(case.law)
     if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
         return None
-    periods = rollout.periods(_flat(case))
+    periods = rollout.periods(case.values)
     return case.law, case.stop_time, case.step_size, case.with_budget, periods
 
 
@@ -222,16 +222,12 @@ def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | N
 
 def _results(cases: Sequence[Case], rollout: Rollout, step: float) -> list[Result | None]:
     points = CommunicationPoints.between(0.0, cases[0].stop_time, step)
-    values, well = rollout.run([_flat(case) for case in cases], points.count, step)
+    values, well = rollout.run([case.values for case in cases], points.count, step)
     units = dict.fromkeys(rollout.recorded)
     return [
         Result(Table(rollout.recorded, units, points, mine.T), "completed") if good else None
         for mine, good in zip(values, well, strict=True)
     ]
-
-
-def _flat(case: Case) -> dict[str, float]:
-    return {f"{key}.{name}": float(value) for key, of in case.values.items() for name, value in of.items()}
 
 
 COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")

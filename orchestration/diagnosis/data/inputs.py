@@ -77,19 +77,18 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
             raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
         if name in calibrated:
             raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
-    runs = tuple(
-        replace(run, known={n: v for n, v in run.known.items() if n not in given}) for run in experiment.runs
-    )
-    experiment = replace(experiment, runs=runs, known={**experiment.known, **given})
-    for run in runs:
-        known = {**experiment.known, **run.known}
+    known, runs = {**experiment.known, **given}, []
+    for run in experiment.runs:
+        of_run = {name: value for name, value in run.known.items() if name not in given}
+        runs.append(replace(run, known=of_run))
         for instance, component in system.components.items():
-            mine = {n[len(instance) + 1 :]: v for n, v in known.items() if system.part_of(n) == instance}
+            all_known = {**known, **of_run}.items()
+            mine = {n[len(instance) + 1 :]: v for n, v in all_known if system.part_of(n) == instance}
             try:
                 limits.checked(component, instance, mine)
             except InputError as fault:
                 raise InputError(f"{run.name}: {fault}") from None
-    return experiment
+    return replace(experiment, runs=tuple(runs), known=known)
 
 
 def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experiment:
@@ -108,13 +107,12 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     given = [_assumption(experiment, text) for text in assumed]
     runs = []
     for run in experiment.runs:
-        lacking = {name: value for name, value in given if not _is_given(experiment, run, name)}
-        constant = {name: np.full(run.time.size, value) for name, value in lacking.items()}
+        lacking = [each for each in given if not _is_given(experiment, run, each[0])]
+        constant = {name: np.full(run.time.size, value) for name, value in lacking}
         runs.append(replace(run, inputs={**run.inputs, **constant}))
     experiment = replace(experiment, runs=tuple(runs))
     _refuse_undriven(experiment)
-    remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks)]
-    remarks += _absent(experiment)
+    remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks), *_absent(experiment)]
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
         remarks.append(f'not used: {_few(unused)}; say what a column is with --map "COLUMN=base_temperature"')

@@ -19,7 +19,9 @@ from warmlink.orchestration.diagnosis.data import layout
 from warmlink.orchestration.text_files import is_file, measured_text, shown
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
 DECIMALS = {"point": ".", "comma": ","}
 
@@ -58,6 +60,11 @@ class Sheet:
     def cell(self, row: int, column: int) -> str:
         """A cell as a sentence shows it."""
         return shown(str(self.cells[column].iloc[row]))
+
+    def taken_for_missing(self, rows: NDArray[np.intp], column: int) -> str:
+        """Say which cells are taken for missing values."""
+        row, more = int(rows[0]), f", as are {rows.size - 1} more in this column" if rows.size > 1 else ""
+        return f"{self.at(row, column)}: {self.cell(row, column)} is taken for a missing value{more}"
 
 
 def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:

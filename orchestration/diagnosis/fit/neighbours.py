@@ -19,6 +19,9 @@ from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 _COLLINEAR = 1 - 1e-6
 _DRAWS = 6000
 
+_MADE_UP_FOR = 1e-4
+"""Share of what a cause changes that may be left where others make up for it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
@@ -70,8 +73,9 @@ class Neighbours:
         self.gram = gram[nb + nr :, nb + nr :] - self._across @ self._inverse @ self._across.T
         self.gradient = shifted[nb + nr :] - self._across @ self._inverse @ shifted[:nb]
         self.base, self.values, self.added = base, values, added
+        self.left = np.diag(self.gram) / np.maximum(own, 1e-300)
         # A column that the calibration explains all but entirely says nothing.
-        self.alive = np.diag(self.gram) > 1e-7 * np.maximum(own, 1e-300)
+        self.alive = self.left > 1e-7
         starts = np.cumsum([0, *(len(item.freed) for item in self.candidates)])
         self.spans = [slice(a, b) for a, b in pairwise(starts)]
         self._lower = np.array([f.lower - f.start for f in added])
@@ -126,6 +130,13 @@ class Neighbours:
                 off = min(1 / np.sqrt(self.gram[span.start, span.start]), freed.span)
                 others = -self._inverse @ self._across[span.start] * off
                 yield self.candidates[i], {freed: off, **dict(zip(self.base, others, strict=True))}
+
+    def followed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
+        """Each candidate of one number that the fit makes up for: rates of its numbers by that one."""
+        for item, span in zip(self.candidates, self.spans, strict=True):
+            if span.stop - span.start == 1 and self.left[span.start] < _MADE_UP_FOR:
+                follows = -self._inverse @ self._across[span.start]
+                yield item, dict(zip(self.base, follows, strict=True))
 
     def singles(self) -> Iterable[tuple[int, ...]]:
         """Each candidate by itself."""

@@ -10,8 +10,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
-from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
+from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.fit.predictions import Predictions

@@ -193,7 +193,7 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
         rivals += _off_bounds(search, best, {fit.key for fit in rivals})
         if all(fit.resting for fit in rivals):
             return "unknown", rivals  # nothing explains the data within the bounds
-    rivals += tuple(search.extended(best))
+    rivals += (*search.extended(best), *search.cancelling(best))
     return ("ambiguous" if rivals else "named"), rivals
 
 

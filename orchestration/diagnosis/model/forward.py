@@ -16,9 +16,12 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
-from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, controlled, hermite
+from warmlink.orchestration.diagnosis.model.steps import ORDINARY, Levels, Resolution, controlled, hermite
 
 PAD_OFF = 0
+
+_WILD = 0.1
+"""K by which the slopes at the ends of a step may disagree with what changes over it."""
 
 
 class NotSimulatedError(InputError):
@@ -138,6 +141,7 @@ class Forward:
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
+        _straighten(self.steps.time, states, left, right)
         return states, left, right
 
     def _interpolated(
@@ -166,6 +170,22 @@ class Forward:
         value = _weighted(hermite(s, length), ends, known)
         slope = _weighted(rates, ends, known[:, :, 0])
         return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
+
+
+def _straighten(time: Array, states: Array, left: Array, right: Array) -> None:
+    """Replace slopes that say nothing of their step by that of the line through its ends.
+
+    A cell of hardly any mass at the end of a link settles within a second. Beside its neighbours it is right
+    at both ends of a step of a minute, but its slopes there are the last trace of its settling: a cubic with
+    them would leave the course by many K.
+    """
+    length = np.diff(time)[:, None]
+    change = np.diff(states[:, :, 0], axis=0)
+    bend = np.abs(change - length / 2 * (left[:, :, 0] + right[:, :, 0]))
+    wild = np.nonzero(bend > _WILD * np.maximum(1.0, np.abs(states[1:, :, 0]) / ORDINARY))
+    if wild[0].size:
+        line = (states[1:][wild] - states[:-1][wild]) / length[wild[0]]
+        left[wild] = right[wild] = line
 
 
 def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array) -> Array:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.own import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
+from warmlink.orchestration.diagnosis.data.rigs import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
 from warmlink.orchestration.diagnosis.model.forward import (
     Courses,

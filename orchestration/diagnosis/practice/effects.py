@@ -113,8 +113,10 @@ EFFECTS: Mapping[str, Effect] = {
     "tip_heat_loss": _set("tip_loss", 0.05),
     "expansion_coefficient": _times("expansion", 1.05),
     "elongation_scale": Effect(1.05, None, lambda _, seen, size, at: size * seen[at], True, neutral=1),
-    "joint_resistance": _set("joint", 0.3),
-    "joint_conductance": Effect(1.3, lambda truth, size, _: replace(truth, joint=1 / size - 1), neutral=1),
+    "joint_resistance": Effect(0.3, lambda truth, size, _: replace(truth, joint=truth.joint + size)),
+    "joint_conductance": Effect(
+        1.3, lambda truth, size, _: replace(truth, joint=truth.joint + 1 / size - 1), neutral=1
+    ),
     "hub_heat_loss": _set("hub_loss", 0.15),
     "copper_loss": _times("resistance", 1.15),
     "iron_loss": _times("iron", 1.5),

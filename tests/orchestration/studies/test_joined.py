@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.packaging.native import library
+from warmlink.fmus.packaging.native import rollout as rollout_module
 from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import Rollout, task_list
 from warmlink.orchestration import catalogue
@@ -90,6 +91,15 @@ def test_a_run_is_the_same_alone_and_beside_others(
     alone = [joined_outcomes([case], rollouts[case.law])[0] for case in cases]
     assert attempt_all(cases, together) == alone
     assert len(set(alone)) > 9
+
+
+def test_runs_of_one_duty_share_its_table(folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]) -> None:
+    cases = planned(folder, "lag")
+    rollout = rollouts[cases[0].law]
+    alone = [joined_outcomes([case], rollout)[0] for case in cases]
+    rollout_module._table.cache_clear()
+    assert joined_outcomes(cases, rollout) == alone
+    assert rollout_module._table.cache_info().misses == 2  # work and pause, each under three mismatches
 
 
 def test_processes_give_what_this_one_gives(

@@ -13,20 +13,18 @@
 
 int model_given(Model *model, size_t count, const void *first, const void *second)
 {
-    if (count == 0 || (first && second))
-        return 1;
-    model_report(model, ": a null pointer in place of an array; give arrays of %lu elements", (unsigned long)count);
-    return 0;
+    return count == 0 || (first && second)
+           || model_report(model, ": a null pointer in place of an array; give arrays of %lu elements",
+                           (unsigned long)count);
 }
 
 int model_in_phase(Model *model, Phase phase, const char *function)
 {
     static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
                                          "intermediate update mode", "event mode", "continuous-time mode"};
-    if (model->memory.phase == phase)
-        return 1;
-    model_report(model, ": %s belongs in %s, not in %s", function, phases[phase], phases[(int)model->memory.phase]);
-    return 0;
+    return model->memory.phase == phase
+           || model_report(model, ": %s belongs in %s, not in %s", function, phases[phase],
+                           phases[(int)model->memory.phase]);
 }
 
 void model_reset(Model *model)
@@ -47,10 +45,8 @@ void model_reset(Model *model)
 
 int model_set_times(Model *model, double start, double stop)
 {
-    if (!(fabs(start) < HUGE_VAL) || !(stop >= start)) {
-        model_report(model, ": a run from %g s to %g s; give a start, and a stop after it", start, stop);
-        return 0;
-    }
+    if (!(fabs(start) < HUGE_VAL) || !(stop >= start))
+        return model_report(model, ": a run from %g s to %g s; give a start, and a stop after it", start, stop);
     model->memory.start_time = model->memory.time = start;
     model->memory.stop_time = stop;
     model->fresh = 0;

@@ -32,6 +32,12 @@ typedef struct {
     int accepts_nan;
 } StateVariable;
 
+/* Of a check across parameters, as a format; and which parameters it shows. */
+typedef struct {
+    const char *text;
+    int shown[8];
+} Sentence;
+
 /* What is sampled together: the parameter that says how often, and the states. */
 typedef struct {
     int sample_time;
@@ -41,7 +47,7 @@ typedef struct {
 /* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
 extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
-extern const char *const WL(sentences)[];
+extern const Sentence WL(sentences)[];
 extern const double WL(nominals)[]; /* of the states, where hosts may integrate them */
 extern const int WL(group_starts)[]; /* among all outputs */
 extern const Clock WL(clocks)[]; /* in the order of sampling */
@@ -179,6 +185,7 @@ int model_given(Model *model, size_t count, const void *first, const void *secon
 /* An integer's value; the nearest that an integer may have, 0 for none. */
 int model_whole(double value);
 
-void model_report(Model *model, const char *format, ...);
+/* Tells the host, and returns 0. */
+int model_report(Model *model, const char *format, ...);
 
 #endif

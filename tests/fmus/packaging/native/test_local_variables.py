@@ -50,7 +50,7 @@ def motor(request: pytest.FixtureRequest, native_fmu: BuildNative) -> Iterator[N
 
 
 def rates(native: Native, name: str) -> np.ndarray:
-    references = [state.rate_reference for state in exchanged_states(opened(COMPONENTS[name]))]
+    references = [state.rate.reference for state in exchanged_states(opened(COMPONENTS[name]))]
     return np.array(getattr(native.fmu, "getFloat64" if native.modern else "getReal")(references))
 
 
