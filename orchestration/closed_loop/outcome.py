@@ -303,5 +303,5 @@ def _bounded_run(
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
     """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
     bounds = coupling_error(result, fine, order, setup.roles.plant)
-    largest = max((bound.largest for bound in bounds), default=np.inf)
+    largest = max(bounds.values(), default=np.inf)
     return 1e6 * largest if np.isfinite(largest) else None

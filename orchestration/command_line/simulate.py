@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,6 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, print_ta
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-    from warmlink.orchestration.master.error_budget import CouplingError
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
 
@@ -133,7 +132,7 @@ def simulate(
                     statistics=statistics,
                 )
                 lost = write_files(target, series_writers(result.table, recorded, csv))
-                bounds: tuple[CouplingError, ...] = ()
+                bounds: dict[str, float] = {}
                 if repeats and result.status == "completed":
                     names = watch or result.table.names
                     # The results of a run that writes checkpoints may not fit into memory.
@@ -148,7 +147,7 @@ def simulate(
                     )
                     bounds = coupling_error(result, fine, whole.order, names)
                 master = master if whole is chosen else FOLLOWING
-                missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
+                missed = [name for name, bound in bounds.items() if bound > allowed.get(name, math.inf)]
                 if not missed and result.error is None:
                     break
     summary = _summary(result, bounds, folder)
@@ -164,11 +163,11 @@ def simulate(
         raise SystemExit(FAILED)
 
 
-def _remarks(result: Result, missed: Sequence[CouplingError], lost: str | None) -> Iterator[str]:
+def _remarks(result: Result, missed: Sequence[str], lost: str | None) -> Iterator[str]:
     """What to say of a run beside its figures: of errors beyond their tolerance, and of what was lost."""
     yield from result.remarks
-    for each in missed:
-        yield f"{each.variable}: the coupling error is not within the tolerance; allow more"
+    for name in missed:
+        yield f"{name}: the coupling error is not within the tolerance; allow more"
     if lost is not None:
         yield lost
     if result.reason is not None:
@@ -192,8 +191,8 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     return None
 
 
-def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:
-    errors = {bound.variable: _finite(bound.largest) for bound in bounds}
+def _summary(result: Result, bounds: Mapping[str, float], folder: Path) -> dict[str, Any]:
+    errors = {name: _finite(bound) for name, bound in bounds.items()}
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
         "stopped": result.reason,

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
 from warmlink.orchestration.master.algorithms.parts import StepDoubling
@@ -34,39 +33,25 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
         yield following, finer
 
 
-@dataclass(frozen=True)
-class CouplingError:
-    """Bound of the largest absolute coupling error of one variable over a run, in its unit.
+def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:
+    """Bound the largest absolute coupling error of each variable over a run, in its unit (Richardson).
 
-    It is infinite where a run did not get to the end; the time in s is when the two runs differ most.
+    Parameters
+    ----------
+    coarse, fine : Result
+        Two runs of one system; `fine` has half the communication step size of `coarse`, and may end earlier:
+        the bound then holds for that part, in which a warm-up has its largest coupling errors. Where one
+        stopped early, the bounds are infinite.
+    order : int
+        The algorithm's order of convergence, p: where it is reached, the two differ by (1 - 2**-p) of the
+        coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
+    variables : sequence of str
+        Recorded in both.
     """
-
-    variable: str
-    unit: str | None
-    largest: float
-    time: float
-
-
-def coupling_error(
-    coarse: Result, fine: Result, order: int, variables: Sequence[str]
-) -> tuple[CouplingError, ...]:
-    """Bound the coupling error of a run by one with half its step, `fine` (Richardson).
-
-    The difference of the two is (1 - 2**-p) of the coarse run's error where the order p of convergence is
-    reached. Jumps in the inputs can lower that to 1: the factor 1.5 covers both. Where the fine run ends
-    earlier, the bound holds for that part, in which a warm-up has its largest coupling errors. Both have
-    recorded the variables.
-    """
-    factor = SAFETY / (1.0 - 0.5**order)
-    found = []
+    if not coarse.status == fine.status == "completed":
+        return dict.fromkeys(variables, np.inf)
+    factor, found = SAFETY / (1.0 - 0.5**order), {}
     for name in variables:
-        unit = coarse.table.units[name]
-        if coarse.status != "completed" or fine.status != "completed":
-            reached = float(coarse.times[-1]) if len(coarse.times) else 0.0
-            found.append(CouplingError(name, unit, np.inf, reached))
-            continue
         halved = fine[name][::2]
-        difference = np.abs(coarse[name][: len(halved)] - halved)
-        worst = int(np.argmax(difference))
-        found.append(CouplingError(name, unit, factor * float(difference[worst]), float(coarse.times[worst])))
-    return tuple(found)
+        found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
+    return found

@@ -28,7 +28,7 @@ class Blueprint:
 
     Attributes
     ----------
-    components : name of the component behind each instance, as `ThermalLink` behind `link`; empty: a controller
+    components : name of the component behind each instance, `ThermalLink` behind `link`; empty: a controller
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
     signals : inputs that one signal from outside the system feeds, by the name of the signal
     instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
