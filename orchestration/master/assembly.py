@@ -16,10 +16,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
-from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
 from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, OtherProcess, start
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value

@@ -31,8 +31,7 @@ from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
-from warmlink.orchestration.master.slaves.timed import TimedSlave
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, TimedSlave
 from warmlink.orchestration.master.stability import instability
 from warmlink.orchestration.system.model import System
 

@@ -13,8 +13,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
-from warmlink.orchestration.master.slaves.timed import CALLS, SlaveStatistics
+from warmlink.orchestration.master.slaves.slave import CALLS, Slave, SlaveError, SlaveStatistics
 from warmlink.orchestration.system.model import Connection
 
 if TYPE_CHECKING:
