@@ -217,25 +217,17 @@ class IteratedStepper(Stepper):
                 self._advance(k, time, step_size, started, given)
             return np.array([network.arriving(k, position) for k, position in group.torn], float)
 
-        guess = [
-            value_at(self._points(k, position, time, _REMEMBERED), step_size) for k, position in group.torn
-        ]
-        scale = [
-            nominal(network.slaves[k].variables[network.writes[k][position]]) for k, position in group.torn
-        ]
-        converged, self._kept[index] = self.algorithm.solve(
-            sweep, np.array(guess), np.array(scale), self._kept[index]
-        )
+        guess = np.array([value_at(self._points(*each, time, _REMEMBERED), step_size) for each in group.torn])
+        scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in group.torn])
+        converged, self._kept[index] = self.algorithm.solve(sweep, guess, scale, self._kept[index])
         if not converged:
             k, position = group.torn[0]
-            raise SlaveError(
-                network.slaves[k].name,
-                "not converged",
-                time,
+            told = (
                 f"the iteration of {', '.join(network.slaves[m].name for m in group.members)} does not "
-                f"converge within a step of {step_size:g} s; take smaller communication steps",
-                network.writes[k][position],
+                f"converge within a step of {step_size:g} s; take smaller communication steps"
             )
+            name, variable = network.slaves[k].name, network.writes[k][position]
+            raise SlaveError(name, "not converged", time, told, variable)
 
     def _advance(
         self,

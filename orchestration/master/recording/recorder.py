@@ -80,9 +80,8 @@ class Values:
             if not self._keep:
                 write_all(self._file, self._npy_header(0))
         except OSError as fault:
-            raise InputError(
-                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
-            ) from None
+            told = f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            raise InputError(told) from None
 
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
@@ -91,10 +90,8 @@ class Values:
             raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
         self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
         if self._digest.hexdigest() != self._expected:
-            raise InputError(
-                f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
-                "start anew"
-            )
+            told = "is damaged, its values are not those that the checkpoint beside it counts on; start anew"
+            raise InputError(f"{self.path}: {told}")
 
     def put(self, first: int, rows: Array) -> None:
         """Write rows to their place, then count them; StoreError where the disk does not take them."""
