@@ -22,9 +22,8 @@ from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.ssp.elements import to_bytes
 from warmlink.orchestration.system.units import QuantityError, Unit, conversion
-from warmlink.orchestration.system.xml import parse_xml
+from warmlink.orchestration.system.xml import parse_xml, to_bytes
 
 DESCRIPTION = "modelDescription.xml"
 

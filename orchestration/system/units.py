@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -24,6 +25,7 @@ from warmlink.orchestration.system.xml import (
     only_child,
     optional,
     required,
+    sub_element,
 )
 
 ZERO_CELSIUS = 273.15
@@ -206,3 +208,14 @@ def _registry() -> Any:
     for definition in _PLANE_ANGLES:
         registry.define(definition)
     return registry
+
+
+def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:
+    """Add a `Units` element with the definitions of some units, by name; nothing where there are none."""
+    ordered = sorted(units, key=lambda unit: unit.name)
+    held = sub_element(root, prefix, "Units") if ordered else None
+    for unit in map(meaning, ordered):
+        shown = dict(zip(BASE_UNITS, (each or None for each in unit.exponents or ()), strict=True))
+        scale = None if unit.factor == 1.0 else unit.factor
+        child = sub_element(held, "ssc", "Unit", name=unit.name)
+        sub_element(child, "ssc", "BaseUnit", **shown, factor=scale, offset=unit.offset or None)

@@ -14,7 +14,6 @@ from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import Component, Connector, DefaultExperiment, System, Value
-from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.tree import (
     Box,
@@ -28,7 +27,8 @@ from warmlink.orchestration.system.tree import (
     tree_of,
     with_connectors,
 )
-from warmlink.orchestration.system.units import Unit, meaning
+from warmlink.orchestration.system.units import Unit, meaning, unit_elements
+from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = "parameters"

@@ -11,17 +11,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system.model import TYPES, Value
-from warmlink.orchestration.system.ssp.elements import (
-    element,
-    root_of_file,
-    sub_element,
-    to_bytes,
-    unit_elements,
-)
 from warmlink.orchestration.system.ssp.net import Edge, Node
-from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units
+from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units, unit_elements
 from warmlink.orchestration.system.xml import (
     children,
+    element,
     integer,
     local,
     number,
@@ -29,6 +23,9 @@ from warmlink.orchestration.system.xml import (
     optional,
     refuse_other_children,
     required,
+    root_of_file,
+    sub_element,
+    to_bytes,
     truth,
 )
 
