@@ -8,6 +8,7 @@ variables is written anywhere else.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -155,8 +156,8 @@ class Component:
     default_step_size: float = 1.0
 
     def __post_init__(self) -> None:
-        names = [v.name for v in (*self.inputs, *self.parameters, *self.outputs)]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        counts = Counter(v.name for v in (*self.inputs, *self.parameters, *self.outputs))
+        twice = sorted(name for name, count in counts.items() if count > 1)
         if twice:
             raise ValueError(f"{self.name} declares more than once: {', '.join(twice)}")
         if self.update is not None:

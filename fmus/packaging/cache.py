@@ -3,6 +3,8 @@
 import hashlib
 import os
 import pickle
+import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -15,6 +17,13 @@ from warmlink.fmus.files import lock, unlock, whole_file
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
+
+LIMIT_VARIABLE = "WARMLINK_CACHE_LIMIT"
+"""Environment variable with the size in MB beyond which what was not used for longest goes."""
+
+_LIMIT_MB = 2000.0
+_IN_USE_S = 86400.0
+"""What was used within this time stays: somebody may be at it."""
 
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
@@ -44,6 +53,7 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
                 content = make()
                 with suppress(OSError, InputError):
                     _write(folder, made_from, content)
+        make_room()
     return content
 
 
@@ -74,11 +84,51 @@ def _write(folder: str, made_from: object, content: bytes) -> None:
 def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
     with suppress(OSError, InputError):
-        file = _place(folder, made_from).read_bytes()
+        place = _place(folder, made_from)
+        file = place.read_bytes()
         digest, content = file[:_DIGEST], file[_DIGEST:]
         if _digest(content) == digest:
+            used(place)
             return content
     return None
+
+
+def used(path: Path) -> None:
+    """Note that something in the cache is used, so that it does not go."""
+    with suppress(OSError):  # a cache that was filled before may be read-only
+        os.utime(path)
+
+
+@cache
+def make_room() -> None:
+    """Remove what was not used for longest until the cache keeps its limit; done once in a process.
+
+    Raises
+    ------
+    InputError
+        If the limit is no size.
+    """
+    given = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MB))
+    try:
+        left = 1e6 * float(given)
+    except ValueError:
+        left = -1.0
+    if not left >= 0:
+        raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
+    with suppress(OSError):  # another process is making room too
+        entries = sorted((_last_used(entry) for entry in cache_folder().glob("*/*")), reverse=True)
+        for when, size, entry in entries:
+            left -= size
+            if left < 0 and when < time.time() - _IN_USE_S:
+                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+
+
+def _last_used(entry: Path) -> tuple[float, int, Path]:
+    """When a file or folder was last used, its size in bytes, and itself."""
+    facts = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
+    facts.append(entry.lstat())
+    read = [each.st_atime for each in facts[: -1 if entry.is_dir() else None]]
+    return max(read + [each.st_mtime for each in facts]), sum(each.st_size for each in facts), entry
 
 
 def _digest(content: bytes) -> bytes:

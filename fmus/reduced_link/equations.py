@@ -37,9 +37,10 @@ def begin(u: Record, p: Record, model: ReducedModel) -> Values:
 
 def rates(x: Record, u: Record, p: Record, time: Number, model: ReducedModel) -> Values:
     """Time derivatives of the states: patterns in K/s, heat received in W, peaks in units of theirs."""
-    z = x.pattern_temperature
-    gain = model.loads @ stack(*_loads(u, p, time, model)) - p.conductivity * model.conduction * z
-    gain = gain - model.loads[:, :2] @ (stack(p.hub_conductance, p.tip_conductance) * _ends(z, model))
+    z, (base, tip, *fluxes) = x.pattern_temperature, _loads(u, p, time, model)
+    ends = _ends(z, model)
+    flows = stack(base - p.hub_conductance * ends[0], tip - p.tip_conductance * ends[1], *fluxes)
+    gain = model.loads @ flows - p.conductivity * model.conduction * z
     for cooling, h in zip(model.cooling, film_coefficients(u, p, model), strict=True):
         gain = gain - h * (cooling @ z)
     beyond = [maximum(each - x.peak[i], 0.0) for i, each in enumerate(_driving(z, u, p, time, model))]

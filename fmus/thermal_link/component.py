@@ -1,8 +1,10 @@
 """The thermal link as a component."""
 
+from collections.abc import Callable
 from functools import cache, partial
 
-from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
@@ -131,25 +133,23 @@ _OUTPUTS = (
 )
 
 
-def _sensor_on_link(sensor: int) -> Check:
-    name = f"sensor_position[{sensor + 1}]"
-    return Check(
-        lambda p: p.length - p.sensor_position[sensor],
-        f"{name}: {{{name}}} m lies beyond the link's end; keep it within length ({{length}} m)",
-    )
+def _on_link(name: str, place: Callable[[Record], Number]) -> Check:
+    beyond = "m lies beyond the link's end; keep it within length ({length} m)"
+    return Check(lambda p: p.length - place(p), f"{name}: {{{name}}} {beyond}")
+
+
+def _sensor_on_link(i: int) -> Check:
+    return _on_link(f"sensor_position[{i + 1}]", lambda p: p.sensor_position[i])
 
 
 _CHECKS = (
-    Check(
-        lambda p: p.length - p.tip_position,
-        "tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)",
-    ),
+    _on_link("tip_position", lambda p: p.tip_position),
     Check(
         lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
         "base_position: {base_position} m leaves no length before tip_position ({tip_position} m); "
         "put it nearer the proximal end",
     ),
-    *(_sensor_on_link(i) for i in range(SENSORS)),
+    *map(_sensor_on_link, range(SENSORS)),
 )
 
 

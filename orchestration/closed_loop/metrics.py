@@ -25,14 +25,7 @@ class ErrorMetrics:
 
 
 def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics:
-    """Figures of an error history.
-
-    Parameters
-    ----------
-    time : communication points in s, shape (n,)
-    error : true elongation minus correction in m at these points, shape (n,)
-    tolerance : largest error in m that production allows
-    """
+    """Figures of an error history in m at communication points in s, shapes (n,), by a tolerance in m."""
     size, span = np.abs(error), time[-1] - time[0]
     outside = np.flatnonzero(~(size <= tolerance))
     settled: float | None = 0.0

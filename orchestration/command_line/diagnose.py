@@ -14,8 +14,6 @@ from warmlink.orchestration.console import answer, answer_json, print_table, rem
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
-NO_CONTROLLER = "none"
-
 
 def diagnose(
     data: list[Path],
@@ -162,12 +160,13 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         found = diagnose_experiment(measured(), progress)
     for each in found.experiment.remarks:
         remark(each)
-    _print_found(json_content(found, SSV, SSP) if json else summary(found))
+    if json:
+        answer_json(json_content(found, SSV, SSP))
+    else:
+        answer(summary(found))
     with _lost_files_named(folder):
-        rig = found.experiment.rig
-        needed = (
-            set() if rig.own else {*rig.blueprint.components_with(controller(NO_CONTROLLER).name).values()}
-        )
+        rig, none = found.experiment.rig, controller("none").name
+        needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
@@ -183,19 +182,14 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
     whole = found.to_json(SSV)
-    _print_found(whole if json else found.summary())
+    if json:
+        answer_json(whole)
+    else:
+        answer(found.summary())
     with _lost_files_named(folder):
         write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
-
-
-def _print_found(found: str | dict[str, Any]) -> None:
-    """Print a summary, or figures for other programs."""
-    if isinstance(found, str):
-        answer(found)
-    else:
-        answer_json(found)
 
 
 @contextmanager
@@ -205,10 +199,9 @@ def _lost_files_named(folder: Path) -> Iterator[None]:
         yield
     except (OSError, InputError) as fault:
         sentence = str(fault)
-        if not isinstance(fault, InputError):
-            sentence = (
-                f"{folder}: cannot be written ({fault.strerror or fault}); make room or choose another --out"
-            )
+        if isinstance(fault, OSError):
+            reason = fault.strerror or fault
+            sentence = f"{folder}: cannot be written ({reason}); make room or choose another --out"
         raise InputError(
             f"{sentence}; only the answer above is left, report and extended model are lost: run it again"
         ) from None

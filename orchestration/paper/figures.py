@@ -44,7 +44,7 @@ def _steady_profiles(*cases: CaseResult) -> Any:
     traces = []
     for result, dash, symbol in zip(cases, ("dot", "solid"), ("circle-open", "circle"), strict=True):
         x, temperature = front_profile(result)
-        link = [result.link.temperature[w][-1] - ZERO_CELSIUS for w in ("base", "middle", "tip")]
+        link = [result.link.end(where) for where in ("base", "middle", "tip")]
         traces += [
             {
                 "x": x * 1e3,

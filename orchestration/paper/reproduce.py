@@ -209,7 +209,7 @@ def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
         "elongation",
         "elongation after 1 h",
         "um",
-        lambda run: float(run.elongation[-1]) * 1e6,
+        lambda run: run.growth,
         f"Radiation takes off {less['radiation']}, joint resistance {less['joint resistance']}, a length "
         f"between the holes {less['effective length']}, heater lag {abs(tried['heater lag'].effect):.2f} um; "
         f"together they leave {together.left:.1f} um above the measurement, for which a camera support would "
@@ -228,7 +228,7 @@ def _temperature_row(result: CaseResult, where: str, note: str) -> Row:
         where,
         f"link above the {'shaft' if where == 'base' else 'diode'}",
         "degC",
-        lambda run: float(run.temperature[where][-1]) - ZERO_CELSIUS,
+        lambda run: run.end(where),
         note,
         corrected=case.ambient + case.rise * math.erfc(position / (2 * depth)) - ZERO_CELSIUS,
     )
@@ -238,9 +238,8 @@ def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
     """Check the paper's qualitative sentences."""
     moving, still, paper = cases["moving"], cases["stationary"], load_paper()
     base, tip = (steady_time(moving.fea.time, moving.fea.temperature[where]) for where in ("base", "tip"))
-    diode = float(moving.fea.temperature["diode"][-1]) - ZERO_CELSIUS
-    insulated = run_link(still.case, convection=0.0).elongation[-1] * 1e6
-    cooled = still.link.elongation[-1] * 1e6
+    diode, cooled = moving.fea.end("diode"), still.link.growth
+    insulated = run_link(still.case, convection=0.0).growth
     on_link = np.unique(moving.body.mesh.t[:, moving.body.mesh.subdomains["link"]])
     along, across, out = np.abs(moving.displacement[:, on_link]).max(axis=1) * 1e6
     profile = front_profile(moving)[1] - ZERO_CELSIUS
@@ -248,44 +247,45 @@ def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
         100 * abs(1 - paper[c]["elongation_predicted"].value / paper[c]["elongation_measured"].value)
         for c in ("stationary", "moving")
     )
-    return [
-        Statement(
+    checked = (
+        (
             "VI.B",
             "The link above the shaft is steady sooner than above the diode.",
             base < tip,
             f"three time constants: {base:.0f} s and {tip:.0f} s",
         ),
-        Statement(
+        (
             "VI.B",
             "The laser diode stays at room temperature.",
             abs(diode - 22.0) < 0.5,
             f"its far end after an hour: {diode:.2f} degC in a room of 22 degC",
         ),
-        Statement(
+        (
             "VI.B",
             "The temperature falls smoothly with the distance from the shaft.",
             bool(np.all(np.diff(profile) < 0)),
             f"from {profile[0]:.1f} to {profile[-1]:.1f} degC between the two holes",
         ),
-        Statement(
+        (
             "I",
             "The longitudinal deformation dominates.",
             bool(along > 5 * max(across, out)),
             f"largest displacements along, across, out of plane: {along:.1f}, {across:.1f}, {out:.1f} um",
         ),
-        Statement(
+        (
             "IV",
             "Without motion the effects of convection are negligible.",
             bool(abs(insulated - cooled) < 0.05 * cooled),
             f"elongation after an hour {insulated:.1f} um without and {cooled:.1f} um with it (1-D link)",
         ),
-        Statement(
+        (
             "Tables II and III",
             "Prediction and experiment differ by 3.4 % and 3.5 %.",
             abs(first - 3.4) < 0.1 and abs(second - 3.5) < 0.1,
             f"from the printed deformations: {first:.1f} % and {second:.1f} % of the measured one",
         ),
-    ]
+    )
+    return [Statement(*each) for each in checked]
 
 
 def _findings(

@@ -28,8 +28,7 @@ from warmlink.orchestration.finite_elements.forms import (
     symmetric_factor,
     thermal_load,
 )
-from warmlink.orchestration.reduction.solid import Face, Solid, point
-from warmlink.orchestration.reduction.surface import nearest
+from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
 
 TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
 """Of the conjugate gradients: relative residual, and when they are given up."""
@@ -253,8 +252,8 @@ def _rigid_part(weights: csc_matrix, places: Array, centre: Array) -> Array:
 
 def _temperature_at(place: Array, basis: Any) -> Array:
     """Row that gives the temperature at the place in the part that is nearest to a point."""
-    found = nearest(place, basis.mesh.p[:, basis.mesh.t])
+    _, cell, weights = nearest(place, basis.mesh.p[:, basis.mesh.t])
     row = np.zeros(basis.N)
-    for i, dof in enumerate(basis.element_dofs[:, found.cell]):
-        row[dof] += basis.elem.lbasis(found.weights[1:], i)[0]
+    for i, dof in enumerate(basis.element_dofs[:, cell]):
+        row[dof] += basis.elem.lbasis(weights[1:], i)[0]
     return row

@@ -29,7 +29,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.forms import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
 from warmlink.orchestration.scenarios.quantity import in_si
-from warmlink.orchestration.scenarios.settings import materials
+from warmlink.orchestration.scenarios.scenario import materials
 
 RATES = np.geomspace(2e-5, 16.0, 9)
 """1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""

@@ -100,20 +100,14 @@ def reduce_part(
     order: int | None = None,
     doing: Callable[[str], None] = lambda what: None,
 ) -> Part:
-    """Reduce a part.
+    """Reduce a part for a range; InputError where it cannot be read, used so, or reduced to the tolerance.
 
     Parameters
     ----------
     path, unit, size : STEP file or mesh as of `read_solid`
-    use : its faces and points
-    within : material, the range of parameters, tolerances
+    use, within : faces and points; material, the range of parameters, tolerances
     order : number of patterns in place of what the tolerances ask for
     doing : told what is being done
-
-    Raises
-    ------
-    InputError
-        The part cannot be read, a face does not exist, or the tolerance cannot be met.
     """
     doing("meshing")
     solid = read_solid(path, unit, size)
@@ -129,10 +123,11 @@ def reduce_part(
         coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]
     else:
         coarser = [elements.linear()]
-    meshes = [(len(each.loads), each.onto(span(each, within))) for each in coarser]
-    mesh = _mesh_error([*meshes, (len(patterns), dense)], within)
+    counts = [len(each.loads) for each in (*coarser, elements.heat)]
+    mesh = _mesh_error(counts, [*(each.onto(span(each, within)) for each in coarser), dense], within)
     best = min(search, key=lambda tried: tried.error)
     basis, conduction = separated(best.basis, dense)
+    initial = (patterns @ basis).T @ (elements.heat.mass @ elements.rises()) / volume(dense)
     small = dense.onto(basis)
     model = ReducedModel(
         material=within.material,
@@ -142,8 +137,8 @@ def reduce_part(
         loads=small.loads,
         outputs=small.outputs,
         reach=small.reach,
-        initial=(patterns @ basis).T @ (elements.heat.mass @ elements.rises()) / volume(dense),
-        error_gain=_error_gain(SAFETY * best.gains, len(small.cooling)),
+        initial=initial,
+        error_gain=_error_gain(best.gains, len(small.cooling)),
         discretisation=mesh.share,
         conductivity_range=within.conductivity,
         convection_range=within.convection,
@@ -174,27 +169,26 @@ def warmed(heat: Heat, within: Range) -> Array:
     return np.asarray(modes @ (grown * (modes.T @ heat.loads[:, :1]))) * HEAT_FLOW / within.capacity
 
 
-def _mesh_error(meshes: Sequence[tuple[int, Heat]], within: Range) -> MeshError:
-    """Error of the last mesh, from temperatures on each, coarsest first, and the part in their span.
+def _mesh_error(counts: list[int], meshes: list[Heat], within: Range) -> MeshError:
+    """Error of the last mesh, from the number of temperatures and the part in its span, coarsest mesh first.
 
     With two meshes, or differences that do not fall, the error is taken for the largest difference.
     """
-    reach = meshes[-1][1].reach
+    reach = meshes[-1].reach
     along = within.material["expansion_coefficient"] * reach / np.linalg.norm(reach)
-    found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for _, heat in meshes])
+    found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for heat in meshes])
     steps = np.diff(found, axis=0)
     error, order, ratio = np.abs(steps).max(axis=0), None, COARSER[1]
     if len(meshes) > 2 and (fall := float(steps[-2, -1] / steps[-1, -1])) > 1:
         order = float(np.log(fall) / np.log(ratio))
         if order >= LEAST_ORDER:
             error = np.abs(steps[-1]) / (ratio ** min(order, LARGEST_ORDER) - 1)
-    return MeshError([count for count, _ in meshes], found, error, order)
+    return MeshError(counts, found, error, order)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
-    """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`."""
-    kinds = np.array(
-        [np.linalg.norm(gains[:3], axis=0), np.linalg.norm(gains[3:6], axis=0), gains[6:].max(axis=0)]
-    )
+    """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`, made safe."""
+    whole = np.linalg.norm(gains[:6].reshape(2, 3, -1), axis=1)
+    kinds = SAFETY * np.vstack([whole, gains[6:].max(axis=0)])
     loads, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
     return np.column_stack([loads, np.maximum(loads[:, 2:], profiles.max(axis=2))])

@@ -15,18 +15,25 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.surface import Integers, connected, facet_normals, nearest, patches
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.text_files import is_file
+
+Integers = NDArray[np.int64]
 
 SOLIDS, MESHES = (".step", ".stp"), (".msh", ".inp")
 
 AROUND = 24.0
 """Elements around a bore, whose size they would otherwise change from mesh to mesh."""
+
+EDGE_ANGLE = 30.0
+"""degrees between the normals of neighbouring facets, above which an edge of a mesh parts two faces."""
 
 MOST_TETRAHEDRA = 1_000_000
 
@@ -64,7 +71,7 @@ class Solid:
     def nearest(self, place: Array) -> Face:
         """Face nearest to a point [m]."""
         corners = self.mesh.p[:, self.mesh.facets]
-        return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets]).distance)
+        return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets])[0])
 
     def chosen(self, texts: Sequence[str], option: str) -> list[Face]:
         """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
@@ -191,10 +198,10 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
 def _from_mesh(path: Path, scale: float) -> Solid:
     mesh = _tetrahedra(path, scale)
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
-    _one_body(path, len(np.unique(connected(inner[0], inner[1], mesh.nelements))), "no tetrahedra")
+    _one_body(path, len(np.unique(_connected(inner[0], inner[1], mesh.nelements))), "no tetrahedra")
     named = mesh.boundaries or {}
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
-    faces = [*named.items(), *(("", patch) for patch in patches(mesh, rest))]
+    faces = [*named.items(), *(("", patch) for patch in _patches(mesh, rest))]
     return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(faces, 1)])
 
 
@@ -236,8 +243,49 @@ def _one_body(path: Path, bodies: int, otherwise: str) -> None:
 
 def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
     corners = mesh.p[:, mesh.facets[:, facets]]
-    area = np.linalg.norm(facet_normals(corners), axis=0) / 2
+    area = np.linalg.norm(_normals(corners), axis=0) / 2
     return Face(number, name, facets, float(area.sum()), corners.mean(axis=1) @ area / area.sum())
+
+
+def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
+    """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
+
+    They are given by corners, shape (3, 3 or 4, n) [m]. Inside a simplex the place is exact; beside it,
+    weights below 0 are set to 0.
+    """
+    first = corners[:, 0]
+    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
+    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
+    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
+    weights /= weights.sum(axis=0)
+    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
+    index = int(np.argmin(distance))
+    return float(distance[index]), index, weights[:, index]
+
+
+def _patches(mesh: Any, facets: Integers) -> list[Integers]:
+    """Boundary facets of an `skfem.MeshTet`, parted into faces at sharp edges."""
+    normals = _normals(mesh.p[:, mesh.facets[:, facets]])
+    normals /= np.linalg.norm(normals, axis=0)
+    edges = mesh.f2e[:, facets].ravel()
+    order = np.argsort(edges, kind="stable")
+    shared = np.flatnonzero(np.diff(edges[order]) == 0)
+    a, b = order[shared] % len(facets), order[shared + 1] % len(facets)
+    # Corners are in no particular order, so that normals point either way.
+    smooth = np.abs(np.sum(normals[:, a] * normals[:, b], axis=0)) > np.cos(np.radians(EDGE_ANGLE))
+    patch = _connected(a[smooth], b[smooth], len(facets))
+    return [facets[patch == i] for i in np.unique(patch)]
+
+
+def _connected(a: Integers, b: Integers, count: int) -> Integers:
+    """Number of the group, from 0 on, of each of so many things, of which a[i] and b[i] are joined."""
+    joined = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
+def _normals(corners: Array) -> Array:
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
 
 
 def ribbed_link(path: Path) -> None:

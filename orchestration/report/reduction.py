@@ -12,8 +12,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
 from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
-from warmlink.orchestration.reduction.solid import Solid
-from warmlink.orchestration.reduction.surface import Integers, coarsened
+from warmlink.orchestration.reduction.solid import Integers, Solid
 from warmlink.orchestration.reduction.thermometers import NOISE, best_pair, tool_error
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, versions, write_page
@@ -112,7 +111,7 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
     traces, marks, all_corners = [], [], solid.mesh.p
     for face in solid.faces:
         facets = solid.mesh.facets[:, face.facets]
-        kept, triangles = coarsened(all_corners, facets, max(MOST_CORNERS // len(solid.faces), 50))
+        kept, triangles = _coarsened(all_corners, facets, max(MOST_CORNERS // len(solid.faces), 50))
         look = {
             "color": COLOURS[(face.number - 1) % len(COLOURS)],
             "hovertext": f"{face.label} {1e6 * face.area:.4g} mm2",
@@ -134,7 +133,7 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
     rises = (part.patterns @ warmed(part.dense, part.within)).T
     moved = part.within.material["expansion_coefficient"] * elements.displacements(rises)
     # Corners come before the middles of edges.
-    kept, triangles = coarsened(elements.solid.mesh.p, surface, MOST_CORNERS)
+    kept, triangles = _coarsened(elements.solid.mesh.p, surface, MOST_CORNERS)
     corners, rises, moved = elements.solid.mesh.p[:, kept], rises[:, kept], moved[:, :, kept]
     largest = float(np.linalg.norm(moved, axis=1).max())
     # One, two or five times a power of ten.
@@ -182,7 +181,7 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
 def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
     """What thermometers tell of the tool point, and where the best two are, shape (2, 3) [m]."""
     corners = part.elements.solid.mesh.p
-    places, _ = coarsened(corners, surface, THERMOMETER_PLACES)
+    places, _ = _coarsened(corners, surface, THERMOMETER_PLACES)
     error, ends = tool_error(part.model), part.model.loads[:, :2].T
     pair, least = best_pair(error, part.patterns[places] @ part.basis)
     best = corners[:, places[pair]].T
@@ -202,6 +201,26 @@ def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
         ),
     )
     return section, best
+
+
+def _coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
+    """Surface with fewer corners: those in one cell of a grid become one.
+
+    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
+    *Modeling in Computer Graphics*, Springer 1993.
+
+    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
+    many corners that stay, and triangles by the number among these.
+    """
+    used, place = np.unique(triangles, return_inverse=True)
+    cell = float(np.ptp(corners, axis=1).max()) / 1e4
+    while True:
+        cells = np.round(corners[:, used] / cell).astype(np.int64)
+        _, first, owner = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        if len(first) <= most:
+            a, b, c = merged = owner.ravel()[place].reshape(triangles.shape)
+            return used[first], merged[:, (a != b) & (b != c) & (a != c)]
+        cell *= 1.2
 
 
 def _surface(corners: Array, triangles: Integers, **look: Any) -> dict[str, Any]:

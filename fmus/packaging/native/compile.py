@@ -20,6 +20,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
+from warmlink.fmus.packaging.native.library import FLAGS
 
 
 @dataclass(frozen=True)
@@ -70,12 +71,6 @@ SMALL_PLATFORMS = _by_name(
 
 BROWSER = Platform("wasm32-wasi", "", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
-
-# Numbers are the same on every machine: no fused multiply-add, no liberties with NaN, no x87.
-FLAGS = (
-    *("-std=c99", "-O2", "-fPIC", "-g0", "-fno-math-errno", "-ffp-contract=off", "-fvisibility=hidden"),
-    "-falign-functions=64",  # where a function happens to begin is worth a tenth of the time
-)
 
 ONCE_RUN = ("starting.c",)
 """Units whose code runs once for each instance: large, and not worth a long optimisation."""

@@ -129,9 +129,8 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
         stamps = pd.to_datetime(text, format=form, errors="coerce", utc=iso)
         if not iso and "%f" not in form:
             stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
-        lacking = np.flatnonzero(stamps.isna().to_numpy())
-        if lacking.size:
-            worst = max(worst, int(lacking[0]))
+        if stamps.hasnans:
+            worst = max(worst, int(np.argmax(stamps.isna())))
         else:
             found[form] = _seconds(stamps)
     if not found:

@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.diagnosis.data.rigs import rig_of
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
@@ -34,9 +34,6 @@ PER_RUN = "run"
 
 NOMINAL, MEASURED = "nominal", "measured"
 """What the states start from: the declared start values, or the first minute of measurements."""
-
-Values = Mapping[str, Annotated[str | float, Value()]]
-"""Values with units under `instance.variable`."""
 
 
 class Label(Entry):
@@ -133,8 +130,7 @@ class Experiment:
     noise : 1 sigma by output, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
-    declared : causes that were declared for this system
-    with_shipped : whether the shipped causes are thought of as well
+    declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
     """
 
     title: str
@@ -173,17 +169,10 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment file, or bare measurements as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
 
-    Parameters
-    ----------
-    source : path of an experiment (TOML) or of a file of measurements, or these as a DataFrame
-    told : units and names of columns that the user gave
-
-    Raises
-    ------
-    InputError
-        What does not fit, with file, row and column or with the table and key.
+    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
+    file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         if not is_file(source):

@@ -59,15 +59,8 @@ def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
 def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experiment:
     """Set parameters of the system for all runs, and check that what is known goes together.
 
-    Parameters
-    ----------
-    experiment : as it was read
-    settings : values with units by `instance.variable`, as `--set` gives them
-
-    Raises
-    ------
-    InputError
-        There is no such parameter, its unit does not fit, or the system cannot be like that.
+    `settings` are values with units by `instance.variable`, as `--set` gives them. InputError is raised where
+    there is no such parameter, its unit does not fit, or the system cannot be like that.
     """
     system = experiment.rig
     given = {name: start_value(name, text, system.components, "--set") for name, text in settings.items()}
@@ -94,15 +87,9 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
 def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experiment:
     """Put assumed inputs into the runs that do not have them, and remark on those that are still absent.
 
-    Parameters
-    ----------
-    experiment : as it was read
-    assumed : `NAME=VALUE` by name of column or input, the value with its unit or in SI; a pad may be `off`
-
-    Raises
-    ------
-    InputError
-        An assumption names no input, contradicts the file or has no such value; nothing drives a run.
+    `assumed` are texts `NAME=VALUE` by name of column or input, the value with its unit or in SI; a pad may
+    be `off`. InputError is raised where one names no input, contradicts the file or has no such value, and
+    where nothing drives a run.
     """
     given = [_assumption(experiment, text) for text in assumed]
     runs = []

@@ -177,17 +177,14 @@ def read_run(
         columns=tuple(each for kind in columns.values() for each in kind),
         form=f"{sheet.form}; times as {taken}",
     )
-    discrete = [name for name in run.inputs if rig.variables[name].is_discrete]
-    return condensed(run, discrete)
+    return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
 
 
 def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
     """Whether a column is an input or a reading; raises InputError where it is a parameter."""
     scalar = rig.scalar(place.variable, sheet.of(place.column))
-    if place.variable in rig.externals:
-        return "input"
-    if scalar.start is None:
-        return "reading"
+    if place.variable in rig.externals or scalar.start is None:
+        return "input" if place.variable in rig.externals else "reading"
     raise InputError(
         f"{sheet.of(place.column)}: {place.variable} is neither an input nor an output; "
         "give a constant under [known]"
@@ -217,13 +214,10 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
         return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
 
-    return replace(
-        run,
-        time=run.time[starts],
-        inputs={n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()},
-        readings={n: mean(v, False) for n, v in run.readings.items()},
-        covariates={n: mean(v, True) for n, v in run.covariates.items()},
-    )
+    inputs = {n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()}
+    readings = {n: mean(v, False) for n, v in run.readings.items()}
+    covariates = {n: mean(v, True) for n, v in run.covariates.items()}
+    return replace(run, time=run.time[starts], inputs=inputs, readings=readings, covariates=covariates)
 
 
 def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:

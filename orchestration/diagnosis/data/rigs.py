@@ -40,9 +40,8 @@ def rig_of(
 ) -> Rig:
     """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
-    With heat paths that causes may add, or FMUs in place of its parts; `looped`: simulated in a loop of
-    FMUs, even where every part is known. InputError is raised where there is no such system, or something
-    does not fit it.
+    With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_of_own`.
+    InputError is raised where there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
     if name.lower().endswith((".ssp", ".ssd")):

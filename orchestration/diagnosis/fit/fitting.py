@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
-from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
 _MOST_EVALUATIONS, _TRIED = 12, 3
 """Simulations that a fit may take, and those after which it may be given up."""

@@ -6,8 +6,6 @@ So the diagnosis integrates the same equations as the FMUs, without the communic
 from __future__ import annotations
 
 import ctypes
-import platform
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -20,7 +18,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.component.join import part_of
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept, kept_before
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
@@ -137,7 +135,7 @@ class Equations:
 
     @property
     def _kept_as(self) -> tuple[str, object]:
-        return "steps", (sys.platform, platform.machine(), self._sources)
+        return "steps", (*made_here(), self._sources)
 
     @cached_property
     def _compiled(self) -> ctypes.CDLL | None:

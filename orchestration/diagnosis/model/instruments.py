@@ -17,8 +17,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.forward import Forward, held_row
-from warmlink.orchestration.diagnosis.model.loop import Loop
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, held_row
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -97,7 +96,7 @@ class Readings:
 
     def __init__(
         self,
-        forward: Forward | Loop,
+        forward: Simulation,
         outputs: Sequence[str],
         slots: Sequence[str],
         times: Array,

@@ -95,7 +95,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
 {
     Instance *instance = component;
     return status(in_phase(instance, INSTANTIATED, "fmi2SetupExperiment")
-                  && model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
+                  && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component)
@@ -164,7 +164,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueR
 {
     Instance *instance = component;
     int well = paired(instance, references, count, values, count)
-               && model_given(&instance->model, count, orders, values);
+               && given(instance, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set_derivative(&instance->model, references[i], orders[i], values[i]);
     return status(well);

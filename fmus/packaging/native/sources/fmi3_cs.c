@@ -99,7 +99,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean toleranc
 {
     Instance *instance = handle;
     int well = in_phase(instance, INSTANTIATED, "fmi3EnterInitializationMode")
-               && model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL);
+               && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL);
     return well ? entered(instance, INSTANTIATED, INITIALIZATION, "") : fmi3Error;
 }
 
@@ -155,23 +155,17 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, f
     return status(in_phase(instance, EVENTS, "fmi3UpdateDiscreteStates"));
 }
 
-static fmi3Status counted(fmi3Instance instance, size_t *count, size_t value)
-{
-    if (!instance || !count)
-        return unsupported(instance, "there is nowhere to put the number");
-    *count = value;
-    return fmi3OK;
-}
+#define COUNTED(name, number)                                                  \
+    fmi3Status name(fmi3Instance instance, size_t *count)                      \
+    {                                                                          \
+        if (!instance || !count)                                               \
+            return unsupported(instance, "there is nowhere to put the number"); \
+        *count = number;                                                       \
+        return fmi3OK;                                                         \
+    }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *count)
-{
-    return counted(instance, count, WL_STATES);
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *count)
-{
-    return counted(instance, count, 0);
-}
+COUNTED(fmi3GetNumberOfContinuousStates, WL_STATES)
+COUNTED(fmi3GetNumberOfEventIndicators, 0)
 #endif
 
 #include "fmi3_absent.h"

@@ -16,9 +16,23 @@ static Answer status(int well)
     return well == DISCARDED ? FUNCTION(Discard) : well ? FUNCTION(OK) : FUNCTION(Error);
 }
 
+/* Whether an instance is in the phase that a function belongs in. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
-    return instance && model_in_phase(&instance->model, phase, function);
+    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
+                                         "intermediate update mode", "event mode", "continuous-time mode"};
+    Phase present = instance ? (Phase)instance->model.memory.phase : phase;
+    if (present != phase)
+        model_report(&instance->model, ": %s belongs in %s, not in %s", function, phases[phase], phases[present]);
+    return instance && present == phase;
+}
+
+/* Whether the host gave the arrays that so many values need; either may be NULL where there are none. */
+static int given(Instance *instance, size_t count, const void *first, const void *second)
+{
+    return count == 0 || (first && second)
+           || model_report(&instance->model, ": a null pointer in place of an array; give arrays of %lu elements",
+                           (unsigned long)count);
 }
 
 static Answer unsupported(Instance *instance, const char *what)
@@ -26,6 +40,17 @@ static Answer unsupported(Instance *instance, const char *what)
     if (instance)
         model_report(&instance->model, ": %s", what);
     return FUNCTION(Error);
+}
+
+static int set_times(Model *model, double start, double stop)
+{
+    if (!(fabs(start) < HUGE_VAL) || !(stop >= start))
+        return model_report(model, ": a run from %g s to %g s; give a start, and a stop after it", start, stop);
+    model->memory.start_time = model->memory.time = start;
+    model->memory.stop_time = stop;
+    model->fresh = 0;
+    model->begun = 0;
+    return 1;
 }
 
 /* What may change the whole instance must not come from within a step. */
@@ -71,7 +96,9 @@ Answer FUNCTION(ExitInitializationMode)(void *handle)
 Answer FUNCTION(Terminate)(void *handle)
 {
     Instance *instance = handle;
-    return status(instance && model_terminate(&instance->model, NAME_OF("Terminate")));
+    Phase present = instance ? (Phase)instance->model.memory.phase : STEPPING;
+    return entered(instance, present == EVENTS || present == CONTINUOUS ? present : STEPPING, TERMINATED,
+                   NAME_OF("Terminate"));
 }
 
 Answer FUNCTION(Reset)(void *handle)

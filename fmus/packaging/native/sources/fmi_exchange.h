@@ -1,13 +1,12 @@
 /* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c. */
 #if WL_EXCHANGES
-
 /* Whether the host gave room for as many numbers as there are states. */
 static int sized(Instance *instance, size_t count, const double *numbers)
 {
     if (instance && count != WL_STATES)
         return model_report(&instance->model, ": %lu numbers for %d states; give one each", (unsigned long)count,
                             WL_STATES);
-    return instance && model_given(&instance->model, count, numbers, numbers);
+    return instance && given(instance, count, numbers, numbers);
 }
 
 Answer FUNCTION(EnterEventMode)(void *instance)
@@ -76,5 +75,4 @@ Answer FUNCTION(GetEventIndicators)(void *instance, double indicators[], size_t 
 {
     return count ? unsupported(instance, WL_NAME " has no event indicators") : status(instance != NULL);
 }
-
 #endif

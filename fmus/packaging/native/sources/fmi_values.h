@@ -32,7 +32,7 @@ static Reference next(const Reference references[], Place *place)
 static int paired(Instance *instance, const Reference references[], size_t count, const void *values, size_t size)
 {
     size_t wanted = 0;
-    if (!instance || !model_given(&instance->model, count, references, references))
+    if (!instance || !given(instance, count, references, references))
         return 0;
     for (size_t i = 0; i < count; i++) {
         unsigned values_of_one = COUNT(references[i]);
@@ -44,7 +44,7 @@ static int paired(Instance *instance, const Reference references[], size_t count
         return model_report(&instance->model, ": %lu value references and %lu values; give one each%s",
                             (unsigned long)count, (unsigned long)size,
                             WL_ARRAYS ? ", of an array one for each element" : "");
-    return model_given(&instance->model, size, values, values);
+    return given(instance, size, values, values);
 }
 
 /* Time is a variable in FMI 3.0. */
@@ -111,7 +111,7 @@ Answer FUNCTION(F(GetRealOutputDerivatives, GetOutputDerivatives))(void *handle,
 {
     Instance *instance = handle;
     int well = paired(instance, references, count, values, SIZE)
-               && model_given(&instance->model, count, orders, values);
+               && given(instance, count, orders, values);
     Place place = {0, 0};
     for (size_t i = 0; well && i < SIZE; i++) {
         Whole order = orders[place.at];

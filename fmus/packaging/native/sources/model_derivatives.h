@@ -97,13 +97,12 @@ Outcome model_rates(Model *model, double *rates)
         begin(model);
     model->severity = DISCARD;
     int well = inputs_are_well(model, memory->inputs);
-    if (well) {
+    if (well)
         WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
-        for (int i = 0; i < WL_STATES && well; i++)
-            if (!(well = fabs(rates[i]) < HUGE_VAL))
-                model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
-                                    "their nominal values", WL(state_variables)[i].name, memory->time);
-    }
+    for (int i = 0; well && i < WL_STATES; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL))
+            well = model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
+                                       "their nominal values", WL(state_variables)[i].name, memory->time);
     model->severity = FAILURE;
     return well ? DONE : DISCARDED;
 }

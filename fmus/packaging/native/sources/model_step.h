@@ -30,7 +30,6 @@ static void integrate(Model *model, double time, double step)
     for (long long i = 0; i < count; i++)
         advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
 }
-
 #endif
 
 #if !WL_CLOCKS
@@ -174,7 +173,6 @@ static double longest_step(const Memory *memory)
 #if WL_CLOCKS
     for (int i = 0; i < WL_CLOCKS; i++)
         shortest = fmin(shortest, period_of(memory, i));
-#else
 #endif
     return WL_MOST_IN_A_STEP * shortest;
 }
