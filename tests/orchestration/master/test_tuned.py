@@ -10,49 +10,16 @@ import pytest
 
 from tests.fmus.packaging.native.running import Native
 from tests.referees import libcosim
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
-from warmlink.fmus.records import dataclass
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
-from warmlink.orchestration.master.algorithms.explicit import Jacobi, ScheduledStepper
-from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import BENCH_ROD
 from warmlink.orchestration.system.write import write_ssp
-
-
-@dataclass(frozen=True)
-class Change:
-    """From a time in s on, a tunable parameter has another value, in its own unit."""
-
-    time: float
-    slave: str
-    parameter: str
-    value: float
-
-
-@dataclass(frozen=True)
-class Tuned(Jacobi):
-    """Jacobi that changes tunable parameters at communication points before it steps."""
-
-    changes: tuple[Change, ...] = ()
-
-    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
-        stepper, plain = super().bind(network, points), ScheduledStepper.step
-
-        def step(time: float, step_size: float) -> None:
-            for change in self.changes:
-                if change.time <= time:
-                    slave = network.slaves[network.index[change.slave]]
-                    slave.set((change.parameter,), (change.value,))
-            plain(stepper, time, step_size)
-
-        stepper.step = step
-        return stepper
-
 
 STEPS, AT = 60, 30
 LATER = 12.0
@@ -69,7 +36,7 @@ def bench(request: pytest.FixtureRequest) -> System:
 
 
 def run(bench: System, *changes: Change) -> np.ndarray:
-    result = simulate(bench, float(STEPS), 1.0, Tuned(changes=changes), stepping="plain")
+    result = simulate(bench, float(STEPS), 1.0, Tuned(Jacobi(), changes))
     assert result.status == "completed"
     return np.column_stack([result[name] for name in WATCHED])
 
@@ -126,3 +93,21 @@ def test_fmpy_agrees(bench: System) -> None:
     np.testing.assert_allclose(rows, run(bench, CHANGES[0])[1:, :2], rtol=0, atol=1e-15)
     for part in (heater, link):
         part.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (Change(1.0, "oven", "power", 1.0), "oven.power: there is no such component"),
+        (Change(1.0, "heater", "powr", 1.0), "heater.powr: there is no such variable; did you mean power?"),
+        (
+            Change(1.0, "heater", "heat_capacity", 1.0),
+            "heater.heat_capacity: is fixed, not tunable; set it before the run",
+        ),
+        (Change(1.0, "heater", "power", -1.0), "heater.power: -1"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(bench: System, change: Change, sentence: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        simulate(bench, 2.0, 1.0, Tuned(GaussSeidel(), (change,)))
+    assert str(refusal.value).startswith(sentence)

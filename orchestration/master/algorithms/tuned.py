@@ -1,0 +1,77 @@
+"""Parameters that change during the run, around any other algorithm."""
+
+from __future__ import annotations
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.system.check import checked_value
+from warmlink.orchestration.system.model import Value
+
+
+@dataclass(frozen=True)
+class Change:
+    """From a time in s on, a tunable parameter has another value, in its own unit."""
+
+    time: float
+    slave: str
+    parameter: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class Tuned(Algorithm):
+    """Change tunable parameters at communication points, then step as the inner algorithm does.
+
+    A change between two communication points acts from the later one on. InputError if a change is of
+    something else than a tunable parameter, or its value does not fit.
+    """
+
+    inner: Algorithm
+    changes: tuple[Change, ...]
+
+    @property
+    def order(self) -> int:
+        """Order of convergence of the inner algorithm."""
+        return self.inner.order
+
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network."""
+        for change in self.changes:
+            where = f"{change.slave}.{change.parameter}"
+            if change.slave not in network.index:
+                raise InputError(
+                    f"{where}: there is no such component; {instead(change.slave, network.index)}"
+                )
+            known = network.slaves[network.index[change.slave]].variables
+            if change.parameter not in known:
+                raise InputError(f"{where}: there is no such variable; {instead(change.parameter, known)}")
+            variable = known[change.parameter]
+            if variable.variability != "tunable":
+                raise InputError(f"{where}: is {variable.variability}, not tunable; set it before the run")
+            checked_value(variable, change.value, where)
+        return TunedStepper(self.inner.bind(network, points), network, self.changes)
+
+
+class TunedStepper(Stepper):
+    """The inner stepper, before each of whose steps the parameters are those of the time.
+
+    They are set anew in every step, because a step that is repeated starts from a state that holds the
+    parameters of an earlier time.
+    """
+
+    def __init__(self, inner: Stepper, network: Network, changes: tuple[Change, ...]) -> None:
+        self.inner, self.remarks = inner, inner.remarks
+        self.memory, self.recall = inner.memory, inner.recall  # type: ignore[method-assign]
+        self._network = network
+        self._changes = sorted(changes, key=lambda change: change.time)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Change what is due, then step."""
+        due = {(c.slave, c.parameter): c.value for c in self._changes if c.time <= time + 1e-9 * step_size}
+        for (slave, parameter), value in due.items():
+            self._network.slaves[self._network.index[slave]].set((parameter,), (value,))
+        self.inner.step(time, step_size)
