@@ -27,7 +27,7 @@ from benchmarks.own_systems import (
 )
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.rigs import Own
+from warmlink.orchestration.diagnosis.data.own import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.system.model import System
 

@@ -31,7 +31,7 @@ from warmlink.orchestration.closed_loop.run import run
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.rigs import Own
+from warmlink.orchestration.diagnosis.data.own import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.studies.design import design

@@ -46,18 +46,17 @@ class FmuStore:
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
         used(self.folder)
         missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
-        if missing:
-            if remark is not None:
-                ending = "s" if len(missing) > 1 else ""
-                remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
-            if self.kind == "python":
-                from warmlink.fmus.packaging.python.fmu import build_python_fmus
+        if missing and remark is not None:
+            ending = "s" if len(missing) > 1 else ""
+            remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
+        if missing and self.kind == "python":
+            from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
-                build_python_fmus(missing, self.folder.parent)
-            else:
-                from warmlink.fmus.packaging.native.fmu import build_native_fmus
+            build_python_fmus(missing, self.folder.parent)
+        elif missing:
+            from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
-                build_native_fmus(missing, self.folder)
+            build_native_fmus(missing, self.folder)
         return wanted
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.variables import (
+from warmlink.fmus.component.variables import (  # noqa: F401 - what a component is declared with
     Choice,
     Derived,
     Input,
@@ -36,29 +36,6 @@ from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     from warmlink.fmus.component.join import Joint
-
-__all__ = [
-    "FIELD",
-    "MOST_IN_A_STEP",
-    "SHORTEST_SAMPLE_TIME",
-    "Check",
-    "Choice",
-    "Clock",
-    "Component",
-    "Derived",
-    "Input",
-    "Layout",
-    "Local",
-    "Output",
-    "Parameter",
-    "Record",
-    "Scalar",
-    "State",
-    "Terminal",
-    "Values",
-    "Variable",
-    "VariableType",
-]
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""

@@ -135,15 +135,10 @@ def extra(name: str, unit: str, description: str, **more: Any) -> Parameter:
     return tunable(name, unit, 0, description, minimum=0, **more)
 
 
+_MISSED = "true minus given ambient temperature"
+
 AMBIENT_ERROR = (
-    tunable("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1),
-    tunable(
-        "ambient_drift",
-        "K/s",
-        0,
-        "true minus given ambient temperature, per second",
-        display="K/h",
-        nominal=1e-4,
-    ),
+    tunable("ambient_offset", "K", 0, _MISSED, nominal=1),
+    tunable("ambient_drift", "K/s", 0, f"{_MISSED}, per second", display="K/h", nominal=1e-4),
 )
 """What a log of the surroundings' temperature may miss."""

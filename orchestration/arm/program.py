@@ -60,7 +60,7 @@ class Program(Drive):
     def start_values(self) -> StartValues:
         """Start values of the duty cycles and of the poses, by instance."""
         driven = {
-            f"{axis_name(i)}.duty": self.duties[(i - 1) % AXES].component_parameters()
+            f"{axis_name(i)}.duty": self.duties[(i - 1) % AXES].component_parameters
             for i in range(1, self.axes + 1)
         }
         poses: dict[str, Value] = {"repeat": True}

@@ -208,23 +208,11 @@ def discretisation_um(result: Result) -> float:
 def run_scenario(
     scenario: Scenario, store: FmuStore, progress: Progress | None = None, statistics: bool = False
 ) -> ClosedLoop:
-    """Run a scenario with its controller, and once more with half the step.
+    """Run a scenario with its controller, and once more with half the step, with the FMUs of a store.
 
-    Ctrl-C ends the run in order: what was computed up to there is kept.
-
-    Parameters
-    ----------
-    scenario : the scenario to run
-    store : the FMUs to run it with
-    progress : called with the share of the work that is done
-    statistics : count and time the calls of each FMU in the first run
-
-    Raises
-    ------
-    InputError
-        A parameter, unit or master does not exist, or a component refuses a value.
-    SlaveError
-        The run failed before its first communication point.
+    Ctrl-C ends the run in order: what was computed up to there is kept. `statistics` counts and times the
+    calls of each FMU in the first run. Raises InputError if a parameter, unit or master does not exist or a
+    component refuses a value, and SlaveError if the run failed before its first communication point.
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
@@ -247,12 +235,7 @@ def run_scenario(
 
 
 def _bounded_run(
-    system: System,
-    scenario: Scenario,
-    whole: Algorithm,
-    finer: Algorithm,
-    report: Progress,
-    statistics: bool,
+    system: System, scenario: Scenario, whole: Algorithm, finer: Algorithm, report: Progress, statistics: bool
 ) -> tuple[Result, float | None, str | None]:
     """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
     plant = scenario.setup.roles.plant

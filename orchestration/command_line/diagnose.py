@@ -150,8 +150,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
-    from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
-    from warmlink.orchestration.diagnosis.next_files import SCENARIO
+    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
 

@@ -38,8 +38,9 @@ def start_values(
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
         instance, _, variable = name.rpartition(".")
-        value = start_value(name, text, components, where)
-        typed = _TYPES[scalar(name, components, where).variable.type](value)
+        known = scalar(name, components, where)
+        value = to_si(text, known, f"{where}: {name}")
+        typed = _TYPES[known.variable.type](value)
         values.setdefault(instance, {})[variable] = typed if typed == value else value
     for instance, chosen in values.items():
         limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})

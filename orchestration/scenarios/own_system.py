@@ -124,10 +124,8 @@ def is_ours(fmu: Path, declared: Component | None) -> bool:
 
 def _roles(roles: RolesTable, system: System, where: str) -> Roles:
     corrections = [f"{name}.correction" for name in roles.controller]
-    score = Expression(roles.score, f"{where}.score")
-    without = score.without(corrections)
-    if roles.uncompensated is not None:
-        without = Expression(roles.uncompensated, f"{where}.uncompensated")
+    score, bare = Expression(roles.score, f"{where}.score"), roles.uncompensated
+    without = score.without(corrections) if bare is None else Expression(bare, f"{where}.uncompensated")
     for expression in (score, without):
         for name in expression.variables:
             if name not in corrections:
@@ -163,14 +161,14 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
 
     Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
-    setup, fmus = scenario.setup, replacements.fmus
+    setup, fmus, shipped = scenario.setup, replacements.fmus, catalogue.components()
     kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)
     if not fmus:
         return scenario
     for instance, path in fmus.items():
-        known = catalogue.components().get(kinds.get(instance, ""))
+        known = shipped.get(kinds.get(instance, ""))
         if known is None:
-            ours = [name for name, kind in kinds.items() if kind in catalogue.components()]
+            ours = [name for name, kind in kinds.items() if kind in shipped]
             raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
         kinds[instance] = f"{instance} of {path.name}"
         foreign[kinds[instance]] = replacements.fmu(instance, _asked(setup, instance, known), known.name)

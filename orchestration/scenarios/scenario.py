@@ -86,9 +86,8 @@ class Scenario:
     @property
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
-        own, usual = self.sensors, self.setup.sensors
-        noise = usual.noise if own.noise is None else own.noise
-        return Sensors(noise, usual.used if own.used is None else own.used)
+        said = {name: value for name, value in vars(self.sensors).items() if value is not None}
+        return replace(self.setup.sensors, **said)
 
     @property
     def design(self) -> StartValues | None:
@@ -133,13 +132,12 @@ class Scenario:
 
     def _check_extent(self) -> None:
         """Refuse a run that is too long, or of more communication points than fit into memory."""
-        stop, step = self.stop_time, self.step_size
+        stop, step, most = self.stop_time, self.step_size, MOST_POINTS // max(1, len(self.setup.controllers))
         if stop > LONGEST:
             raise InputError(
                 f"{self.name}: the stop time {stop:g} s is more than a year ({LONGEST:g} s), in which every "
                 "cell has long been warm; give a shorter one"
             )
-        most = MOST_POINTS // max(1, len(self.setup.controllers))
         if stop / step > most:
             raise InputError(
                 f"{self.name}: {stop:g} s in steps of {step:g} s are {stop / step:.3g} "
@@ -208,15 +206,14 @@ class Settings:
         given = {name: value for name in names if (value := getattr(self, name)) is not None}
         if self.controller is not None:
             given["controller"] = controller_named(self.controller)
-        of_materials = {
+        parameters: dict[str, str | float] = {
             f"{instance}.{name}": figure
             for instance, material in self.materials.items()
             for name, figure in materials()[material].items()
             if name not in _WORDS
         }
-        scenario = replace(
-            default, **given, parameters={**of_materials, **self.parameters}, sensors=self.sensors
-        )
+        parameters |= self.parameters
+        scenario = replace(default, **given, parameters=parameters, sensors=self.sensors)
         for name in self.mismatches:
             scenario = mismatch.load(name).applied(scenario)
         return scenario

@@ -188,7 +188,9 @@ def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
         if at[-1] - at[begin] <= best:  # nor would any that begins later
             break
         some = ends[first : first + 16, None]
-        good = (np.abs(growth[begin:-1] - growth[some]) <= tolerance) & (numbers[begin:] >= some)
+        away = growth[begin:-1] - growth[some]
+        good = np.abs(away, out=away) <= tolerance
+        good[:, : some[-1, 0] - begin] &= numbers[begin : some[-1, 0]] >= some
         best = max(best, float(np.max(good @ spans[begin:], initial=0.0)))
     return best / 60
 

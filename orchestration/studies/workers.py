@@ -79,13 +79,13 @@ class FmuSet:
         return digest.hexdigest()[:16]
 
     @property
-    def folder(self) -> Path:
-        """Folder of this machine for the FMUs' files, and `unpacked` in it for what they hold."""
-        return cache_folder() / "studies" / self.digest
+    def unpacked(self) -> Path:
+        """Folder in which runs on this machine unpack them, once; their files lie beside it."""
+        return cache_folder() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
         """Files of the FMUs on this machine, written where they are missing."""
-        return _written(self.folder, tuple(sorted(self.contents.items())))
+        return _written(self.unpacked.parent, tuple(sorted(self.contents.items())))
 
 
 @lru_cache(maxsize=4)
@@ -114,7 +114,7 @@ def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
     """Run a case on FMUs; what goes wrong is the outcome's reason, but a full disk a NoRoomError."""
     try:
-        return run_case(case, fmus.files(), fmus.folder / "unpacked")
+        return run_case(case, fmus.files(), fmus.unpacked)
     except NoRoomError as fault:
         raise NoRoomError(f"{fault}; {_KEPT}") from None
     except InputError as fault:

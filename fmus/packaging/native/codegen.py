@@ -1,8 +1,11 @@
 """From a component's declaration to C: its functions by CasADi, its variables as a table."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Any
+
+import numpy as np
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
 from warmlink.fmus.packaging.exchange import exchanged_states
@@ -21,10 +24,15 @@ from warmlink.fmus.packaging.native.joint_code import (
     starting_parts,
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
-from warmlink.fmus.packaging.native.output_groups import output_groups
 
 MOST_SHOWN = 8
 """Parameters that the sentence of a check may name, as `model.h` has it."""
+
+_SHARED_WORK = 0.25
+"""Share of the lesser output's operations above which two outputs are computed together."""
+
+LARGEST_COUNT = 64
+"""Groups that one word of flags can hold."""
 
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:
@@ -42,8 +50,8 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
         runs all the time) and of `variables.c` (a table).
     """
     groups, name, joint = output_groups(component), component.name, component.joint
-    starting = functions_file(f"{name}_starting", starting_functions(component))
-    running = functions_file(f"{name}_running", running_functions(component, groups))
+    starting = functions_file(f"{name}_starting", _starting_functions(component))
+    running = functions_file(f"{name}_running", _running_functions(component, groups))
     if joint is not None:
         starting += starting_glue(component, joint)
         running += sample_glue(component, joint)
@@ -52,14 +60,14 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
-        "component.h": sizes_header(component, arrays),
+        "component.h": _sizes_header(component, arrays),
         "starting.c": starting,
         "running.c": running,
         "variables.c": _variables_file(component, groups, arrays),
     }
 
 
-def sizes_header(component: Component, arrays: bool) -> str:
+def _sizes_header(component: Component, arrays: bool) -> str:
     """Write `component.h`: sizes, and the prefix of the component's functions."""
     sizes = {
         "PREFIX": f"{component.name}_",
@@ -81,14 +89,7 @@ def sizes_header(component: Component, arrays: bool) -> str:
 
 
 def identity_header(component: Component, token: str, state: str) -> str:
-    """Write `identity.h`.
-
-    Parameters
-    ----------
-    component : the declaration
-    token : GUID or instantiation token that the FMU answers to
-    state : what a serialised state must have been made by
-    """
+    """Write `identity.h`: the token that the FMU answers to, and what must have made a serialised state."""
     known = {"NAME": component.name, "TOKEN": token, "STATE_ID": state}
     return _header("What one FMU is known by", {name: _string(text) for name, text in known.items()})
 
@@ -98,7 +99,7 @@ def _header(about: str, values: Mapping[str, object]) -> str:
     return f"/* {about}; generated. */\n{lines}"
 
 
-def starting_functions(component: Component) -> Iterator[Any]:
+def _starting_functions(component: Component) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
@@ -113,7 +114,7 @@ def starting_functions(component: Component) -> Iterator[Any]:
     yield from (function(*part) for part in parts)
 
 
-def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
+def _running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
     """Yield the CasADi functions that run all the time, as the C wrapper calls them."""
     import casadi
 
@@ -133,6 +134,55 @@ def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> 
     for number, group in enumerate(groups):
         yield function(f"outputs_{number}", s.now, y[group])
     yield _tangent("tangent", s, y[: component.output_count])
+
+
+def output_groups(component: Component) -> list[list[int]]:
+    """Indices of the outputs, in groups to be computed together: those that share much of their work.
+
+    A host asks for a few outputs of many; the others need not be computed, nor the local variables.
+
+    Returns
+    -------
+    list of list of int
+        Every output once; at most `LARGEST_COUNT` groups, the last of which are the local variables.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count = component.output_count
+    used = np.array([[i in outputs for i in range(count)] for outputs in _operations(component)], dtype=int)
+    shared = used.reshape(-1, count).T @ used.reshape(-1, count)
+    lesser = np.minimum.outer(shared.diagonal(), shared.diagonal())
+    number, labels = connected_components(shared > _SHARED_WORK * lesser, directed=False)
+    groups = [np.flatnonzero(labels == label).tolist() for label in range(number)]
+    local = [list(range(count, component.y.size))] if count < component.y.size else []
+    alone = LARGEST_COUNT - 1 - len(local)
+    rest = [i for group in groups[alone:] for i in group]
+    return [*groups[:alone], *([rest] if rest else []), *local]
+
+
+def _operations(component: Component) -> list[frozenset[int]]:
+    """For each operation of the outputs' expressions, the outputs that use its result."""
+    import casadi
+
+    now = Symbols.of(component).now
+    y = casadi.cse(casadi.SX(component.outputs_of(*now))[: component.output_count])
+    function = casadi.Function("outputs", now, [y])
+    row = function.sparsity_out(0).row()
+    leaves = {casadi.OP_INPUT, casadi.OP_CONST, casadi.OP_PARAMETER}
+    wanted: dict[int, frozenset[int]] = defaultdict(frozenset)
+    operations = []
+    for k in reversed(range(function.n_instructions())):
+        kind = function.instruction_id(k)
+        taken, given = function.instruction_input(k), function.instruction_output(k)
+        if kind == casadi.OP_OUTPUT:
+            wanted[taken[0]] |= {row[given[1]]}
+            continue
+        users = wanted.pop(given[0], frozenset())
+        if kind not in leaves:
+            operations.append(users)
+            for slot in taken:
+                wanted[slot] |= users
+    return operations
 
 
 def _tangent(name: str, s: Symbols, expression: Expression) -> Any:

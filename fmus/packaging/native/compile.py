@@ -114,7 +114,7 @@ class Compiler:
             for unit, content in zip(units, objects, strict=True):
                 (folder / f"{unit}.o").write_bytes(content)
             target = name + self.platform.suffix
-            self.run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
+            self._run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
             return (folder / target).read_bytes()
 
     def _link_flags(self, target: str) -> list[str]:
@@ -126,14 +126,8 @@ class Compiler:
         }
         return ["-o", target, *own[self.platform.suffix]]
 
-    def run(self, folder: Path, arguments: Sequence[str]) -> None:
-        """Call the compiler in a folder.
-
-        Raises
-        ------
-        InputError
-            If it fails.
-        """
+    def _run(self, folder: Path, arguments: Sequence[str]) -> None:
+        """Call the compiler in a folder; InputError if it fails."""
         command = [*self.command, *self.flags, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
         if done.returncode != 0:
@@ -217,7 +211,7 @@ def _object(
             for file, text in texts:
                 (folder / file).write_text(text, encoding="utf-8")
             folders = [f"-I{path}" for path in include]
-            compiler.run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
+            compiler._run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
             return (folder / "unit.o").read_bytes()
 
     headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 
@@ -81,7 +81,7 @@ class Place:
 
 
 class Assignment:
-    """Finds what each column of a sheet is: the `places` that are used, and the headers `unused`."""
+    """Finds what each column of a sheet is, and the headers that are `unused`."""
 
     def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
         self._sheet, self._rig, self._told = sheet, rig, told
@@ -92,22 +92,22 @@ class Assignment:
         bare = {header: name_and_unit(header) for header in named}
         self._units = dict(bare.values())
         self._named = {**{name: named[header] for header, (name, _) in bare.items()}, **mapped}
-        self.places = self._found()
-        unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self.places})
+        self._used = self._found()
+        unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self._used.values()})
         self.unused = tuple(sheet.headers[i] for i in unused if sheet.headers[i].strip())
         if self._named.keys() <= told.names.keys():
             self._refuse_unknown(unused)
 
-    def _found(self) -> list[Place]:
-        """Columns that are used: one for each variable, and the best of several times."""
+    def _found(self) -> dict[str, Place]:
+        """Column of each variable, and the best of several times."""
         found = [place for place in map(self._place, range(len(self._headings))) if place is not None]
         taken = {place.variable for place in found if place.chosen}
         found = [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
         times = [place for place in found if place.variable == TIME]
         best = [p for p in times if p.chosen] or [p for p in times if plain(p.name) == TIME] or times
-        first: dict[str, Place] = {}
-        for place in (places := [each for each in found if each.variable != TIME or each in best]):
-            other = first.setdefault(place.variable, place)
+        used: dict[str, Place] = {}
+        for place in (each for each in found if each.variable != TIME or each in best):
+            other = used.setdefault(place.variable, place)
             if other is not place:
                 one, two = self._sheet.headers[other.column], self._sheet.headers[place.column]
                 what = "times" if place.variable == TIME else place.variable
@@ -115,14 +115,13 @@ class Assignment:
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
                     f'one out with --map "{two}="'
                 )
-        return places
+        return used
 
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
-        found = {place.variable: place for place in self.places}
-        date = found.get(_DATE)
-        if TIME in found:
-            return found[TIME], date
+        date = self._used.get(_DATE)
+        if TIME in self._used:
+            return self._used[TIME], date
         if date is not None:
             return date, None
         raise InputError(
@@ -130,9 +129,9 @@ class Assignment:
             f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
         )
 
-    def signals(self) -> Iterator[Place]:
+    def signals(self) -> list[Place]:
         """Columns of variables."""
-        return (place for place in self.places if place.variable not in (TIME, _DATE))
+        return [place for variable, place in self._used.items() if variable not in (TIME, _DATE)]
 
     def _variable(self, header: str, name: str) -> str:
         """Variable that `--map` names; empty where the column is to be left out."""
@@ -213,8 +212,7 @@ class Assignment:
 
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
-        have = {place.variable for place in self.places}
-        absent = {name: v for name, v in self._rig.columns.items() if v not in have}
+        absent = {name: v for name, v in self._rig.columns.items() if v not in self._used}
         meant: dict[int, str] = {}
         for column in columns:
             if guess := self._guess(column, absent):

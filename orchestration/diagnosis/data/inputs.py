@@ -147,14 +147,12 @@ def _absent(experiment: Experiment) -> list[str]:
     """Remarks on inputs that nobody logged, with the values they are given."""
     remarks = []
     for group in experiment.rig.driven_by:
-        without = [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]
-        if without:
+        if without := [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
             value, option = _neutral(experiment.rig, name)
             whose = f"{_few(without)}: " if len(experiment.runs) > 1 else ""
-            remarks.append(
-                f"{whose}no {name} column: taken as {value}; give --assume {name}={option} to say so"
-            )
+            told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
+            remarks.append(whose + told)
     return remarks
 
 
@@ -163,11 +161,10 @@ def _neutral(system: Rig, name: str) -> tuple[str, str]:
     if name.endswith("pad_temperature"):
         return OFF, OFF
     scalar = system.variables[system.columns.get(name, name)]
-    start = float(scalar.start or 0.0)
+    start, unit = float(scalar.start or 0.0), scalar.variable.unit
     if scalar.is_temperature:
         return f"{start - ZERO_CELSIUS:g} degC", f'"{start - ZERO_CELSIUS:g} degC"'
-    unit = "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
-    return f"{start:g}{unit}", f"{start:g}"
+    return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"
 
 
 def _few(names: Sequence[str]) -> str:

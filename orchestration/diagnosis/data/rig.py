@@ -23,7 +23,7 @@ from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.data.rigs import Own
+    from warmlink.orchestration.diagnosis.data.own import Own
 
 ELONGATION = "link.elongation"
 

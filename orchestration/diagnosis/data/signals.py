@@ -188,8 +188,7 @@ def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list
 def quantum(values: Array) -> float:
     """Step of the lattice that readings lie on, 0 where they lie on none.
 
-    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
-    difference between two of them.
+    Rounded readings repeat few distinct values, all whole multiples of the smallest difference of two.
     """
     filled = values[np.isfinite(values)]
     distinct = np.unique(np.round(filled, 9))
@@ -205,8 +204,7 @@ def quantum(values: Array) -> float:
 def repeats(values: Array) -> Rows:
     """Rows that repeat the reading before, where most rows do and readings lie on no lattice.
 
-    A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
-    or more often than it samples.
+    A sensor that sticks reads so, and a logger that writes only large changes, or more often than it samples.
     """
     rows = np.flatnonzero(np.isfinite(values))
     again = np.diff(values[rows]) == 0

@@ -14,11 +14,10 @@ from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, t
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
-from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}

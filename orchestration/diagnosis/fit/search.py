@@ -19,6 +19,7 @@ import numpy as np
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.neighbours import (
+    MADE_UP_FOR,
     Neighbours,
     Proposal,
     family_wise_level,
@@ -59,11 +60,7 @@ _ALONE, _MOST_ALONE = 0.3, 6
 
 
 class Search:
-    """Fits sets of causes until the best is found.
-
-    Attributes
-    ----------
-    fits : every fit made, by the titles of its causes
+    """Fits sets of causes until the best is found; `fits` has every fit made, by the titles of its causes.
 
     Parameters
     ----------
@@ -222,12 +219,13 @@ class Search:
         """
         found = []
         near = Neighbours(best, self.items, ())
-        for other, rates in near.followed() if len(best.items) < MOST_CAUSES else ():
+        usable = [each for each in near.alone() if near.left[each[1]] < MADE_UP_FOR]
+        for other, _, rates in usable if len(best.items) < MOST_CAUSES else ():
+            (freed,) = other.freed
             for weak in (f for item in best.items for f in item.freed if rates.get(f)):
                 strength = best.values[weak] - weak.start
-                (freed,) = other.freed
                 against = freed.start + _STRONG * strength / rates[weak]
-                if not freed.lower <= against <= freed.upper:
+                if strength == 0 or not freed.lower <= against <= freed.upper:
                     continue
                 held = replace(freed, lower=against, upper=against)
                 fit = self.fitter.fit((*best.items, replace(other, freed=(held,))), best.values)

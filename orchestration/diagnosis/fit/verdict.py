@@ -193,7 +193,8 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
         rivals += _off_bounds(search, best, {fit.key for fit in rivals})
         if all(fit.resting for fit in rivals):
             return "unknown", rivals  # nothing explains the data within the bounds
-    rivals += (*search.extended(best), *search.cancelling(best))
+    rivals += tuple(search.extended(best))
+    rivals = rivals or tuple(search.cancelling(best))
     return ("ambiguous" if rivals else "named"), rivals
 
 

@@ -13,10 +13,10 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, Simulation, Trajectory
-from warmlink.orchestration.diagnosis.model.steps import ORDINARY, Levels, Resolution, controlled, hermite
+from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, controlled, hermite
 
-_WILD = 0.1
-"""K by which the slopes at the ends of a step may disagree with what changes over it."""
+_AT_ONCE = 100.0
+"""Multiple of the states' median rate from which one settles at once."""
 
 
 class Forward(Simulation):
@@ -55,6 +55,18 @@ class Forward(Simulation):
         """Points between steps in s."""
         return self.steps.time
 
+    @cached_property
+    def _thin(self) -> NDArray[np.int64]:
+        """States that settle at once, as the cells of hardly any mass where a link is measured to its ends.
+
+        They are right at the ends of a step of a minute, but their slopes there are the last trace of their
+        settling: a cubic with them would leave the course by many K.
+        """
+        z, inputs = self.start_values(), self._table[:, 0]
+        begun, _ = self.equations.begin(z, self._p, inputs)
+        own = np.abs(np.diag(np.array(self.equations.linear(begun, z, self._p, inputs, 0.0)[1])))
+        return np.flatnonzero(own > _AT_ONCE * np.median(own))
+
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate; derivatives through the states and by the slots themselves."""
         values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
@@ -78,7 +90,10 @@ class Forward(Simulation):
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
-        _straighten(self.steps.time, states, left, right)
+        thin = self._thin
+        left[:, thin] = right[:, thin] = (
+            np.diff(states[:, thin], axis=0) / np.diff(self.steps.time)[:, None, None]
+        )
         return states, left, right
 
     def _interpolated(
@@ -107,22 +122,6 @@ class Forward(Simulation):
         value = _weighted(hermite(s, length), ends, known)
         slope = _weighted(rates, ends, known[:, :, 0])
         return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
-
-
-def _straighten(time: Array, states: Array, left: Array, right: Array) -> None:
-    """Replace slopes that say nothing of their step by that of the line through its ends.
-
-    A cell of hardly any mass at the end of a link settles within a second. Beside its neighbours it is right
-    at both ends of a step of a minute, but its slopes there are the last trace of its settling: a cubic with
-    them would leave the course by many K.
-    """
-    length = np.diff(time)[:, None]
-    change = np.diff(states[:, :, 0], axis=0)
-    bend = np.abs(change - length / 2 * (left[:, :, 0] + right[:, :, 0]))
-    wild = np.nonzero(bend > _WILD * np.maximum(1.0, np.abs(states[1:, :, 0]) / ORDINARY))
-    if wild[0].size:
-        line = (states[1:][wild] - states[:-1][wild]) / length[wild[0]]
-        left[wild] = right[wild] = line
 
 
 def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array) -> Array:

@@ -39,13 +39,9 @@ _FAULTS = {
 
 @dataclass(frozen=True)
 class Channel:
-    """The sensor or camera that reads one output.
+    """The sensor or camera that reads one output, as `sensors` and `[3]`, and the SI unit of what it reads.
 
-    Attributes
-    ----------
-    instance, element : of the instrument, as `sensors` and `[3]`; what is read by none of the system's
-        instruments has one of its own
-    unit : SI unit of what it reads
+    What is read by none of the system's instruments has one of its own.
     """
 
     instance: str

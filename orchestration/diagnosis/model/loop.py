@@ -14,8 +14,8 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.own import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
-from warmlink.orchestration.diagnosis.data.rigs import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, held_row

@@ -28,7 +28,7 @@ MOST_LEVELS = 20_000
 _CUTS = 5
 """How often a step may be cut in two."""
 
-ORDINARY = 300.0
+_ORDINARY = 300.0
 """K; the tolerance of a larger state, such as a heat in J, grows in proportion to it."""
 
 _MEMORY = 600.0
@@ -246,7 +246,7 @@ class _Control:
         return step.reached
 
     def _small(self, error: Array, x: Array) -> bool:
-        return bool(np.all(np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / ORDINARY)))
+        return bool(np.all(np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)))
 
     def step(self, x: Array, start: float, end: float, mean: Array | None = None) -> _Step:
         """A step on the inputs as they were logged, or on their mean."""

@@ -153,11 +153,7 @@ EFFECTS: Mapping[str, Effect] = {
     "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
     "brake_heat": _while("shaft_heat", 0.3, 0.42, 12.0, "A brake warms the shaft for a while."),
     "bracket": _while(
-        "bracket",
-        0.25,
-        0.55,
-        1.5,
-        "Something clamped to the link takes heat from its middle for a while.",
+        "bracket", 0.25, 0.55, 1.5, "Something clamped to the link takes heat from its middle for a while."
     ),
     "churning": _set("drag", 0.25, about="Grease heats the shaft with the cube of the speed."),
     "creep": Effect(

@@ -154,9 +154,8 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
         mesh.at(place + shift, nodes)
         for place, shift in zip((BASE, (BASE + TIP) / 2, TIP), truth.shift, strict=True)
     )
-    shaft, winding = found[:, mesh.base + 1], found[:, mesh.base]
     growth = truth.expansion * mesh.rise_integral(nodes - truth.start)
-    return Course(times, shaft, winding, base, middle, tip, growth)
+    return Course(times, found[:, mesh.base + 1], found[:, mesh.base], base, middle, tip, growth)
 
 
 def surroundings(truth: Truth, duty: Segment, time: float) -> float:

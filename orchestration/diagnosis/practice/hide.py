@@ -82,22 +82,15 @@ def hide(
     seed: int = 0,
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
 ) -> dict[str, Array]:
-    """Make a run that hides effects.
+    """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
     Parameters
     ----------
-    effects : strength in SI by effect; the effect of an instrument names its channel, as
-        `sensor_lag:tip_temperature`
+    effects : strength in SI; the effect of an instrument names its channel, as `sensor_lag:tip_temperature`
     duty : the duty cycle
-    noise : what the instruments add
+    noise, seed : what the instruments add
     interval : s between rows; where the duty cycle changes there is one more
-    seed : of the noise
     solver : gives the true course of a cell over a duty cycle at times in s
-
-    Returns
-    -------
-    dict
-        Columns by header as in a CSV file; NaN where a cell is empty.
 
     Raises
     ------

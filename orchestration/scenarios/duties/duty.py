@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -134,8 +135,9 @@ class Duty(Drive):
 
     def start_values(self) -> StartValues:
         """Start values of the instance `duty`; raises as `component_parameters`."""
-        return {"duty": self.component_parameters()}
+        return {"duty": self.component_parameters}
 
+    @cached_property
     def component_parameters(self) -> dict[str, float | bool]:
         """Parameters of the DutyCycle component by scalar name; InputError where it has too few segments."""
         if len(self.segments) > SEGMENTS:

@@ -221,8 +221,7 @@ def read_csv(path: Path) -> Duty:
     (_, header), *rows = _rows(path)
     columns = _columns(header, path.name)
     times: list[float] = []
-    segments: list[Segment] = []
-    last = Segment(0.0)
+    segments, last = [], Segment(0.0)
     for line, row in rows:
         where = f"{path.name}: line {line}"
         if len(row) != len(header):
@@ -237,13 +236,10 @@ def read_csv(path: Path) -> Duty:
     if len(times) < 2:
         raise InputError(f"{path.name}: {len(times)} rows under the header; give at least two times")
     lasting = [replace(each, duration=float(d)) for each, d in zip(segments, np.diff(times), strict=False)]
-    remarks = tuple(
-        f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}"
-        for name in ("speed", "torque")
-        if name not in columns
-    )
+    absent = [name for name in ("speed", "torque") if name not in columns]
+    told = (f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
     reason, stop_time = f"recorded, {path.name}", times[-1] - times[0]
-    return Duty(path.stem, path.stem, reason, stop_time, tuple(lasting), remarks=remarks)
+    return Duty(path.stem, path.stem, reason, stop_time, tuple(lasting), remarks=tuple(told))
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -26,7 +26,7 @@ from benchmarks.own_systems import (
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibrating
-from warmlink.orchestration.diagnosis.data.rigs import Own
+from warmlink.orchestration.diagnosis.data.own import Own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model import driven, loop

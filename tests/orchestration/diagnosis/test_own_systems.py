@@ -30,7 +30,8 @@ from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
-from warmlink.orchestration.diagnosis.data.rigs import Own, rig_of_own
+from warmlink.orchestration.diagnosis.data.own import Own
+from warmlink.orchestration.diagnosis.data.rigs import rig_of_own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.read import read_system

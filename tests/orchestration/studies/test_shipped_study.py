@@ -50,7 +50,7 @@ class Followed:
                 algorithm(case.master),
                 record=("link.elongation", "compensator.correction", "link.discretisation_error"),
                 balances=(),
-                unpacked=fmus.folder / "unpacked",
+                unpacked=fmus.unpacked,
             )
             self.growth[case.label[1]] = np.asarray(result["link.elongation"])
             outcome = figures(case.setup, result, case.tolerance)
