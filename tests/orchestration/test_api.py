@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -63,6 +64,15 @@ def test_every_name_is_there_and_says_what_it_does() -> None:
         assert getattr(wl, name).__doc__, name
     with pytest.raises(AttributeError, match=r"has no rum; did you mean run\?"):
         wl.rum  # noqa: B018
+
+
+def test_a_type_checker_knows_every_name() -> None:
+    """What is missing there would be taken for `Any`."""
+    (block,) = (each for each in ast.parse(Path(wl.__file__).read_text()).body if isinstance(each, ast.If))
+    found = list(ast.walk(block))
+    known = {each.id for each in found if isinstance(each, ast.Name)}
+    known |= {str(each.asname) for each in found if isinstance(each, ast.alias)}
+    assert {*wl.__all__} <= known
 
 
 def test_importing_it_loads_nothing_heavy() -> None:
