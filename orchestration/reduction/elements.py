@@ -19,7 +19,7 @@ from scipy.sparse import block_diag, csc_matrix, csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.thermal_link.equations import SENSORS
+from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.forms import (
     conduction,
@@ -77,8 +77,7 @@ class Use:
         if len(self.sensors) > SENSORS:
             raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
         tool = point(self.tool_point, "--tool-point")
-        shares = np.array([0.0, 0.5, 1.0, *(np.arange(1, SENSORS - 2) / (SENSORS - 2))])
-        sensors = base + shares[:, None] * (tool - base)
+        sensors = base + np.outer(SENSOR_SHARES, tool - base)
         for i, text in enumerate(self.sensors):
             sensors[i] = point(text, "--sensor")
         return tool, sensors
