@@ -143,6 +143,24 @@ def test_a_mesh_wants_its_unit(tmp_path: Path) -> None:
         reduce(bar(tmp_path / "bar.msh", mesh=40.0), *FACES)
 
 
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--order", "40"), "--order 40: on this mesh there are 14 patterns; give no more"),
+        (("--tolerance", "1e-30 m"), "14 patterns leave an error .* allow a larger --tolerance"),
+    ],
+)
+def test_more_patterns_than_a_mesh_has_are_refused(
+    options: tuple[str, ...], sentence: str, tmp_path: Path
+) -> None:
+    import meshio
+
+    points = 100.0 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(points, [("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])]))
+    with pytest.raises(InputError, match=sentence):
+        reduce(tmp_path / "part.inp", *FACES, "--unit", "mm", *options)
+
+
 @pytest.mark.parametrize("corners", [[[4, 5, 6]], [[0, 1, 4]]])
 def test_a_group_of_triangles_beside_the_tetrahedra_is_refused(
     corners: list[list[int]], tmp_path: Path
