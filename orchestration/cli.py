@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import errno
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -173,9 +172,12 @@ def guarded(command: Callable[[], None]) -> None:
     except BrokenPipeError:
         raise SystemExit(0) from None
     except OSError as fault:
-        if fault.errno != errno.ENOSPC:
+        from warmlink.orchestration.files import FULL_DISK
+
+        if fault.errno not in FULL_DISK:
             raise
-        remark("the disk is full, so that the answer cannot be written; free space, and run it again")
+        told = os.strerror(fault.errno).lower()
+        remark(f"the answer cannot be written ({told}); free space there, and run it again")
         raise SystemExit(FAILED) from None
     except KeyboardInterrupt:
         raise interrupted() from None

@@ -98,6 +98,13 @@ def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
     assert repr(system).startswith("WarmupCell: duty, motor, link")
 
 
+def test_a_plot_of_nothing_named_shows_the_errors_that_are_there() -> None:
+    only = pandas.DataFrame({"time [s]": [0.0, 1.0], "error [m]": [0.0, 1e-6]})
+    assert [line.name for line in wl.plot(only).data] == ["error"]
+    both = only.assign(**{"uncompensated_error [m]": 2e-6})
+    assert [line.name for line in wl.plot(both).data] == ["uncompensated_error", "error"]
+
+
 def test_a_design_goes_into_a_run(place: Path) -> None:
     found = wl.design(sensors=["base"], parameters={"link.length": "400 mm"})
     assert "plant: link.length changed from nominal" in repr(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shlex
 import subprocess
@@ -81,6 +82,7 @@ def test_an_answer_that_cannot_be_printed_is_no_traceback(arguments: str) -> Non
         subprocess.run(["sh", "-c", f"{command} {output}"], capture_output=True, text=True, check=False)
         for output in ("> /dev/full", ">&-")
     )
-    told = "warmlink: the disk is full, so that the answer cannot be written; free space, and run it again\n"
+    reason = os.strerror(errno.ENOSPC).lower()
+    told = f"warmlink: the answer cannot be written ({reason}); free space there, and run it again\n"
     assert (full.returncode, full.stderr) == (1, told)
     assert (closed.returncode, closed.stderr) == (0, "")
