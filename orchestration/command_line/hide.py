@@ -50,10 +50,10 @@ def hide(
     from warmlink.orchestration.scenarios.duties.duty import length
 
     kinds = {"white": made_up.WHITE, "real": made_up.REAL}
-    for option, given, known in (("with", with_, (GRID, FEA)), ("noise", noise, kinds)):
-        if given not in known:
-            what = "solver" if option == "with" else option
-            raise InputError(f"--{option} {given}: no such {what}; {instead(given, known)}")
+    if with_ not in (GRID, FEA):
+        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
+    if noise not in kinds:
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = dict(map(_strength, effects or ()))
