@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +11,12 @@ from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.model import STORED, read_stored
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
-
-CONTROLLERS = "warmlink.controllers"
 
 
 @dataclass(frozen=True)
@@ -65,11 +63,8 @@ def reduced_link_in(fmu: Path) -> Component | None:
 @cache
 def controllers() -> dict[str, Component]:
     """Compensating controllers by the name of their folder, as `lag`."""
-    return {
-        entry.module.split(".")[-2]: entry.component
-        for entry in entries().values()
-        if entry.home == CONTROLLERS
-    }
+    own = [entry for entry in entries().values() if entry.home == "warmlink.controllers"]
+    return {entry.module.split(".")[-2]: entry.component for entry in own}
 
 
 def controller(name: str) -> Component:

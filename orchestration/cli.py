@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from inspect import cleandoc
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
     import typer
@@ -15,8 +17,9 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted
+from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.threads import one_thread_from_the_start
 
 COMMANDS = {
     "run": "run",
@@ -119,23 +122,37 @@ def _before_any_command(*, version: bool = False) -> None:
         raise SystemExit
 
 
+def script() -> NoReturn:
+    """Run the command as a process, and end it at once.
+
+    To free one by one the objects that it holds would take half as long as loading them.
+    """
+    code: object = 0
+    try:
+        main()
+    except SystemExit as end:
+        code = end.code
+    atexit._run_exitfuncs()
+    with suppress(BrokenPipeError):
+        sys.stdout.flush()
+    os._exit(code if isinstance(code, int) else 0)
+
+
 def main() -> None:
-    """Entry point of the command."""
+    """Run the command that the process's arguments name; it may end in SystemExit."""
     guarded(app)
 
 
 def guarded(command: Callable[[], None]) -> None:
     """Run a command; bad input ends in one sentence and exit code 2."""
-    # The matrices are small, and several threads for one product would spend their time waiting for each
-    # other. NumPy reads this setting when it is first imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    one_thread_from_the_start()
     try:
         command()
     except InputError as fault:
-        print(f"warmlink: {fault}", file=sys.stderr)
+        remark(str(fault))
         raise SystemExit(BAD_INPUT) from None
     except SlaveError as fault:
-        print(f"warmlink: {fault}; there are no results", file=sys.stderr)
+        remark(f"{fault}; there are no results")
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
@@ -144,4 +161,4 @@ def guarded(command: Callable[[], None]) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    script()

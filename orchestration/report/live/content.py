@@ -13,7 +13,7 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
-from warmlink.orchestration.scenarios.duties import duty_csv
+from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
 from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.quantity import converter
@@ -206,8 +206,8 @@ def columns(plots: Plots) -> dict[str, dict[str, Any]]:
     lines: dict[str, tuple[str, str]] = {}
     for (_, unit), of in plots.items():
         lines |= {name.removeprefix("link, "): (unit, variable) for name, variable in of.items()}
-    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in duty_csv.DEMANDS.items()}
-    for name in duty_csv.MEASURED:
+    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in RECORDED.items()}
+    for name in MEASURED:
         line = lines.get(name.removesuffix("_temperature"))
         if line is not None:
             known[name] = {"units": _units(line[0]), "variable": line[1]}
