@@ -35,12 +35,15 @@ export class Model {
     return (Number(text) - offset) / factor;
   }
 
+  /** What a field shows for a value in SI units. */
+  shown(name, value) {
+    const { factor, offset } = this.fields.get(name).dataset;
+    return digits(factor * value + Number(offset), 12);
+  }
+
   /** Change variables, in SI units. */
   set(values) {
-    for (const [name, value] of Object.entries(values)) {
-      const { factor, offset } = this.fields.get(name).dataset;
-      this.put({ [name]: digits(factor * value + Number(offset), 12) });
-    }
+    this.put(Object.fromEntries(Object.entries(values).map(([name, value]) => [name, this.shown(name, value)])));
   }
 
   /** Change what fields show; null stands for the scenario's value. */

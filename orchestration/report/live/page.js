@@ -86,19 +86,18 @@ function showCommands(model) {
 async function take(model, file) {
   const { columns, step, drivers, most } = model.content;
   const measured = readMeasured(await file.text(), columns, file.name);
-  const values = { stop: step * Math.floor(measured.times.at(-1) / step) };
+  const refuse = (sentence) => { throw new Error(`${file.name}: ${sentence}`); };
   if ("speed" in measured.series || "torque" in measured.series) {
-    if (drivers.length > 1) throw new Error(`${file.name}: the page takes measured runs of a single axis only`);
+    if (drivers.length > 1) refuse("the page takes measured runs of a single axis only");
     const first = model.vectors.map(({ name, word }) => [word, model.get(`${name}[1]`, model.start.get(`${name}[1]`))]);
     const segments = measuredSegments(measured, Object.fromEntries(first));
-    const remedy = "average the duty over longer times";
-    if (segments.length > most) throw new Error(`${file.name}: ${segments.length} segments are more than the ${most} that the page takes; ${remedy}`);
-    model.segments = segments.map(() => model.segments[0]);
-    for (const { name, word } of model.vectors) segments.forEach((segment, i) => { values[`${name}[${i + 1}]`] = segment[word]; });
-    values[`${drivers[0]}.repeat`] = 0;
+    const many = `${segments.length} segments are more than the ${most} that the page takes`;
+    if (segments.length > most) refuse(`${many}; average the duty over longer times`);
+    model.segments = segments.map((segment) => model.vectors.map(({ name, word }) => model.shown(`${name}[1]`, segment[word])));
+    model.set({ [`${drivers[0]}.repeat`]: 0 });
   }
   model.measured = { name: file.name, ...measured };
-  model.set(values);
+  model.set({ stop: step * Math.floor(measured.times.at(-1) / step) });
 }
 
 /** What buttons do, by their names, with their values. */

@@ -5,7 +5,6 @@ import { digits } from "./figures.js";
 
 const MOST_GROUPS = 500; // of a line's points; the lowest and the highest of each are drawn
 const DASHES = ["", "8 4", "2 3", "10 3 2 3", "14 4", "14 3 2 3 2 3"];
-const STYLES = DASHES.length;
 
 const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
@@ -65,11 +64,13 @@ export function drawLines(figure, { heading, label, step, lines, band = 0 }) {
   const pad = high - low < 1e-9 ? 1 : 0.04 * (high - low);
   const drawn = [`<path class="band" d="M0 ${-band}H${stop}V${band}H0Z"/>`];
   const keys = lines.map(({ name, values, marks = [], style }, i) => {
-    const look = `class="line-${(style ?? i) % STYLES}" stroke-dasharray="${DASHES[(style ?? i) % STYLES]}"`;
+    const number = (style ?? i) % DASHES.length;
+    const look = `style="stroke: var(--line-${number})"`;
+    const dashed = `${look} stroke-dasharray="${DASHES[number]}"`;
     const dots = marks.map(([time, value]) => `M${time} ${value}h0`).join("");
-    drawn.push(`<path ${look} d="${path(values, step)}"/>`);
-    if (dots) drawn.push(`<g class="dots line-${i}"><path d="${dots}"/><path class="within" d="${dots}"/></g>`);
-    return `<span><svg width="34" height="10" aria-hidden="true"><path ${look} d="M1 5H33"/></svg>${escaped(name)}</span>`;
+    drawn.push(`<path ${dashed} d="${path(values, step)}"/>`);
+    if (dots) drawn.push(`<path class="dots" ${look} d="${dots}"/><path class="within" d="${dots}"/>`);
+    return `<span><svg width="34" height="10" aria-hidden="true"><path ${dashed} d="M1 5H33"/></svg>${escaped(name)}</span>`;
   });
   const told = lines.map(({ name }, i) => `${name} from ${ends[i].map((each) => digits(each, 3)).join(" to ")}`);
   draw(figure, { label, stop, low: low - pad, high: high + pad }, `${heading}: ${label} over time; ${told.join(", ")}`, drawn);

@@ -190,7 +190,7 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
         await told(() => take(model, new File(["time [s]\\n0\\n"], "run.csv")));
         await take(model, new File([given], "run.csv"));
         await new Promise((drawn) => setTimeout(drawn, 300));
-        const marks = document.querySelector(".dots path").getAttribute("d").split("M").length - 1;
+        const marks = document.querySelector(".dots").getAttribute("d").split("M").length - 1;
         const command = document.getElementById("command").textContent.split("\\n").at(-1);
         const result = { sentences, stop: model.get("stop"), marks, command };
     """
