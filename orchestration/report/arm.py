@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, col
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
-from warmlink.orchestration.report.figures import Line, styled, time_plot
+from warmlink.orchestration.report.figures import styled, time_plot
 from warmlink.orchestration.report.page import Section, Table
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -19,18 +20,24 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 def sections(outcome: ClosedLoop) -> list[Section]:
     """The arm's sections."""
-    errors, names, grid = ArmErrors(outcome.result), [axis.name for axis in axes()], workspace()
-    ambient = Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS)
+    errors, names, grid, result = (
+        ArmErrors(outcome.result),
+        [axis.name for axis in axes()],
+        workspace(),
+        outcome.result,
+    )
+    ambient = {"surroundings": result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS}
 
-    def plot(values: Array, label: str, named: list[str] = names, *others: Line) -> Any:
+    def plot(
+        values: Array, label: str, named: Sequence[str] = names, others: Mapping[str, Array] = {}
+    ) -> Any:
         """Lines over time, one for each column of the values."""
-        lines = [Line(name, column) for name, column in zip(named, values.T, strict=True)]
-        return time_plot(outcome.time, [*lines, *others], label)
+        return time_plot(outcome.time, {**dict(zip(named, values.T, strict=True)), **others}, label)
 
     def temperatures(variable: str) -> Any:
-        return plot(columns(outcome.result, variable) - ZERO_CELSIUS, "temperature [°C]", names, ambient)
+        return plot(columns(result, variable) - ZERO_CELSIUS, "temperature [°C]", others=ambient)
 
-    flows = columns(outcome.result, "motor.neighbour_heat_flow")[:, 1:]
+    flows = columns(result, "motor.neighbour_heat_flow")[:, 1:]
     tool = 1e6 * errors.tool_error(errors.left)
     return [
         Section(
@@ -41,7 +48,7 @@ def sections(outcome: ClosedLoop) -> list[Section]:
         ),
         Section("Elongation of each link", figure=plot(1e6 * errors.growth, "length [µm]")),
         Section("What the compensation of each axis leaves", figure=plot(1e6 * errors.left, "length [µm]")),
-        Section("Left over in x, y and z", figure=plot(tool, "error [µm]", list(COORDINATES))),
+        Section("Left over in x, y and z", figure=plot(tool, "error [µm]", COORDINATES)),
         Section(
             "Error over the workspace, uncompensated",
             "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. "
@@ -82,9 +89,8 @@ def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
         for name in largest
     ]
     rows.append(("all", "", "", *(f"{sum(share.values()):.2f} µm" for share in shares)))
-    return Table(
-        ("axis", "growth, at most", "left of it, at most", *(f"adds: {name}" for name in kinds)), rows
-    )
+    adds = (f"adds: {name}" for name in kinds)
+    return Table(("axis", "growth, at most", "left of it, at most", *adds), rows)
 
 
 def moments(outcome: ClosedLoop) -> list[int]:

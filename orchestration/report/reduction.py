@@ -16,7 +16,7 @@ from warmlink.orchestration.reduction.solid import Solid
 from warmlink.orchestration.reduction.surface import Integers, coarsened
 from warmlink.orchestration.reduction.thermometers import NOISE, Observer, best_pair
 from warmlink.orchestration.report.figures import COLOURS, chart
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 
 SHOWN = 0.05
 """Largest displacement in the picture, as a share of the part's extent."""
@@ -62,7 +62,6 @@ def write_report(part: Part, name: str, path: Path) -> None:
             figure=orders,
         ),
         Section("Mesh", mesh.sentence, table=Table(*mesh.table)),
-        Section("Software", table=versions()),
     ]
     write_page(path, f"{name}, reduced", lead, sections)
 
