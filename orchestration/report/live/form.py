@@ -102,15 +102,17 @@ def _field(scalar: Scalar, values: Mapping[str, Mapping[str, Any]], duty: bool) 
     value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
     unit = variable.display or variable.unit
     to = conversion(parse_unit(variable.unit), parse_unit(unit), False)
-    text, about = f"{to(value):.12g}", variable.description
+    about = variable.description
     if not duty:
+        text = f"{to(value):.6g}"
         slider = _slider(scalar, value, to)
         texts = variable.choice.items if variable.choice else ()
         return Field(_shown(scalar.name, "parameter", text, unit, to), about, slider, texts)
     lasts = name.startswith("duration")
     bounds = {"min": SHORTEST if lasts else None if variable.display else scalar.lower}
     checked = {"checked": ""} if variable.type == "Boolean" and value else {}
-    shown = _shown(scalar.name, "duty", text if value or not lasts else "", unit, to, **bounds, **checked)
+    text = f"{to(value):.12g}" if value or not lasts else ""
+    shown = _shown(scalar.name, "duty", text, unit, to, **bounds, **checked)
     return Field(shown, about, texts=variable.choice.items if variable.choice else ())
 
 

@@ -3,7 +3,7 @@
 
 import { digits } from "./figures.js";
 
-const unseen = new OffscreenCanvas(8, 8).getContext("2d", { willReadFrequently: true });
+const unseen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
 unseen.fillStyle = "#0008";
 
 export class Model {
