@@ -170,8 +170,14 @@ def _importance(storage: Storage) -> Any:
     except (RuntimeError, ValueError):
         return None
     names, shares = list(found), list(found.values())
-    bars = {"type": "bar", "orientation": "h", "x": shares, "y": names, "marker": {"color": COLOURS[0]}}
-    return chart(bars, x="share", y={"autorange": "reversed", "automargin": True}, height=260)
+    told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
+    look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
+    return chart(
+        {"x": shares, "y": names, **look},
+        x="share",
+        y={"autorange": "reversed", "automargin": True},
+        height=260,
+    )
 
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
