@@ -1,6 +1,5 @@
 """What prints the figures of the READMEs: `python -m benchmarks.NAME` in the checkout; not installed."""
 
-import os
+from warmlink.orchestration.threads import one_thread_from_the_start
 
-# As the command does: see warmlink.orchestration.cli.main.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+one_thread_from_the_start()

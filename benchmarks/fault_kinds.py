@@ -19,6 +19,18 @@ WHERE = {"base": (BASE,), "tip": (TIP,), "both": (BASE, TIP)}
 
 ONSETS = ("from the start", "while it runs")
 
+ALIKE = (
+    *(f"both drifts {rate:+d} K/h" for rate in (-5, -1, 1, 5)),
+    *(f"both delayed {minutes} min" for minutes in (10, 30, 60)),
+    *("both rise x 0.5", "both rise x 1.5"),
+)
+"""How the kinds begin of which nothing but a camera tells."""
+
+UNTOLD = (
+    "all thermometers are wrong in the same way, and only the duty is left to say so, whose model may be "
+    "wrong by as much"
+)
+
 Change = Callable[[Array, Told, Generator], Array]
 """Values of a signal in its place: of its sound values from the onset on, the run from then, and chance."""
 
@@ -30,6 +42,11 @@ class Kind:
     group: str
     name: str
     apply: Callable[[Told, Generator], Told]
+
+    @property
+    def untold(self) -> bool:
+        """Whether nothing but a camera can tell of it, for the reason of `UNTOLD`."""
+        return self.name.startswith(ALIKE)
 
 
 def kinds() -> list[Kind]:

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from benchmarks.command import positive_share, start
-from benchmarks.fault_kinds import Kind, kinds
+from benchmarks.fault_kinds import UNTOLD, Kind, kinds
 from benchmarks.law_trials import mismatched
 from benchmarks.rollout import demand_table, library
 from benchmarks.told import Rig, Told, bare_cell, truth
@@ -150,6 +150,15 @@ def _law_lines(law: str, trials: Sequence[FaultTrial], full: bool) -> Iterator[s
         f"than {1e6 * ALLOWED:g} µm; ready wrong in {100 * overall:.2f} % of the time, in {len(false)} kinds "
         f"more than {100 * ALLOWED_READY:g} %"
     )
+    untold = [kind for kind in names if _kinds()[kind].untold]
+    if untold and len(untold) < len(names):
+        told = float(np.mean([t.ready_wrong for t in mine if t.kind not in untold]))
+        yield (
+            f"  ready wrong in {100 * told:.2f} % without {len(untold)} kinds of which only a camera tells: "
+            f"{UNTOLD}"
+        )
+    ready = float(np.mean([t.ready_share for t in mine]))
+    yield f"  ready in {100 * ready:.1f} % of the time"
     for group in dict.fromkeys(names.values()):
         of = [kind for kind in names if names[kind] == group]
         yield (

@@ -23,6 +23,9 @@ from warmlink.orchestration.scenarios.duties.duty import PAD_TEMPERATURE, Segmen
 TWINS = {"expansion_coefficient", "elongation_scale"}
 """Their product is all that shows."""
 
+JOINT = {"joint_conductance", "joint_resistance"}
+"""Their sum is all that shows, as resistances."""
+
 KNOWN = tuple(name for name, effect in EFFECTS.items() if not effect.about)
 """Effects that a cause of the catalogue explains."""
 
@@ -77,8 +80,8 @@ def drawn(kind: Kind, random: np.random.Generator) -> dict[str, float]:
         name = str(random.choice(pool))
         effect = EFFECTS[name]
         stems = {stem.partition(":")[0] for stem in effects}
-        # Both together are one: their product is all that shows.
-        if name in stems or (name in TWINS and stems & TWINS):
+        # Two that are one together: nobody can tell what each is.
+        if name in stems or any(name in pair and stems & pair for pair in (TWINS, JOINT)):
             continue
         places = (*CHANNELS, "elongation") if name == "sensor_offset" else CHANNELS
         channel = f":{random.choice(places)}" if effect.per_channel else ""

@@ -42,7 +42,7 @@ WORK = (Segment(1800, 3.43, 2.5), Segment(600, 1.0, 4.0, COLD + 2), Segment(1200
 
 def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array) -> Course:
     """Course of a cell whose link is all finite elements of a part, as `hide` wants it of a solver."""
-    outputs, size = part.heat.outputs, STEP
+    outputs, size = np.vstack([part.elements.heat.outputs, part.elements.heat.loads[:, :2].T]), STEP
     values = {
         "conductivity": truth.conductivity,
         "density": truth.capacity / part.within.material["specific_heat"],
@@ -65,7 +65,7 @@ def full_course(part: Part, truth: Truth, duty: Sequence[Segment], times: Array)
             at.append(clock)
             rows.append(np.concatenate([motor, outputs @ full.rise]))
     winding, shaft, *seen = (np.interp(times, at, row) for row in np.array(rows).T)
-    along = part.heat.reach / np.linalg.norm(part.heat.reach)
+    along = part.elements.heat.reach / np.linalg.norm(part.elements.heat.reach)
     growth = truth.expansion * along @ np.array(seen[:3])
     return Course(times, shaft, winding, COLD + seen[-2], COLD + seen[7], COLD + seen[-1], growth)
 
@@ -92,7 +92,8 @@ def main(
     ),
 ) -> None:
     """Compare three links in the cell, hide an effect in a run of the full elements, and diagnose it."""
-    from warmlink.orchestration.reduction.fmu import write_fmu
+    from warmlink.orchestration.reduction.part import write_fmu
+    from warmlink.orchestration.report.reduction import remarks
 
     part = example_part(None if mesh_size is None else mesh_size / 1e3)
     times = np.arange(0.0, 3601.0, 600.0)
@@ -100,7 +101,7 @@ def main(
     reduced = grown(reduced_link("Reduced", part.model), times)
     slender = grown(SLENDER, times, tip_position=0.3302)
     print_table(
-        f"{part.heat.unknowns} temperatures, reduced to {part.model.order}",
+        f"{len(part.patterns)} temperatures, reduced to {part.model.order}",
         ("time [s]", "full [µm]", "reduced less full [nm]", "slender less full [µm]"),
         [
             (f"{t:g}", f"{1e6 * a:.3f}", f"{1e9 * (b - a):.2f}", f"{1e6 * (c - a):.3f}")
@@ -109,7 +110,7 @@ def main(
     )
     out.mkdir(parents=True, exist_ok=True)
     fmu, run = out / "MyLink.fmu", out / "run.csv"
-    failed = write_fmu(part, "link.step", fmu)
+    failed = write_fmu(part.model, remarks(part, "link.step"), fmu)
     answer(f"checks failed: {failed or 'none'}")
     columns = hide({effect: strength}, solver=lambda *given: full_course(part, *given))
     write_csv(columns, run)

@@ -70,7 +70,7 @@ def random_run(part: Part, seed: Sequence[int], seconds: int) -> Run:
     radiation = 4 * emissivity * STEFAN_BOLTZMANN * COLD**3
     top = high - radiation
     still = max(low - radiation, 0.1) + random.uniform() ** 2 * (top - low) / 2
-    lever = float(np.linalg.norm(part.heat.reach)) / 2
+    lever = float(np.linalg.norm(part.elements.heat.reach)) / 2
     parameters = {
         "conductivity": random.uniform(*within.conductivity),
         "density": within.material["density"] * random.uniform(0.8, 1.2),
@@ -134,8 +134,8 @@ class FullElements:
     """
 
     def __init__(self, part: Part, values: Mapping[str, float]) -> None:
-        heat = part.heat
-        self.rise = np.zeros(heat.unknowns)
+        heat = part.elements.heat
+        self.rise = np.zeros(heat.integrals.size)
         self._loads = heat.loads
         self._solvers: dict[float, Callable[[Array], Array]] = {}
         self._values = values = {**dict.fromkeys(NEUTRAL, 0.0), **values}
@@ -193,7 +193,8 @@ class FullElements:
 
 def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
     """Distance of displacements [m] and rotations [rad], largest difference of temperatures [K]."""
-    exact = part.heat.outputs @ rise
+    heat = part.elements.heat
+    exact = np.concatenate([heat.outputs @ rise, heat.loads[:, :2].T @ rise])
     expansion = run.parameters["expansion_coefficient"]
 
     def vector(name: str, size: int) -> Array:
@@ -215,15 +216,16 @@ def _errors(part: Part, run: Run, instance: Instance, rise: Array) -> Array:
 
 def example_part(size: float | None = None, order: int | None = None) -> Part:
     """The example part, reduced for aluminium at the command's defaults; elements of a size in m."""
-    from warmlink.orchestration.reduction.order import Demand
-    from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
+    from warmlink.orchestration.reduction.elements import Use
+    from warmlink.orchestration.reduction.order import range_of
+    from warmlink.orchestration.reduction.part import reduce_part
     from warmlink.orchestration.reduction.solid import HEAT_FACE, TOOL_POINT, ribbed_link
 
     with tempfile.TemporaryDirectory() as work:
         path = Path(work) / "link.step"
         ribbed_link(path)
-        wanted = Wanted([HEAT_FACE], TOOL_POINT, size=size, order=order)
-        return reduce_part(path, wanted, range_of("aluminium_6061"), Demand())
+        use = Use([HEAT_FACE], TOOL_POINT)
+        return reduce_part(path, use, range_of("aluminium_6061"), size=size, order=order)
 
 
 def main(
@@ -240,7 +242,7 @@ def main(
             kept.append(compared(part, random_run(part, [seed, i], seconds)))
             progress((i + 1) / runs)
     answer(
-        f"order {part.model.order}, {part.heat.unknowns} temperatures, {runs} runs of {seconds} s, "
+        f"order {part.model.order}, {len(part.patterns)} temperatures, {runs} runs of {seconds} s, "
         f"seed {seed}"
     )
     for i, name in enumerate(BOUNDS):

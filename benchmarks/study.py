@@ -19,8 +19,7 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.cluster import ClusterWorkers
-from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 

@@ -1,7 +1,6 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, wraps
 from typing import Any, TypeVar, cast
 
@@ -43,7 +42,7 @@ def _kept(function: Called, idle: bool) -> Called:
             return given[0] if skipped else function(*given)
         given = _mapped(given, _as_graph)
         # What the call has in common with others: all but the expressions themselves.
-        shape = _mapped(given, lambda leaf: _Symbol.of(leaf) if _is_graph(leaf) else leaf)
+        shape = _mapped(given, lambda leaf: _Symbol(leaf.sparsity().serialize()) if _is_graph(leaf) else leaf)
         whole, used, result = _whole(function, shape, idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
         results = iter(whole.call([arguments[i] for i in used]))
@@ -52,18 +51,10 @@ def _kept(function: Called, idle: bool) -> Called:
     return cast(Called, called)
 
 
-@dataclass(frozen=True)
-class _Symbol:
-    """Structure of a vector or matrix that differs from call to call."""
+class _Symbol(str):
+    """Structure, as text, of a vector or matrix that differs from call to call."""
 
-    size: tuple[int, int]
-    columns: tuple[int, ...]
-    rows: tuple[int, ...]
-
-    @classmethod
-    def of(cls, graph: Any) -> "_Symbol":
-        sparsity = graph.sparsity()
-        return cls(sparsity.size(), tuple(sparsity.colind()), tuple(sparsity.row()))
+    __slots__ = ()
 
 
 @cache
@@ -80,7 +71,7 @@ def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, l
 
     def filled(leaf: Any) -> Any:
         if isinstance(leaf, _Symbol):
-            symbols.append(kind.sym("a", casadi.Sparsity(*leaf.size, leaf.columns, leaf.rows)))
+            symbols.append(kind.sym("a", casadi.Sparsity.deserialize(leaf)))
             return symbols[-1]
         return leaf
 

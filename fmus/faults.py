@@ -32,24 +32,13 @@ def parameters(
     """
     shown = None if display == unit else display
     each = partial(tunable, size=size)
+    kinds = "fault: 0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)"
+    added = "error that a drift adds per second (fault 3)"
     return (
-        each(
-            "fault_kind",
-            "1",
-            0,
-            "fault: 0 none, 1 stuck, 2 jump, 3 drift, 4 dropout (NaN)",
-            choice=FAULT_KIND,
-        ),
+        each("fault_kind", "1", 0, kinds, choice=FAULT_KIND),
         each("fault_time", "s", 0, "simulation time at which the fault begins", nominal=3600),
         each("fault_size", unit, 0, "what a jump adds (fault 2)", display=shown, nominal=jump),
-        each(
-            "fault_rate",
-            f"{unit}/s",
-            0,
-            "error that a drift adds per second (fault 3)",
-            display=f"{display}/h",
-            nominal=drift,
-        ),
+        each("fault_rate", f"{unit}/s", 0, added, display=f"{display}/h", nominal=drift),
     )
 
 

@@ -1,6 +1,7 @@
 """Files that are whole or not there, and locks that end with the process that holds them, however it ends."""
 
 import os
+import shutil
 import sys
 import threading
 from collections.abc import Iterator
@@ -16,13 +17,32 @@ def whole_file(path: Path) -> Iterator[Path]:
     """Path to write a file under; it takes its own name when it is whole, and goes where it cannot be."""
     # Its end says of what kind the file is; all of a long name would not fit.
     scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name[-50:]}")
+    held = None
     try:
+        scratch.touch()
+        held, _ = lock(scratch)  # by which others tell it from one that a killed process left
         yield scratch
         scratch.replace(path)
     except BaseException:
         with suppress(OSError):
             scratch.unlink(missing_ok=True)
         raise
+    finally:
+        unlock(held)
+
+
+def sweep(folder: Path, prefix: str) -> None:
+    """Remove what killed processes left: files and folders of a prefix that nobody holds."""
+    for path in folder.glob(f"{prefix}*"):
+        if path.name.startswith(f"{prefix}new-"):  # its owner is about to lock it
+            continue
+        handle, free = lock(path)
+        if handle is not None and free:
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
+        unlock(handle)
 
 
 def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:

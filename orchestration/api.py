@@ -9,39 +9,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warmlink.controllers.design.linearise import linearise
-    from warmlink.fmus.component.join import join
-    from warmlink.fmus.errors import InputError
-    from warmlink.orchestration.closed_loop.run import run
-    from warmlink.orchestration.command_line.build import build_files as build
-    from warmlink.orchestration.diagnosis.diagnose import diagnose
-    from warmlink.orchestration.report.plot import plot
-    from warmlink.orchestration.simulation import simulate
-    from warmlink.orchestration.studies.at_work import Means
-    from warmlink.orchestration.studies.compare import compare
-    from warmlink.orchestration.studies.design import design
-    from warmlink.orchestration.studies.tune import tune_study as tune
-    from warmlink.orchestration.system.assemble import assemble
-    from warmlink.orchestration.system.read import read_system
-    from warmlink.orchestration.system.write import write_ssp
-
-__all__ = [
-    "InputError",
-    "Means",
-    "assemble",
-    "build",
-    "compare",
-    "design",
-    "diagnose",
-    "join",
-    "linearise",
-    "plot",
-    "read_system",
-    "run",
-    "simulate",
-    "tune",
-    "write_ssp",
-]
+    from warmlink.controllers.design.linearise import linearise as linearise
+    from warmlink.fmus.component.join import join as join
+    from warmlink.fmus.errors import InputError as InputError
+    from warmlink.orchestration.closed_loop.run import run as run
+    from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
+    from warmlink.orchestration.report.plot import plot as plot
+    from warmlink.orchestration.simulation import simulate as simulate
+    from warmlink.orchestration.studies.at_work import Means as Means
+    from warmlink.orchestration.studies.compare import compare as compare
+    from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.system.assemble import assemble as assemble
+    from warmlink.orchestration.system.read import read_system as read_system
+    from warmlink.orchestration.system.write import write_ssp as write_ssp
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",
@@ -60,6 +40,7 @@ _PLACES = {
     "tune": "orchestration.studies.tune:tune_study",
     "write_ssp": "orchestration.system.write:write_ssp",
 }
+__all__ = [*_PLACES]
 
 
 def __getattr__(name: str) -> Any:

@@ -18,8 +18,6 @@ from warmlink.fmus.reduced_link.model import STORED, read_stored
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
 
-CONTROLLERS = "warmlink.controllers"
-
 
 @dataclass(frozen=True)
 class Controller:
@@ -65,11 +63,8 @@ def reduced_link_in(fmu: Path) -> Component | None:
 @cache
 def controllers() -> dict[str, Component]:
     """Compensating controllers by the name of their folder, as `lag`."""
-    return {
-        entry.module.split(".")[-2]: entry.component
-        for entry in entries().values()
-        if entry.home == CONTROLLERS
-    }
+    own = [entry for entry in entries().values() if entry.home == "warmlink.controllers"]
+    return {entry.module.split(".")[-2]: entry.component for entry in own}
 
 
 def controller(name: str) -> Component:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted
+from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.threads import one_thread_from_the_start
 
 COMMANDS = {
     "run": "run",
@@ -126,16 +127,14 @@ def main() -> None:
 
 def guarded(command: Callable[[], None]) -> None:
     """Run a command; bad input ends in one sentence and exit code 2."""
-    # The matrices are small, and several threads for one product would spend their time waiting for each
-    # other. NumPy reads this setting when it is first imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    one_thread_from_the_start()
     try:
         command()
     except InputError as fault:
-        print(f"warmlink: {fault}", file=sys.stderr)
+        remark(str(fault))
         raise SystemExit(BAD_INPUT) from None
     except SlaveError as fault:
-        print(f"warmlink: {fault}; there are no results", file=sys.stderr)
+        remark(f"{fault}; there are no results")
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None

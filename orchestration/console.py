@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -60,17 +61,16 @@ def _notebook_line() -> Iterator[Callable[[str], None]]:
 
     def write(text: str) -> None:
         nonlocal last
-        if time.monotonic() - last > 0.2:
+        if notebook and time.monotonic() - last > 0.2:
             last = time.monotonic()
             print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
 
-    if "ipykernel" not in sys.modules:
-        yield lambda text: None
-        return
+    notebook = "ipykernel" in sys.modules
     try:
         yield write
     finally:
-        print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
+        if notebook:
+            print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -108,14 +108,8 @@ def spinner(what: str) -> Iterator[Callable[[str], None]]:
 
 def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
     """Turn a share of the work done into a call for each of `total` named parts."""
-    done = 0
-
-    def part(name: str) -> None:
-        nonlocal done
-        done += 1
-        progress(done / total)
-
-    return part
+    done = count(1)
+    return lambda name: progress(next(done) / total)
 
 
 def print_table(
@@ -130,24 +124,18 @@ def print_table(
 
     Parameters
     ----------
-    title : str
-    headings : sequence of str
-        Of the columns; without any, the first of two columns stands out.
-    rows : iterable of sequences of str, or of text in a style
-    texts : int, optional
-        How many columns hold text that is never broken; numbers follow, on the right of their columns.
-    width : int, optional
-        In characters, where standard output is no terminal; there is no edge to keep within in a file.
+    headings : of the columns; without any, the first of two columns stands out
+    rows : texts, some in a style
+    texts : how many columns hold text that is never broken; numbers follow, on the right of their columns
+    width : in characters, where standard output is no terminal; there is no edge to keep within in a file
     """
     from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
     for i, heading in enumerate(headings):
-        number = texts is not None and i >= texts
-        table.add_column(
-            heading, justify="right" if number else "left", no_wrap=texts is not None and not number
-        )
+        is_text = texts is None or i < texts
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=bool(texts) and is_text)
     if not headings:
         table.title_style = "bold"
         table.add_column(style="cyan", no_wrap=True)

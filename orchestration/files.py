@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.files import WRITING, lock, unlock, whole_file
+from warmlink.fmus.files import WRITING, lock, sweep, unlock, whole_file
 
 TEMPORARY = "warmlink-run-"
 ENDING_SECONDS = 1.0
@@ -35,7 +35,7 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     with _made(folder):
-        _sweep(folder, WRITING)
+        sweep(folder, WRITING)
         with _owned(folder, WRITING, "choose another --out") as work:
             try:
                 yield work
@@ -45,12 +45,8 @@ def fresh_folder(folder: Path) -> Iterator[Path]:
                 told = os.strerror(fault.errno).lower()
                 raise NoRoomError(f"{folder}: cannot be written ({told}); free space there") from None
             for path in sorted(work.iterdir()):
-                try:
+                with _refused("{}: cannot be replaced ({}); choose another --out", folder / path.name):
                     path.replace(folder / path.name)
-                except OSError as fault:
-                    raise InputError(
-                        f"{folder / path.name}: cannot be replaced ({fault.strerror}); choose another --out"
-                    ) from None
 
 
 @contextmanager
@@ -60,6 +56,7 @@ def fresh_file(path: Path) -> Iterator[Path]:
     InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
     try:
+        sweep(path.parent, WRITING)
         with whole_file(path) as scratch:
             yield scratch
     except OSError as fault:
@@ -95,17 +92,8 @@ def unstamped(line: bytes) -> dict[str, Any] | None:
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
     """Write files each of which is whole or not there, whatever becomes of the others.
 
-    Parameters
-    ----------
-    folder : Path
-        As `fresh_folder` gives it.
-    writers : mapping
-        For each file's name what writes it, given its path.
-
-    Returns
-    -------
-    str or None
-        What could not be written and why, as a sentence; None where everything was.
+    `folder` is as `fresh_folder` gives it; `writers` has for each file's name what writes it, given its path.
+    What could not be written and why is returned as a sentence; None where everything was.
     """
     lost, reason = [], ""
     for name, write in writers.items():
@@ -161,9 +149,18 @@ def temporary_folder() -> Iterator[Path]:
         home = Path(tempfile.gettempdir())
     except OSError as fault:
         raise InputError(f"{fault.strerror}; name a folder that can be written in TMPDIR") from None
-    _sweep(home, TEMPORARY)
+    sweep(home, TEMPORARY)
     with _owned(home, TEMPORARY, "free space there, or name another folder in TMPDIR") as work:
         yield work
+
+
+@contextmanager
+def _refused(sentence: str, path: Path) -> Iterator[None]:
+    """Raise InputError with a sentence of a path and of what the system says, where it refuses."""
+    try:
+        yield
+    except OSError as fault:
+        raise InputError(sentence.format(path, fault.strerror)) from None
 
 
 @contextmanager
@@ -171,13 +168,9 @@ def _made(folder: Path) -> Iterator[None]:
     """Make a folder; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        try:
+        with _refused("{}: cannot be written ({}); choose another --out", folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as fault:
-            raise InputError(
-                f"{folder}: cannot be written ({fault.strerror}); choose another --out"
-            ) from None
         yield
     finally:
         for path in made:
@@ -187,11 +180,9 @@ def _made(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
-    """Temporary folder that is locked as long as its owner lives, so that `_sweep` can tell."""
-    try:
+    """Temporary folder that is locked as long as its owner lives, so that `sweep` can tell."""
+    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", parent):
         made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
-    except OSError as fault:
-        raise InputError(f"{parent}: cannot be written ({fault.strerror}); {remedy}") from None
     handle, _ = lock(made)
     # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
     work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))
@@ -199,17 +190,6 @@ def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
         yield work
     finally:
         shutil.rmtree(work, ignore_errors=True)
-        unlock(handle)
-
-
-def _sweep(parent: Path, prefix: str) -> None:
-    """Remove what killed processes left: temporary folders that nobody holds."""
-    for path in parent.glob(f"{prefix}*"):
-        if path.name.startswith(f"{prefix}new-"):
-            continue
-        handle, free = lock(path)
-        if handle is not None and free:
-            shutil.rmtree(path, ignore_errors=True)
         unlock(handle)
 
 

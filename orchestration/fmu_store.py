@@ -10,7 +10,13 @@ from typing import Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest, wanted_cache_folder
+from warmlink.fmus.packaging.cache import (
+    CACHE_VARIABLE,
+    cache_folder,
+    source_digest,
+    used,
+    wanted_cache_folder,
+)
 from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]
@@ -37,30 +43,27 @@ class FmuStore:
         InputError if native FMUs are asked for and nothing on this machine can compile them.
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
+        used(self.folder)
         missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
-        if missing:
-            if remark is not None:
-                ending = "s" if len(missing) > 1 else ""
-                remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
-            if self.kind == "python":
-                from warmlink.fmus.packaging.python.fmu import build_python_fmus
+        if missing and remark is not None:
+            ending = "s" if len(missing) > 1 else ""
+            remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
+        if missing and self.kind == "python":
+            from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
-                build_python_fmus(missing, self.folder.parent)
-            else:
-                from warmlink.fmus.packaging.native.fmu import build_native_fmus
+            build_python_fmus(missing, self.folder.parent)
+        elif missing:
+            from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
-                build_native_fmus(missing, self.folder)
+            build_native_fmus(missing, self.folder)
         return wanted
 
 
 def kind_named(name: str | None) -> FmuKind | None:
     """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
-    for kind in FMU_KINDS:
-        if kind == name:
-            return kind
-    if name is not None:
-        raise InputError(f"--fmus {name}: no such kind; {instead(name, FMU_KINDS)}")
-    return None
+    if name not in (None, *FMU_KINDS):
+        raise InputError(f"--fmus {name}: no such kind; {instead(str(name), FMU_KINDS)}")
+    return name
 
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:

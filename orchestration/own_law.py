@@ -19,7 +19,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
-from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.text_files import is_file
 
 _SHIM = """from warmlink.controllers.own import component_of
@@ -45,21 +45,15 @@ class OwnLaw(Controller):
         return set()
 
     def files(self, store: FmuStore) -> dict[str, Path]:
-        """Its FMU; raises as `fmu`."""
-        return {self.component.name: self.fmu(store)}
-
-    def fmu(self, store: FmuStore) -> Path:
-        """File of the law's FMU of the store's kind, built where it is missing.
-
-        InputError if the law does not become one.
-        """
-        entry = Entry(self.component, self.module)
+        """Its FMU of the store's kind, built where it is missing; InputError if the law becomes none."""
         folder = store.folder / "own" / self.digest
         path = folder / f"{self.component.name}.fmu"
-        if is_file(path):
-            return path
+        return {self.component.name: path if is_file(path) else self._built(store.kind, folder)}
+
+    def _built(self, kind: FmuKind, folder: Path) -> Path:
+        entry = Entry(self.component, self.module)
         try:
-            if store.kind == "native":
+            if kind == "native":
                 _check_symbolic(self.component)
                 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 
@@ -71,7 +65,7 @@ class OwnLaw(Controller):
             raise
         except Exception as fault:
             raise InputError(
-                f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
+                f"{self.place}: does not become a {kind} FMU ({type(fault).__name__}: {_line(fault)}); "
                 "write the law in plain arithmetic with warmlink.fmus.component.arithmetic, "
                 "where() instead of if"
             ) from fault
@@ -170,14 +164,9 @@ def _refused(place: str) -> Iterator[None]:
 
 
 def _check_symbolic(component: Component) -> None:
-    """Compare the law in symbols, from which C is made, with the law in numbers.
+    """Compare the law in symbols, from which C is made, with the law in numbers; TypeError if they differ.
 
     Python's `math` functions turn a symbol into NaN without an error.
-
-    Raises
-    ------
-    TypeError
-        If the two differ.
     """
     import casadi as ca
     import numpy as np

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar, remark
@@ -53,12 +53,11 @@ def simulate(
         read = system if isinstance(system, System) else read_system(Path(system), work)
         for told in read.remarks:
             remark(told)
-        stop_time, step_size = experiment_of(read, stop, step)
-        begins = read.default_experiment.start_time
+        times = experiment_of(read, stop, step)
+        how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": record}
         with progress_bar(read.name) as progress:
-            run = partial(simulate_system, read, stop_time, step_size, chosen, start_time=begins)
             return guarded(
-                lambda line: run(record=record, unpacked=work, line=line),
+                lambda line: simulate_system(read, *times, chosen, unpacked=work, line=line, **how),
                 lambda done, count: progress(done / count),
                 remark,
             )

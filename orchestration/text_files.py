@@ -24,31 +24,17 @@ def is_file(path: Path) -> bool:
 def read_text(path: Path, remedy: str) -> str:
     """Text of a file in UTF-8, with or without a byte order mark.
 
-    Parameters
-    ----------
-    path : the file
-    remedy : what to give where there is no such file
-
-    Raises
-    ------
-    InputError
-        There is no such file, it cannot be read, or it is in another encoding.
+    InputError if there is no such file, with the remedy, it cannot be read, or it is in another encoding.
     """
     if not is_file(path):
         raise InputError(f"{shortened(str(path))}: no such file; {remedy}")
     try:
-        return decoded(path.read_bytes(), path.name)
+        return path.read_bytes().decode("utf-8-sig")
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror}); check its permissions") from None
-
-
-def decoded(content: bytes, name: str) -> str:
-    """Text in UTF-8, with or without a byte order mark; raises InputError where it is in another encoding."""
-    try:
-        return content.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
-        line = content[: fault.start].count(b"\n") + 1
-        raise InputError(f"{name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
+        line = fault.object[: fault.start].count(b"\n") + 1
+        raise InputError(f"{path.name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
 
 
 def measured_text(path: Path) -> str:

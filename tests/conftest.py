@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-# As the command does: see warmlink.orchestration.cli.main.
+# As the command does: see warmlink.orchestration.threads.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest

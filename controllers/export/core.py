@@ -19,11 +19,11 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.packaging.native.casadi_code import (
+    Symbols,
     beginning,
     function,
     functions_text,
     sampling,
-    sampling_symbols,
 )
 
 Precision = Literal["double", "single"]
@@ -106,7 +106,7 @@ class Core:
     def _functions(self) -> Iterator[Any]:
         yield function(*next(beginning(self.component)))
         yield function(*sampling(self.component, 0))
-        s = sampling_symbols(self.component)
+        s = Symbols.of(self.component, calls=self.component.sampled)
         now = [s.x, s.u, s.d, s.time]
         yield function("outputs", now, self.component.outputs_of(*now))
 

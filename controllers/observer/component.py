@@ -5,7 +5,7 @@ from typing import Any
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
-from warmlink.controllers.observer import law, model, retained, witnesses
+from warmlink.controllers.observer import law, model, offset, retained, witnesses
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import Values, shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Derived, Parameter, State
@@ -98,6 +98,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             maximum=1,
         ),
         *_MODEL,
+        *offset.PARAMETERS,
         *retained.parameters(model.MODES + disturbances),
     )
 
@@ -198,6 +199,7 @@ def observer(
             State("evidence", "1"),
             *model.TOLD_STATES,
             *witnesses.STATES,
+            *offset.STATES,
             State("duty_modes", "1", size=_MODES),
             State("plausible_heat", "W"),
             *fail_safe.trust_states("K", len(SENSED)),

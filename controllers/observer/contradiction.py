@@ -6,7 +6,7 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperature
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperatures
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, truth, where
@@ -22,12 +22,16 @@ class Examined(NamedTuple):
     ----------
     wild : 1 where an estimate is none, so that all begins again
     duty_modes : the modes by the duty alone, cold if they are none
+    expected : the sensors' temperatures in K that follow from these
+    own_heat : losses of the motor in W
     plausible : unknown heat in W in the link that a wrong model may explain
     too_much : 1 where there seems to be more
     """
 
     wild: Number
     duty_modes: Number
+    expected: Number
+    own_heat: Number
     plausible: Number
     too_much: Number
 
@@ -41,11 +45,14 @@ def examined(filters: Filters, duty_modes: Number, before: Number, told: Told, p
     for each in filters:
         wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
     alert = filters.alert
-    plausible = _plausible_link_heat(before, alert.mean, told, p)
+    winding_loss, shaft_loss = losses(alert.mean[:MODES], told, p)
+    own_heat = winding_loss + shaft_loss
+    plausible = _plausible_link_heat(before, alert.mean, own_heat, told, p)
     variances = upper_diagonal(alert.noise_spread, alert.mean.shape[0])
     noise = maximum(variances[MODES + 1], 0.0) ** 0.5
     too_much = truth(absolute(alert.mean[MODES + 1]) - 4.0 * noise > plausible)
-    return Examined(wild, where(lost > 0, cold, duty_modes), plausible, too_much)
+    duty_modes = where(lost > 0, cold, duty_modes)
+    return Examined(wild, duty_modes, temperatures(duty_modes, p), own_heat, plausible, too_much)
 
 
 def reconciled(
@@ -80,7 +87,7 @@ def _left_out(
     deviation, strangeness = [], []
     farthest: Number = 0.0
     for i in range(SENSORS):
-        expected = temperature(i, what.duty_modes, p)
+        expected = what.expected[i]
         candidate = where(p.sensor_std[i] > 0, (1.0 - already[i]) * fail_safe.present(readings[i]), 0.0)
         deviation.append(where(candidate > 0, absolute(readings[i] - expected), 0.0))
         allowed = 3.0 * p.sensor_std[i] + p.model_share * absolute(expected - u.ambient_temperature)
@@ -121,7 +128,7 @@ def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record, 
     return either(begins, again, belief)
 
 
-def _plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> Number:
+def _plausible_link_heat(before: Number, mean: Number, own_heat: Number, u: Record, p: Record) -> Number:
     """Unknown heat in W in the link that a wrong model may explain: shares of what it loses and receives.
 
     Once plausible, it fades no faster than the unknown heat itself.
@@ -130,7 +137,6 @@ def _plausible_link_heat(before: Number, mean: Number, u: Record, p: Record) -> 
     rise = total(p.elongation_row * modes) / p.elongation_per_kelvin
     surroundings = u.ambient_temperature - p.linearisation_temperature
     conductance = p.link_loss + absolute(u.speed) * p.link_loss_per_speed
-    winding_loss, shaft_loss = losses(modes, u, p)
-    received = winding_loss + shaft_loss + absolute(in_shaft)
+    received = own_heat + absolute(in_shaft)
     now = p.model_share * conductance * absolute(rise - surroundings) + p.received_share * received
     return maximum(now, before * p.fade[1])

@@ -11,11 +11,11 @@ out. See README.md.
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.interface import sensed
+from warmlink.controllers.interface import ready, sensed
 from warmlink.controllers.kalman import Belief, carried_over
-from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, symmetric, upper
-from warmlink.controllers.observer import retained, witnesses
-from warmlink.controllers.observer.contradiction import examined, reconciled
+from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, upper
+from warmlink.controllers.observer import offset, retained, witnesses
+from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
 from warmlink.controllers.observer.filters import (
     Filters,
     allowed_for,
@@ -30,7 +30,6 @@ from warmlink.controllers.observer.filters import (
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
-    SENSORS,
     STATES,
     Told,
     believed,
@@ -38,16 +37,15 @@ from warmlink.controllers.observer.model import (
     elongation,
     first_believed,
     known_heat,
-    temperature,
     told_named,
 )
+from warmlink.controllers.observer.readings import compared
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
-    finite,
     maximum,
     minimum,
     placed,
@@ -69,16 +67,18 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     """Both filters after the first readings, and the start values of all states except the elongation."""
     told, readings = first_believed(u, p), sensed(u)
     recalled = retained.recalled(told, p)
-    start = first_belief(recalled, told, readings, p, size)
+    start = retained.first_belief(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(
         Filters(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
     )
+    duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
     return filters, {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
-        "duty_modes": where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES]),
+        **offset.first_states(filters.quiet.mean[:MODES], duty_modes, p),
+        "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
         "distrusted": fail_safe.distrusted(trust, readings, p),
@@ -100,23 +100,21 @@ class Sample(NamedTuple):
     Attributes
     ----------
     told : duty and surroundings as they are believed
-    readings, trust, filters, duty_modes, plausible : as in the states that they become
+    readings, trust, filters : as in the states that they become
+    what : what the filters and the duty say
     again : 1 where the alert filter has begun again from the duty
     heard : 1 where a thermometer would show that a heat has gone, else 0
     doubted : 1 where duty or surroundings are not believed
-    wild : 1 where an estimate was none, and has begun again
     """
 
     told: Told
     readings: Number
     trust: fail_safe.Trust
     filters: Filters
-    duty_modes: Number
-    plausible: Number
+    what: Examined
     again: Number
     heard: Number
     doubted: Number
-    wild: Number
 
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
@@ -131,9 +129,7 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     alert, trust, again = reconciled(filters.alert, trust, readings, what, told, p)
     heard = fail_safe.in_use(trust, readings, p)
     both = Filters(alert, filters.quiet)
-    return Sample(
-        told, readings, trust, both, what.duty_modes, what.plausible, again, heard, doubted, what.wild
-    )
+    return Sample(told, readings, trust, both, what, again, heard, doubted)
 
 
 def settled(
@@ -153,35 +149,32 @@ def settled(
     estimate : elongation in m by the temperatures of the leading filter
     learnt : elongation in m that the camera adds to it
     """
-    verdict = witnesses.heard(
-        x,
-        filters.alert.mean,
-        estimate,
-        sample.duty_modes,
-        sample.readings,
-        sample.trust,
-        sample.told,
-        p,
-        step,
-        camera,
-    )
+    what, told = sample.what, sample.told
+    sensors = compared(x, what.expected, sample.readings, sample.trust, told, p, step)
+    verdict = witnesses.heard(x, filters.alert.mean, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
-    wanted = where(sample.wild > 0, x.correction, wanted)
+    wanted = where(what.wild > 0, x.correction, wanted)
+    duty_modes = what.duty_modes, verdict.duty_modes
+    suspected = offset.compared(
+        x, filters, duty_modes, what.own_heat, verdict.alike, sample.heard, told, p, step
+    )
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
-    doubted = maximum(maximum(sample.doubted, sample.wild), maximum(unheard, verdict.disagree))
+    doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
     return wanted, {
-        **told_named(sample.told),
+        **told_named(told),
         "seen": verdict.seen,
         "lagged": verdict.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
-        "doubt": where(sample.wild > 0, 2.0, maximum(doubted, unconfirmed)),
+        "waited": x.waited + step,
+        **suspected,
+        "doubt": where(what.wild > 0, 2.0, maximum(doubted, unconfirmed)),
         "duty_modes": verdict.duty_modes,
-        "plausible_heat": sample.plausible,
+        "plausible_heat": what.plausible,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
         "distrusted": doubted,
     }
@@ -196,36 +189,6 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
     """Name the filters' memory as the law's states are named."""
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
-
-
-def first_belief(recalled: retained.Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
-    """Belief before any reading.
-
-    Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
-    first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
-    with the temperature profiles that heat in the shaft leaves behind.
-    """
-    start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
-    cold = p.uniform_profile * (start - p.linearisation_temperature)
-    modes = where(recalled.valid > 0, recalled.modes, cold)
-    warmth: Number = 0.0
-    for i in range(SENSORS):
-        beyond = absolute(readings[i] - temperature(i, modes, p)) - 3.0 * p.sensor_std[i]
-        warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
-    warmth = retained.warmest(recalled, warmth, p)
-    uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
-    profile = diagonal(p.profile_std**2)
-    warm = symmetric(p.warm_spread, MODES) * warmth**2
-    rest = stack(*[0.0] * (size - MODES))
-    doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
-    none = outer(p.uniform_profile, rest) * 0.0
-    taught = [recalled.taught] if size > STATES else []
-    mean = stack(modes, *[0.0] * HEATS, *taught)
-    return Belief(
-        mean,
-        upper(blocks(uniform + warm + profile, none, doubt)),
-        upper(blocks(uniform + warm, none, 0.0 * doubt)),
-    )
 
 
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
@@ -283,13 +246,20 @@ def _carried_over(packed: Number, errors: Errors, fade: Number, added: Number) -
     return carried_over(packed, transition) + upper(diagonal(added))
 
 
-def reported(x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0) -> dict[str, Number]:
-    """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence."""
+def reported(
+    x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0, watched: Number = 0.0
+) -> dict[str, Number]:
+    """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence.
+
+    While a camera watches (1) it shows what thermometers are off by; else (0) what they may be off by counts.
+    """
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
+    off = (p.elongation_per_kelvin * x.unexplained) ** 2 + (p.expansion_std * x.elongation) ** 2
+    sure = ready((told["correction_std"] ** 2 + (1.0 - watched) * off) ** 0.5, p.tolerance)
     return told | {
         "retained": retained.kept(x, filters.quiet.mean),
-        "ready": where(x.doubt > 0, 0.0, told["ready"]),
+        "ready": where(x.doubt > 0, 0.0, sure),
         "warning": where(x.doubt > 1.5, 1.0, told["warning"]),
     }

@@ -114,6 +114,11 @@ def temperature(sensor: int, modes: Number, p: Record) -> Number:
     return dot(sensor_row(sensor, p), modes) + p.linearisation_temperature
 
 
+def temperatures(modes: Number, p: Record) -> Number:
+    """Temperatures in K at all sensors, shape (5,)."""
+    return matrix(p.sensor_rows, SENSORS) @ modes + p.linearisation_temperature
+
+
 def sensor_row(sensor: int, p: Record) -> Number:
     """Derivative of a sensor's temperature by the modes, shape (7,)."""
     return p.sensor_rows[sensor * MODES : (sensor + 1) * MODES]

@@ -9,14 +9,19 @@ up to its check, or was never kept, is not used: the law starts unsure.
 
 from typing import NamedTuple
 
+from warmlink.controllers.kalman import Belief
+from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper
 from warmlink.controllers.observer import witnesses
-from warmlink.controllers.observer.model import MODES, STATES, Told
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, temperature
+from warmlink.controllers.observer.readings import FASTEST, SMOOTHING
 from warmlink.fmus.component import Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
     exp,
+    finite,
+    maximum,
     minimum,
     stack,
     total,
@@ -98,9 +103,39 @@ def recalled(told: Told, p: Record) -> Recalled:
     return Recalled(valid, correction, valid * held[1], modes, duty_modes, valid * held[2 + 2 * MODES :])
 
 
-def warmest(recalled: Recalled, warmth: Number, p: Record) -> Number:
+def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
+    """Belief before any reading.
+
+    Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
+    first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
+    with the temperature profiles that heat in the shaft leaves behind.
+    """
+    start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
+    cold = p.uniform_profile * (start - p.linearisation_temperature)
+    modes = where(recalled.valid > 0, recalled.modes, cold)
+    warmth: Number = 0.0
+    for i in range(SENSORS):
+        beyond = absolute(readings[i] - temperature(i, modes, p)) - 3.0 * p.sensor_std[i]
+        warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
+    warmth = _warmest(recalled, warmth, p)
+    uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
+    profile = diagonal(p.profile_std**2)
+    warm = symmetric(p.warm_spread, MODES) * warmth**2
+    rest = stack(*[0.0] * (size - MODES))
+    doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
+    none = outer(p.uniform_profile, rest) * 0.0
+    taught = [recalled.taught] if size > STATES else []
+    mean = stack(modes, *[0.0] * HEATS, *taught)
+    return Belief(
+        mean,
+        upper(blocks(uniform + warm + profile, none, doubt)),
+        upper(blocks(uniform + warm, none, 0.0 * doubt)),
+    )
+
+
+def _warmest(recalled: Recalled, warmth: Number, p: Record) -> Number:
     """Warmth in K that first readings may reveal: where all is recalled, what can have come meanwhile."""
-    reach = witnesses.FASTEST * (clip(p.recalled_for, 0.0, 1e6) + witnesses.SMOOTHING)
+    reach = FASTEST * (clip(p.recalled_for, 0.0, 1e6) + SMOOTHING)
     return where(recalled.valid > 0, minimum(warmth, reach), warmth)
 
 

@@ -8,14 +8,13 @@ README.md has the equations and the reasons.
 
 from typing import NamedTuple
 
-from warmlink.controllers import fail_safe
-from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation, temperature
+from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
+from warmlink.controllers.observer.readings import Compared, Shape, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
-    clip,
     finite,
     maximum,
     minimum,
@@ -30,15 +29,10 @@ STATES = (
     State("lagged", "K", size=SENSORS),
     State("known_for", "s"),
     State("agreed_for", "s"),
+    State("waited", "s"),
     State("doubt", "1"),
 )
 """Readings without their noise, and since when all agree."""
-
-SMOOTHING = 10.0
-"""s over which noise is taken out of the readings."""
-
-FASTEST = 0.05
-"""K/s, somewhat more than the pad's largest power does to the shaft: no reading is followed faster."""
 
 KNOWN_TIME, AGREEMENT_TIME = 60.0, 600.0
 """s for which all must agree after a start, and after a disagreement."""
@@ -46,14 +40,8 @@ KNOWN_TIME, AGREEMENT_TIME = 60.0, 600.0
 COLD_TIME = 10.0
 """s for which readings must be as foreseen after a cold start: soon a pad would make them differ."""
 
-FLATTEST, FLATTEST_LEFT = 0.94, 0.85
-"""Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
-
-REACH_TIME, LEAST_REACH = 300.0, 0.2
-"""Of an inner thermometer's rise, smoothed over so many s, an outer one shows at least this share."""
-
-ALIKE = 0.3
-"""Share by which thermometers that are off alike may differ."""
+WARM_TIME = 240.0
+"""s after a start in which readings may show that the cell was left warm: later it warms itself."""
 
 DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 """Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out, and
@@ -68,6 +56,7 @@ def first_states(readings: Number, told: Told, known: Number) -> dict[str, Numbe
         "lagged": 0.0 * surroundings,
         "known_for": KNOWN_TIME * known,
         "agreed_for": AGREEMENT_TIME,
+        "waited": 0.0,
         "doubt": 1.0,
     }
 
@@ -98,6 +87,7 @@ class Verdict(NamedTuple):
     duty_modes : the modes by the duty alone, from which it goes on
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
     disagree : 1 where they contradict each other
+    alike : as in `Shape`
     """
 
     lower: Number
@@ -109,26 +99,7 @@ class Verdict(NamedTuple):
     duty_modes: Number
     doubt: Number
     disagree: Number
-
-
-class Compared(NamedTuple):
-    """Thermometers beside the duty, each of shape (5,).
-
-    Attributes
-    ----------
-    seen, lagged : as in `Verdict`
-    rise : what the duty explains, in K above the surroundings
-    excess : what they lie above that, in K; 0 for those that are missing
-    there, trusted, called : 1 for those that are present, are trusted, are heard
-    """
-
-    seen: Number
-    lagged: Number
-    rise: Number
-    excess: Number
-    there: Number
-    trusted: Number
-    called: Number
+    alike: Number
 
 
 class Known(NamedTuple):
@@ -143,9 +114,7 @@ def heard(
     alert_mean: Number,
     estimate: Number,
     duty_modes: Number,
-    readings: Number,
-    trust: fail_safe.Trust,
-    told: Told,
+    sensors: Compared,
     p: Record,
     step: Number,
     camera: Look,
@@ -159,43 +128,15 @@ def heard(
     duty_modes : the modes by duty and surroundings alone
     camera : a fourth witness
     """
-    sensors = _compared(x, duty_modes, readings, trust, told, p, step)
     already = truth(x.known_for >= KNOWN_TIME)
-    known = _known(Known(x.known_for, 0.0), sensors, p, step, 1.0 - already)
-    return _weighed(x, alert_mean, estimate, duty_modes, sensors, known, p, step, camera)
-
-
-@kept_whole
-def _compared(
-    x: Record,
-    duty_modes: Number,
-    readings: Number,
-    trust: fail_safe.Trust,
-    told: Told,
-    p: Record,
-    step: Number,
-) -> Compared:
-    """Compare the readings, without most of their noise and without leaps, with what the duty explains."""
-    share = step / (step + SMOOTHING)
-    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
-    seen = where(finite(readings), x.seen + toward, x.seen)
-    used = truth(p.sensor_std > 0)
-    there = used * fail_safe.present(readings)
-    trusted = there * (1.0 - trust.out)
-    expected = stack(*(temperature(i, duty_modes, p) for i in range(SENSORS)))
-    rise, excess = expected - told.ambient_temperature, there * (seen - expected)
-    lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
-
-    # Thermometers left out are heard all the same where all are off alike, or none is left.
-    largest, least = _range(excess, there)
-    noise = total(p.sensor_std) / maximum(total(used), 1.0)
-    alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
-    called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
-    return Compared(seen, lagged, rise, excess, there, trusted, called)
+    shape = shape_of(sensors, already, p)
+    warm = truth(x.waited < WARM_TIME) * shape.falls
+    known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
+    return _weighed(x, alert_mean, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
 
 @idle_at_zero
-def _known(before: Known, sensors: Compared, p: Record, step: Number, unknown: Number) -> Known:
+def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Number, unknown: Number) -> Known:
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
@@ -203,9 +144,7 @@ def _known(before: Known, sensors: Compared, p: Record, step: Number, unknown: N
     excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
-    _, least = _range(excess, sensors.there)
-    falls = _falls(excess, sensors.called, FLATTEST_LEFT, rise, excess, p)
-    left_warm = whole * where(least > 0, 1.0 - near, 0.0) * falls
+    left_warm = whole * where(sensors.least > 0, 1.0 - near, 0.0) * warm
     pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
     pace = where(some > 0, pace, KNOWN_TIME * absolute(p.mode_rate[0]) / 3.0)
     known_for = where(pace > 0, before.known_for + pace * step, 0.0)
@@ -220,6 +159,7 @@ def _weighed(
     estimate: Number,
     duty_modes: Number,
     sensors: Compared,
+    shape: Shape,
     after: Known,
     p: Record,
     step: Number,
@@ -233,13 +173,12 @@ def _weighed(
     every = truth(total(used) - count < 0.5)
     by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
     sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
-    shaftlike = _falls(excess, called, FLATTEST, 0.0 * sensors.rise, sensors.lagged, p)
     known = truth(after.known_for >= KNOWN_TIME)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
     margin = 0.5 * p.tolerance
     only_one = truth(total(used) < 1.5)
-    heat = known * maximum(only_one, where(count > 1.5, shaftlike, 0.0))
+    heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     contradicted = total(sensors.there - sensors.trusted)
     low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
     low_s, high_s = _allowed(sensed, SENSED_SHARE, margin)
@@ -265,7 +204,16 @@ def _weighed(
     doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
     duty_modes = where(warm > 0, alert_mean[:MODES], duty_modes)
     return Verdict(
-        lower, upper, sensors.seen, sensors.lagged, after.known_for, agreed_for, duty_modes, doubt, disagree
+        lower,
+        upper,
+        sensors.seen,
+        sensors.lagged,
+        after.known_for,
+        agreed_for,
+        duty_modes,
+        doubt,
+        disagree,
+        shape.alike,
     )
 
 
@@ -273,44 +221,3 @@ def _allowed(witness: Number, share: Number, margin: Number) -> tuple[Number, Nu
     """Corrections in m that are no worse than none if a witness is right, within a share of what it says."""
     told = (1.0 + share) * witness
     return minimum(told, 0.0) - margin, maximum(told, 0.0) + margin
-
-
-def _falls(
-    excess: Number, called: Number, flattest: float, rise: Number, lagged: Number, p: Record
-) -> Number:
-    """1 where a rise that the duty does not explain falls from the shaft outwards and reaches out, else 0.
-
-    A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
-
-    Parameters
-    ----------
-    flattest : largest share of an inner thermometer's rise that the next one shows
-    rise : rise in K that the duty explains, shape (5,), a third of which a wrong model may have made
-    lagged : rise that must have reached the next thermometer, and may still be there, shape (5,)
-    """
-    falls: Number = 1.0
-    inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0
-    for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
-        slack = 0.25 * (p.sensor_std[i] + noise)
-        flat = truth(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack)
-        steep = truth(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack)
-        falls = where(called[i] * inside * maximum(flat, steep) > 0, 0.0, falls)
-        here = called[i] > 0
-        inner = where(here, excess[i] - absolute(rise[i]) / 3.0, inner)
-        earlier = where(here, lagged[i], earlier)
-        noise = where(here, p.sensor_std[i], noise)
-        inside = maximum(inside, called[i])
-    return falls
-
-
-def _range(values: Number, there: Number) -> tuple[Number, Number]:
-    """Largest and least of the values that are there; 0 where none is."""
-    largest: Number = 0.0
-    least: Number = 0.0
-    first: Number = 1.0
-    for i in range(SENSORS):
-        here = there[i] > 0
-        largest = where(here, where(first > 0, values[i], maximum(largest, values[i])), largest)
-        least = where(here, where(first > 0, values[i], minimum(least, values[i])), least)
-        first = where(here, 0.0, first)
-    return largest, least

@@ -97,7 +97,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
-    there = where(u.drift_valid > 0.5, where(camera.age < p.camera_timeout, camera.said, 0.0), 0.0)
+    there = watching(camera, u, p)
     witness = Look(camera.says, there, p.camera_authority, p.camera_relative_authority)
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
     free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
@@ -116,8 +116,9 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
-    filters = filters_of(x)
-    return observer.reported(x, filters, elongation_row(filters.quiet.mean, p), p, x.camera_evidence)
+    filters, camera = filters_of(x), Camera(*(getattr(x, f"camera_{name}") for name in Camera._fields))
+    row = elongation_row(filters.quiet.mean, p)
+    return observer.reported(x, filters, row, p, camera.evidence, watching(camera, u, p))
 
 
 def update_from_camera(
@@ -214,6 +215,11 @@ def elongation_row(mean: Number, p: Record) -> Number:
     """Derivative of the elongation by the state, shape (11,)."""
     none = [0.0] * model.HEATS
     return stack((1.0 + mean[_SCALE]) * p.elongation_row, *none, model.elongation(mean, p), 1.0)
+
+
+def watching(camera: Camera, u: Record, p: Record) -> Number:
+    """1 where the camera has told an elongation and has not fallen silent, else 0."""
+    return where(u.drift_valid > 0.5, where(camera.age < p.camera_timeout, camera.said, 0.0), 0.0)
 
 
 def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:

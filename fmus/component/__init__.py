@@ -8,6 +8,7 @@ variables is written anywhere else.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.variables import (
+from warmlink.fmus.component.variables import (  # noqa: F401 - what a component is declared with
     Choice,
     Derived,
     Input,
@@ -35,29 +36,6 @@ from warmlink.fmus.component.variables import (
 
 if TYPE_CHECKING:
     from warmlink.fmus.component.join import Joint
-
-__all__ = [
-    "FIELD",
-    "MOST_IN_A_STEP",
-    "SHORTEST_SAMPLE_TIME",
-    "Check",
-    "Choice",
-    "Clock",
-    "Component",
-    "Derived",
-    "Input",
-    "Layout",
-    "Local",
-    "Output",
-    "Parameter",
-    "Record",
-    "Scalar",
-    "State",
-    "Terminal",
-    "Values",
-    "Variable",
-    "VariableType",
-]
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
@@ -155,8 +133,8 @@ class Component:
     default_step_size: float = 1.0
 
     def __post_init__(self) -> None:
-        names = [v.name for v in (*self.inputs, *self.parameters, *self.outputs)]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        counts = Counter(v.name for v in (*self.inputs, *self.parameters, *self.outputs))
+        twice = sorted(name for name, count in counts.items() if count > 1)
         if twice:
             raise ValueError(f"{self.name} declares more than once: {', '.join(twice)}")
         if self.update is not None:

@@ -6,7 +6,7 @@ carried in the imaginary part passes through them unchanged.
 """
 
 import math
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -80,34 +80,26 @@ def floor(value: Number) -> Number:
     return _elementary("floor", real(value))
 
 
+def _elementary(name: str, value: Number) -> Number:
+    """Value of a function that NumPy and CasADi call alike."""
+    if symbolic(value):
+        import casadi
+
+        return getattr(casadi, name)(value)
+    return getattr(np, name)(value)
+
+
+exp = partial(_elementary, "exp")
+log = partial(_elementary, "log")
+sqrt = partial(_elementary, "sqrt")
+cos = partial(_elementary, "cos")
+sin = partial(_elementary, "sin")
+"""Functions of a number; the cosine's and the sine's is an angle in rad."""
+
+
 def finite(value: Number) -> Number:
     """Whether a number is neither NaN nor infinite."""
     return _elementary("fabs" if symbolic(value) else "abs", value) < LARGEST
-
-
-def exp(value: Number) -> Number:
-    """Exponential."""
-    return _elementary("exp", value)
-
-
-def log(value: Number) -> Number:
-    """Natural logarithm."""
-    return _elementary("log", value)
-
-
-def sqrt(value: Number) -> Number:
-    """Square root."""
-    return _elementary("sqrt", value)
-
-
-def cos(value: Number) -> Number:
-    """Cosine of an angle in rad."""
-    return _elementary("cos", value)
-
-
-def sin(value: Number) -> Number:
-    """Sine of an angle in rad."""
-    return _elementary("sin", value)
 
 
 def erf(value: Number) -> Number:
@@ -149,14 +141,6 @@ def placed(value: Number, index: int, size: int) -> Number:
 def total(values: Number) -> Number:
     """Sum of a vector."""
     return _elementary("sum1" if symbolic(values) else "sum", values)
-
-
-def _elementary(name: str, value: Number) -> Number:
-    if symbolic(value):
-        import casadi
-
-        return getattr(casadi, name)(value)
-    return getattr(np, name)(value)
 
 
 @cache

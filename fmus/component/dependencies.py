@@ -53,8 +53,8 @@ def dependencies(
     """
     import casadi
 
-    sizes = {"x": component.x.size, "u": component.u.size, "p": component.p.size, "t": 1}
-    x, u, p, t = (casadi.SX.sym(name, size) for name, size in sizes.items())
+    sizes = (component.x.size, component.u.size, component.p.size, 1)
+    x, u, p, t = (casadi.SX.sym(name, size) for name, size in zip("xupt", sizes, strict=True))
     settled, nothing = component.settled(p), casadi.SX(0, 1)
 
     def unknowns(x: casadi.SX) -> casadi.SX:
@@ -79,10 +79,10 @@ def _by_unknown(
     import casadi
 
     pattern = casadi.jacobian_sparsity(casadi.SX(expression), casadi.vertcat(*symbols))
-    found: dict[str, list[int]] = {name: [] for name in unknowns}
-    for row, column in zip(*pattern.get_triplet(), strict=True):
-        found[unknowns[row]].append(column)
-    return {name: tuple(known[column] for column in sorted(each)) for name, each in found.items()}
+    found: dict[str, tuple[str, ...]] = dict.fromkeys(unknowns, ())
+    for column, row in sorted(zip(*reversed(pattern.get_triplet()), strict=True)):
+        found[unknowns[row]] += (known[column],)
+    return found
 
 
 def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tuple[int, ...]:

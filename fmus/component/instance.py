@@ -108,12 +108,11 @@ class Instance:
 
     def get_reference(self, reference: int) -> float:
         """Value of the variable of a value reference."""
-        first_input, inputs = self.component.p.size, self.component.u.size
-        if reference < first_input:
-            return float(self._p[reference])
-        if reference < first_input + inputs:
-            return float(self._u[reference - first_input])
-        return float(self.outputs()[reference - first_input - inputs])
+        for known in (self._p, self._u):
+            if reference < known.size:
+                return float(known[reference])
+            reference -= known.size
+        return float(self.outputs()[reference])
 
     def outputs(self) -> Vector:
         """All outputs at the present time, state and inputs, shape (y.size,)."""
@@ -159,8 +158,7 @@ class Instance:
                 self._go(time, time + step)
             self._check_states(time)
         except BaseException:
-            # A step that fails leaves the instance where it was, so that it may be tried again.
-            self._x, self._samples = before
+            self._x, self._samples = before  # so that the step may be tried again
             raise
         self._time = time + step
         self._y = None
@@ -174,8 +172,7 @@ class Instance:
         """Go back to a snapshot; what follows is bit for bit what followed then."""
         if snapshot.parameters != self._p.tolist() or snapshot.initialized != self._initialized:
             self._settle(np.array(snapshot.parameters))
-        self._u = np.array(snapshot.inputs)
-        self._x = np.array(snapshot.states)
+        self._u, self._x = np.array(snapshot.inputs), np.array(snapshot.states)
         self._start_time, self._time = snapshot.start_time, snapshot.time
         self._samples, self._initialized = list(snapshot.samples), snapshot.initialized
         self._y = None
@@ -192,18 +189,17 @@ class Instance:
         self._samples = [0] * len(self.component.clocks)
 
     def _check_inputs(self) -> None:
-        inputs = zip(self._scalars[self.component.p.size :], self._u.tolist(), strict=False)
-        for i, (scalar, value) in enumerate(inputs):
+        for i, value in enumerate(self._u.tolist()):
+            scalar = self._scalars[self.component.p.size + i]
             sentence = limits.problem(scalar, value)
             if sentence is None:
                 continue
-            near = limits.clamped(scalar, value)
-            if near == value or math.isnan(value):
+            self._u[i] = limits.clamped(scalar, value)
+            if self._u[i] == value or math.isnan(value):
                 raise InputError(f"{self.name}.{sentence}")
             if scalar.name not in self._clamped:
                 self._clamped.add(scalar.name)
                 self.warn(f"{self.name}.{limits.taken_for(scalar, value)}")
-            self._u[i] = near
 
     def _check_states(self, since: float) -> None:
         wild = limits.wild_state(self.component, self._x.tolist())
@@ -216,15 +212,14 @@ class Instance:
     def _go(self, time: float, until: float) -> None:
         """From sample to sample; of those due at once, first the first clock's."""
         clocks = range(len(self._samples))
-        while True:
+        first: int | None = 0
+        while first is not None:
             first = min((i for i in clocks if self._is_due(i, until)), key=self._next_sample, default=None)
             instant = until if first is None else min(until, self._next_sample(first))
             if self.component.continuous.size and instant - time > TICK_TOLERANCE * self.component.micro_step:
                 self._integrate(time, instant - time)
             time = instant
-            if first is None:
-                return
-            for i in clocks[first:]:
+            for i in clocks[first:] if first is not None else ():
                 if i == first or self._is_due(i, instant):
                     self._sample(i)
 
@@ -262,14 +257,13 @@ class Instance:
             found = every(partial(rates, now=time, since=time), self._x[:size])
             self._jacobian = ComplexStepJacobian((found != 0) | np.eye(size, dtype=bool))
         x = self._x[:size]
+        solve: Callable[[Number], Number] = partial(
+            self.component.solved, p=self._settled, step=GAMMA * micro
+        )
         for now in (time + i * micro for i in range(count)):
-            ahead = partial(rates, now=now + micro, since=now)
-            solve: Callable[[Number], Number]
-            if self._jacobian is None:
-                solve = partial(self.component.solved, p=self._settled, step=GAMMA * micro)
-            else:
+            if self._jacobian is not None:
                 solve = solution_of(self._jacobian(partial(rates, now=now, since=now), x), micro)
-            x = ros2(rates(x, now, now), solve, ahead, x, micro)
+            x = ros2(rates(x, now, now), solve, partial(rates, now=now + micro, since=now), x, micro)
         self._x = np.concatenate([x, held])
 
 
@@ -284,20 +278,16 @@ def is_possible(component: Component, snapshot: Snapshot) -> bool:
     vectors = (getattr(snapshot, name) for name in VECTORS)
     start, time, samples = snapshot.start_time, snapshot.time, snapshot.samples
     if not (
-        all(_are_numbers(vector, size) for vector, size in zip(vectors, sizes, strict=True))
-        and _are_numbers([start, time], 2)
-        and math.isfinite(start)
-        and math.isfinite(time)
-        and isinstance(samples, list)
-        and [type(each) for each in samples] == [int] * len(component.clocks)
+        all(_are_of(float, vector, size) for vector, size in zip(vectors, sizes, strict=True))
+        and _are_of(float, [start, time], 2)
+        and all(map(math.isfinite, (start, time)))
+        and _are_of(int, samples, len(component.clocks))
         and type(snapshot.initialized) is bool
     ):
         return False
     for scalar, value in zip(component.scalars(), snapshot.parameters + snapshot.inputs, strict=False):
-        kind = scalar.variable.type
-        if kind == "Boolean" and value not in (0, 1):
-            return False
-        if kind == "Integer" and not (math.isfinite(value) and value == round(value)):
+        whole = math.isfinite(value) and value == round(value)
+        if not {"Real": True, "Integer": whole, "Boolean": value in (0, 1)}[scalar.variable.type]:
             return False
     if not snapshot.initialized:
         return time == start and not any(samples)
@@ -316,5 +306,5 @@ def is_possible(component: Component, snapshot: Snapshot) -> bool:
     return True
 
 
-def _are_numbers(values: Any, size: int) -> bool:
-    return isinstance(values, list) and len(values) == size and all(isinstance(v, float) for v in values)
+def _are_of(kind: type, values: Any, size: int) -> bool:
+    return isinstance(values, list) and [type(each) for each in values] == [kind] * size

@@ -1,8 +1,8 @@
 """Variables of kinds that occur in many components, so that unit, display and nominal stand once."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Choice, Input, Output, Parameter, Terminal, Variable
 
@@ -52,13 +52,31 @@ def is_difference(variable: Variable) -> bool:
     return variable.unit == "K" and variable.display is None and variable.nominal != NOMINAL_TEMPERATURE
 
 
+Declared = TypeVar("Declared", bound=Variable)
+
+
+def _kind(made: Callable[..., Declared], unit: str, **fixed: Any) -> Callable[..., Declared]:
+    """What declares variables of a kind: by name, start where they have one, description, and more."""
+    return lambda name, *told, **more: made(name, unit, *told, **fixed, **more)
+
+
 _TEMPERATURE: dict[str, Any] = {"display": "degC", "nominal": NOMINAL_TEMPERATURE}
 _GROWTH: dict[str, Any] = {"display": "um", "nominal": 5e-5}
 
+temperature_input = _kind(Input, "K", start=ROOM_TEMPERATURE, minimum=0, **_TEMPERATURE)
+"""Absolute temperature in K, read in degC, at room temperature where nothing is connected."""
 
-def temperature_input(name: str, description: str) -> Input:
-    """Absolute temperature in K, read in degC, at room temperature where nothing is connected."""
-    return Input(name, "K", description, start=ROOM_TEMPERATURE, minimum=0, **_TEMPERATURE)
+temperature_output = _kind(Output, "K", **_TEMPERATURE)
+"""Absolute temperature in K, read in degC."""
+
+growth_input = _kind(Input, "m", **_GROWTH)
+"""Growth of a link in m, or what makes up for it, read in um."""
+
+growth_output = _kind(Output, "m", **_GROWTH)
+"""Growth of a link in m, or what follows from it, read in um."""
+
+length_parameter = _kind(Parameter, "m", display="mm")
+"""Length or place in m, read in mm."""
 
 
 def temperature_parameter(name: str, description: str) -> Parameter:
@@ -66,29 +84,15 @@ def temperature_parameter(name: str, description: str) -> Parameter:
     return Parameter(name, "K", ROOM_TEMPERATURE, description, positive=True, **_TEMPERATURE)
 
 
-def temperature_output(name: str, description: str, size: int | None = None) -> Output:
-    """Absolute temperature in K, read in degC."""
-    return Output(name, "K", description, size=size, **_TEMPERATURE)
-
-
-def growth_input(name: str, description: str, size: int | None = None) -> Input:
-    """Growth of a link in m, or what makes up for it, read in um."""
-    return Input(name, "m", description, size=size, **_GROWTH)
-
-
-def growth_output(name: str, description: str, size: int | None = None) -> Output:
-    """Growth of a link in m, or what follows from it, read in um."""
-    return Output(name, "m", description, size=size, **_GROWTH)
-
-
-def length_parameter(name: str, start: float, description: str, **more: Any) -> Parameter:
-    """Length or place in m, read in mm; `more` as for any parameter."""
-    return Parameter(name, "m", start, description, display="mm", **more)
-
-
 def sample_time_parameter(description: str) -> Parameter:
     """Time in s between two samples, the same bounds for whatever samples."""
     return Parameter("sample_time", "s", 1.0, description, minimum=SHORTEST_SAMPLE_TIME)
+
+
+def per_kelvin(name: str, description: str, within: tuple[float, float], **more: Any) -> Parameter:
+    """Relative change per kelvin, none unless it is given, and the least and the largest that it may be."""
+    low, high = within
+    return Parameter(name, "1/K", 0, description, minimum=low, maximum=high, **{"nominal": 0.01, **more})
 
 
 def heat_port(name: str, heat_flow: str, temperature: str) -> Terminal:
@@ -108,6 +112,19 @@ def thermometers(name: str, scalars: Sequence[str]) -> Terminal:
 
 
 AMBIENT_TEMPERATURE = temperature_input("ambient_temperature", "temperature of the surroundings")
+SPEED = Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3)
+
+_PAD_MODES = "heating pad: 0 none, 1 a given power, 2 held at a temperature"
+
+DUTY = (
+    SPEED,
+    Input("torque", "N.m", "rms torque at the joint", nominal=2.5),
+    AMBIENT_TEMPERATURE,
+    Input("pad_mode", "1", _PAD_MODES, choice=PAD_MODE, discrete=True),
+    temperature_input("pad_temperature", "temperature the pad is held at (mode 2)"),
+    Input("pad_power", "W", "power of the pad (mode 1)", nominal=20),
+)
+"""What a duty cycle demands of a joint, and a motor is told."""
 
 tunable = partial(Parameter, tunable=True)
 """A parameter that may change between communication steps."""
@@ -118,15 +135,10 @@ def extra(name: str, unit: str, description: str, **more: Any) -> Parameter:
     return tunable(name, unit, 0, description, minimum=0, **more)
 
 
+_MISSED = "true minus given ambient temperature"
+
 AMBIENT_ERROR = (
-    tunable("ambient_offset", "K", 0, "true minus given ambient temperature", nominal=1),
-    tunable(
-        "ambient_drift",
-        "K/s",
-        0,
-        "true minus given ambient temperature, per second",
-        display="K/h",
-        nominal=1e-4,
-    ),
+    tunable("ambient_offset", "K", 0, _MISSED, nominal=1),
+    tunable("ambient_drift", "K/s", 0, f"{_MISSED}, per second", display="K/h", nominal=1e-4),
 )
 """What a log of the surroundings' temperature may miss."""

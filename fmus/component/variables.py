@@ -211,40 +211,35 @@ class Layout:
         self.size = len(self.names)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._places: dict[str, int | slice] = {}
-        inner: dict[str, list[tuple[Named, slice]]] = {}
+        inner: dict[str, list[Named]] = {}
         start = 0
         for variable in self.variables:
             end = start + variable.count
+            self._places[variable.name] = start if variable.size is None else slice(start, end)
             part, dot, rest = variable.name.partition(".")
             if dot:
-                inner.setdefault(part, []).append((replace(variable, name=rest), slice(start, end)))
-            else:
-                self._places[variable.name] = start if variable.size is None else slice(start, end)
+                inner.setdefault(part, []).append(replace(variable, name=rest))
             start = end
+        self._own = {name: place for name, place in self._places.items() if "." not in name}
         self._inner = {
-            part: (Layout([v for v, _ in held]), _merged([place for _, place in held]))
+            part: (Layout(held), _merged([self._places[f"{part}.{each.name}"] for each in held]))
             for part, held in inner.items()
         }
-        fields: Any = list(self._places)
+        fields: Any = list(self._own)
         plain = not inner and all(_is_plain(name) for name in fields)
         self._record: Any = namedtuple("Values", fields) if plain else None
 
     def read(self, vector: Number) -> Record:
         """Named values of a flat vector of any arithmetic, shape (size,)."""
         if self._record is not None:
-            return self._record._make([vector[place] for place in self._places.values()])
-        values = {name: vector[place] for name, place in self._places.items()}
+            return self._record._make([vector[place] for place in self._own.values()])
+        values = {name: vector[place] for name, place in self._own.items()}
         values |= {part: layout.read(vector[place]) for part, (layout, place) in self._inner.items()}
         return SimpleNamespace(**values)
 
     def values(self, vector: Number) -> dict[str, Number]:
         """Values of a flat vector by the variables' names, shape (size,)."""
-        found, start = {}, 0
-        for variable in self.variables:
-            end = start + variable.count
-            found[variable.name] = vector[start] if variable.size is None else vector[start:end]
-            start = end
-        return found
+        return {name: vector[place] for name, place in self._places.items()}
 
     def record(self, values: Values) -> Record:
         """Record of named values, each a number or a vector, for a layout whose names have no dots."""
@@ -270,8 +265,8 @@ def _is_plain(name: str) -> bool:
     return name.isidentifier() and not name.startswith("_") and not iskeyword(name)
 
 
-def _merged(places: Sequence[slice]) -> slice | list[int]:
+def _merged(places: Sequence[int | slice]) -> slice | list[int]:
     """One place that holds several in their order: a slice where they adjoin."""
-    if all(a.stop == b.start for a, b in pairwise(places)):
-        return slice(places[0].start, places[-1].stop)
-    return [i for place in places for i in range(place.start, place.stop)]
+    each = [i for p in places for i in (range(p.start, p.stop) if isinstance(p, slice) else (p,))]
+    adjoin = each and all(b == a + 1 for a, b in pairwise(each))
+    return slice(each[0], each[-1] + 1) if adjoin else each

@@ -1,9 +1,10 @@
 """The camera as a component."""
 
 from warmlink.fmus import faults
-from warmlink.fmus.component import Check, Component, Input, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import minimum
 from warmlink.fmus.component.quantities import (
+    SPEED,
     bus,
     extra,
     growth_input,
@@ -13,6 +14,8 @@ from warmlink.fmus.component.quantities import (
 )
 from warmlink.fmus.drift_camera import equations
 
+_CENTROID_NOISE = "standard deviation of the spot's centroid in pixels"
+
 _PARAMETERS = (
     sample_time_parameter("time between two looks at whether a picture is due"),
     Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
@@ -21,14 +24,7 @@ _PARAMETERS = (
     Parameter(
         "pixel_size", "m", 8.6e-6, "size of a pixel along the link", display="um", positive=True, nominal=1e-5
     ),
-    tunable(
-        "centroid_noise",
-        "1",
-        0.0125,
-        "standard deviation of the spot's centroid in pixels",
-        minimum=0,
-        nominal=0.01,
-    ),
+    tunable("centroid_noise", "1", 0.0125, _CENTROID_NOISE, minimum=0, nominal=0.01),
     tunable("drift_rate", "m/s", 0, "drift of the camera itself per second", display="um/h", nominal=1e-9),
     tunable("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
     tunable("scale", "1", 1, "measured over true movement of the tool point", positive=True),
@@ -44,7 +40,7 @@ COMPONENT = Component(
     inputs=(
         growth_input("elongation", "true growth of the link"),
         growth_input("correction", "what the tool point is moved back by"),
-        Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+        SPEED,
     ),
     parameters=_PARAMETERS,
     states=(

@@ -1,11 +1,10 @@
 """The duty cycle as a component."""
 
-from dataclasses import replace
 from typing import Any
 
 from warmlink.fmus.component import Check, Component, Derived, Output, Parameter
 from warmlink.fmus.component.arithmetic import total
-from warmlink.fmus.component.quantities import PAD_MODE, ROOM_TEMPERATURE, bus, temperature_output, tunable
+from warmlink.fmus.component.quantities import DUTY, ROOM_TEMPERATURE, bus, tunable
 from warmlink.fmus.duty_cycle import equations
 
 SEGMENTS = equations.SEGMENTS
@@ -39,19 +38,11 @@ def lasting(part: str, lasts: str) -> Check:
 
 
 # Discrete: they jump from segment to segment, so that no master may interpolate them over a step.
-_DEMANDS = (
-    Output("speed", "rad/s", "mean absolute speed of the joint", nominal=3, discrete=True),
-    Output("torque", "N.m", "rms torque at the joint", nominal=2.5, discrete=True),
-    replace(temperature_output("ambient_temperature", "temperature of the surroundings"), discrete=True),
+_DEMANDS = tuple(
     Output(
-        "pad_mode",
-        "1",
-        "heating pad: 0 none, 1 a given power, 2 held at a temperature",
-        choice=PAD_MODE,
-        discrete=True,
-    ),
-    replace(temperature_output("pad_temperature", "temperature the pad is held at (mode 2)"), discrete=True),
-    Output("pad_power", "W", "power of the pad (mode 1)", nominal=20, discrete=True),
+        v.name, v.unit, v.description, display=v.display, nominal=v.nominal, choice=v.choice, discrete=True
+    )
+    for v in DUTY
 )
 
 _SHIPPED = {"speed": 3.43, "torque": 2.5}

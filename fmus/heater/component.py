@@ -11,6 +11,8 @@ from warmlink.fmus.component.quantities import (
 )
 from warmlink.fmus.heater import equations
 
+_CONTACT_RESISTANCE = "thermal resistance from heater to link; above 0 if there is a heat capacity"
+
 COMPONENT = Component(
     name="Heater",
     description="Electric heater on a link; with no heat capacity it passes its power through",
@@ -21,14 +23,7 @@ COMPONENT = Component(
     parameters=(
         tunable("power", "W", 6, "power of the heater", minimum=0),
         Parameter("heat_capacity", "J/K", 0, "heat capacity of the heater", minimum=0, nominal=10),
-        Parameter(
-            "contact_resistance",
-            "K/W",
-            0,
-            "thermal resistance from heater to link; above 0 if there is a heat capacity",
-            minimum=0,
-            nominal=0.1,
-        ),
+        Parameter("contact_resistance", "K/W", 0, _CONTACT_RESISTANCE, minimum=0, nominal=0.1),
         temperature_parameter("initial_temperature", "temperature of the heater at the start"),
     ),
     states=(State("temperature", "K", start="initial_temperature"), State("heat_delivered", "J")),

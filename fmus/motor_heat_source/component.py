@@ -3,11 +3,11 @@
 from warmlink.fmus.component import Component, Input, Local, Output, Parameter, State
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
-    AMBIENT_TEMPERATURE,
-    PAD_MODE,
+    DUTY,
     bus,
     extra,
     heat_port,
+    per_kelvin,
     temperature_input,
     temperature_output,
     temperature_parameter,
@@ -15,20 +15,15 @@ from warmlink.fmus.component.quantities import (
 )
 from warmlink.fmus.motor_heat_source import equations
 
+_SPEED, _TORQUE, _AMBIENT_TEMPERATURE, _PAD_MODE, *_PAD = DUTY
+
 _INPUTS = (
-    Input(
-        "pad_mode",
-        "1",
-        "heating pad: 0 none, 1 a given power, 2 held at a temperature",
-        choice=PAD_MODE,
-        discrete=True,
-    ),
-    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
-    Input("torque", "N.m", "rms torque at the joint", nominal=2.5),
+    _PAD_MODE,
+    _SPEED,
+    _TORQUE,
     Input("current", "A", "rms current, instead of the torque", nominal=2),
-    temperature_input("pad_temperature", "temperature the pad is held at (mode 2)"),
-    Input("pad_power", "W", "power of the pad (mode 1)", nominal=20),
-    AMBIENT_TEMPERATURE,
+    *_PAD,
+    _AMBIENT_TEMPERATURE,
     temperature_input("link_base_temperature", "temperature of the link at base position"),
     temperature_input("neighbour_temperature", "temperature of the neighbouring joint"),
 )
@@ -41,14 +36,10 @@ _PARAMETERS = (
     Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
     extra("joint_resistance", "K/W", "additional thermal resistance of the joint, in series", nominal=0.1),
     extra("neighbour_conductance", "W/K", "thermal conductance to the neighbouring joint"),
-    Parameter(
+    per_kelvin(
         "joint_temperature_coefficient",
-        "1/K",
-        0,
         "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K",
-        minimum=-0.02,
-        maximum=0.05,
-        nominal=0.01,
+        within=(-0.02, 0.05),
     ),
     Parameter("winding_resistance", "Ohm", 2.0, "resistance of the winding at 293.15 K", minimum=0),
     Parameter(
@@ -64,23 +55,15 @@ _PARAMETERS = (
     Parameter("coulomb_friction", "N.m", 1.5, "Coulomb friction torque", minimum=0),
     Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque per speed", minimum=0),
     tunable("friction_factor", "1", 1, "factor on both friction torques", minimum=0),
-    Parameter(
+    per_kelvin(
         "friction_temperature_coefficient",
-        "1/K",
-        0,
         "relative decrease of friction per kelvin above 295.15 K",
-        minimum=-0.1,
-        maximum=0.1,
-        nominal=0.01,
+        within=(-0.1, 0.1),
     ),
-    Parameter(
+    per_kelvin(
         "viscosity_temperature_coefficient",
-        "1/K",
-        0,
         "exponent by which viscous friction falls per kelvin above 295.15 K",
-        minimum=0,
-        maximum=0.2,
-        nominal=0.01,
+        within=(0, 0.2),
         rare=True,
     ),
     tunable("standby_power", "W", 0, "heat into the shaft at all times", nominal=1),
@@ -122,16 +105,7 @@ COMPONENT = Component(
     terminals=(
         heat_port("joint", "heat_flow", "link_base_temperature"),
         heat_port("neighbour", "neighbour_heat_flow", "neighbour_temperature"),
-        bus(
-            "duty",
-            "Duty",
-            "speed",
-            "torque",
-            "ambient_temperature",
-            "pad_mode",
-            "pad_temperature",
-            "pad_power",
-        ),
+        bus("duty", "Duty", *(demand.name for demand in DUTY)),
     ),
     rates=equations.rates,
     observe=equations.outputs,

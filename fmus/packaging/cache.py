@@ -3,6 +3,8 @@
 import hashlib
 import os
 import pickle
+import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -16,10 +18,18 @@ from warmlink.fmus.files import lock, unlock, whole_file
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
 
+LIMIT_VARIABLE = "WARMLINK_CACHE_LIMIT"
+"""Environment variable with the size in MB beyond which what was not used for longest goes."""
+
+_LIMIT_MB = 2000.0
+_IN_USE_S = 86400.0
+"""What was used within this time stays: somebody may be at it."""
+
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
 _DIGEST = hashlib.sha256().digest_size
+_GENERATORS = ("casadi", "pythonfmu")
 _BYTE_CODE = "__pycache__"
 """Folders that Python writes while it runs, at times into files that are gone a moment later."""
 
@@ -36,18 +46,14 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     make : makes it
     """
     content = kept_before(folder, made_from)
-    if content is not None:
-        return content
-    try:
-        place = _place(folder, made_from)
-    except InputError:
-        return make()
-    with _alone(place.with_suffix(".lock")):
-        content = kept_before(folder, made_from)  # which another process has made meanwhile
-        if content is None:
-            content = make()
-            with suppress(OSError):
-                _write(place, content)
+    if content is None:
+        with _alone(folder, made_from):
+            content = kept_before(folder, made_from)  # which another process has made meanwhile
+            if content is None:
+                content = make()
+                with suppress(OSError, InputError):
+                    _write(folder, made_from, content)
+        make_room()
     return content
 
 
@@ -64,13 +70,13 @@ def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made
             return found
     made = make()
     with suppress(Exception):  # the disk is full, or this is no object that can be pickled
-        place = _place(folder, asked)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        _write(place, pickle.dumps(made))
+        _write(folder, asked, pickle.dumps(made))
     return made
 
 
-def _write(place: Path, content: bytes) -> None:
+def _write(folder: str, made_from: object, content: bytes) -> None:
+    place = _place(folder, made_from)
+    place.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(place) as scratch:
         scratch.write_bytes(_digest(content) + content)
 
@@ -78,11 +84,51 @@ def _write(place: Path, content: bytes) -> None:
 def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
     with suppress(OSError, InputError):
-        file = _place(folder, made_from).read_bytes()
+        place = _place(folder, made_from)
+        file = place.read_bytes()
         digest, content = file[:_DIGEST], file[_DIGEST:]
         if _digest(content) == digest:
+            used(place)
             return content
     return None
+
+
+def used(path: Path) -> None:
+    """Note that something in the cache is used, so that it does not go."""
+    with suppress(OSError):  # a cache that was filled before may be read-only
+        os.utime(path)
+
+
+@cache
+def make_room() -> None:
+    """Remove what was not used for longest until the cache keeps its limit; done once in a process.
+
+    Raises
+    ------
+    InputError
+        If the limit is no size.
+    """
+    given = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MB))
+    try:
+        left = 1e6 * float(given)
+    except ValueError:
+        left = -1.0
+    if not left >= 0:
+        raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
+    with suppress(OSError):  # another process is making room too
+        entries = sorted((_last_used(entry) for entry in cache_folder().glob("*/*")), reverse=True)
+        for when, size, entry in entries:
+            left -= size
+            if left < 0 and when < time.time() - _IN_USE_S:
+                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+
+
+def _last_used(entry: Path) -> tuple[float, int, Path]:
+    """When a file or folder was last used, its size in bytes, and itself."""
+    facts = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
+    facts.append(entry.lstat())
+    read = [each.st_atime for each in facts[: -1 if entry.is_dir() else None]]
+    return max(read + [each.st_mtime for each in facts]), sum(each.st_size for each in facts), entry
 
 
 def _digest(content: bytes) -> bytes:
@@ -95,10 +141,11 @@ def _place(folder: str, made_from: object) -> Path:
 
 
 @contextmanager
-def _alone(file: Path) -> Iterator[None]:
-    """While one holds the lock of a file, others wait; nobody does where it cannot be made."""
+def _alone(folder: str, made_from: object) -> Iterator[None]:
+    """While one makes a thing, others that want it wait; nobody does where there can be no lock."""
     handle = None
-    with suppress(OSError):
+    with suppress(OSError, InputError):
+        file = _place(folder, made_from).with_suffix(".lock")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()
         handle, _ = lock(file, wait=True)
@@ -146,8 +193,7 @@ def wanted_cache_folder() -> Path:
 def source_state() -> str:
     """Digest of the sizes and times of the source's files, found sooner than one of what they hold."""
     digest = hashlib.sha256()
-    for package in ("casadi", "pythonfmu"):
-        spec = find_spec(package)
+    for spec in map(find_spec, _GENERATORS):
         if spec is not None and spec.origin is not None:
             digest.update(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}\n".encode())
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
@@ -172,7 +218,7 @@ def _source_digest() -> bytes:
     from importlib.metadata import version
 
     digest = hashlib.sha256()
-    for package in ("casadi", "pythonfmu"):
+    for package in _GENERATORS:
         digest.update(f"{package} {version(package)}\n".encode())
     for root in (ROOMS / "fmus", ROOMS / "controllers"):
         for path in sorted(root.rglob("*")):

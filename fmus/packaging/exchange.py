@@ -1,9 +1,10 @@
 """What hosts see of a component's inside: local variables; states and rates, which they may integrate."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
-from warmlink.fmus.component import Component, Record, Values
+from warmlink.fmus.component import Component, Local, Record, Scalar, Values
 from warmlink.fmus.component.arithmetic import Number
 
 
@@ -22,31 +23,14 @@ def opened(component: Component) -> Component:
     )
 
 
-@dataclass(frozen=True)
-class ExchangedState:
-    """A continuous state as hosts see it, beside the variable that is its rate.
+class ExchangedState(NamedTuple):
+    """A continuous state as hosts see it, as `state.temperature`, and its rate, `der(state.temperature)`.
 
-    Attributes
-    ----------
-    name : name of the variable, as `state.temperature[1]`; an output may bear the state's own name
-    reference, rate_reference : value references, after all others and after time
+    Their value references lie after all others and after time.
     """
 
-    name: str
-    unit: str
-    nominal: float
-    reference: int
-    rate_reference: int
-
-    @property
-    def rate_name(self) -> str:
-        """Name of the rate, as FMI's structured names have it."""
-        return f"der({self.name})"
-
-    @property
-    def rate_unit(self) -> str:
-        """Unit of the rate."""
-        return f"{self.unit}/s"
+    state: Scalar
+    rate: Scalar
 
 
 def exchanged_states(component: Component) -> list[ExchangedState]:
@@ -57,16 +41,19 @@ def exchanged_states(component: Component) -> list[ExchangedState]:
     list of ExchangedState
         Empty for a component that samples, or has no states.
     """
-    if component.sampled or not component.states:
+    if component.sampled:
         return []
     first, count = component.p.size + component.u.size + component.y.size + 1, component.x.size
-    states = [state for state in component.states for _ in range(state.count)]
-    return [
-        ExchangedState(
-            f"state.{name}", state.unit, _nominal(component, state.name), first + i, first + count + i
-        )
-        for i, (name, state) in enumerate(zip(component.x.names, states, strict=True))
-    ]
+    found: list[ExchangedState] = []
+    for each in component.states:
+        for name in (f"state.{own}" for own in each.scalar_names):
+            nominal = _nominal(component, each.name)
+            state = Local(name, each.unit, "state, for hosts that integrate it", nominal=nominal)
+            rate = Local(f"der({name})", f"{each.unit}/s", "rate of change")
+            at = first + len(found)
+            pair = Scalar(at, name, state, 0), Scalar(at + count, rate.name, rate, 0)
+            found.append(ExchangedState(*pair))
+    return found
 
 
 def _nominal(component: Component, state: str) -> float:

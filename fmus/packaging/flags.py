@@ -3,10 +3,12 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from warmlink.fmus.component import Component, Input, Output, Record, State, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, finite, where
+
+Flag = TypeVar("Flag", Input, Output)
 
 
 def flag_of(name: str) -> str:
@@ -27,6 +29,7 @@ def flagged(component: Component) -> Component:
     if not outputs and not inputs:
         return component
     observe, update, begin = component.observe, component.update, component.started
+    nominals = {name: each.nominal or 0.0 for name, each in outputs.items()}
 
     def inside(u: Record) -> Record:
         """Inputs as the component itself has them."""
@@ -36,16 +39,15 @@ def flagged(component: Component) -> Component:
         return component.u.record(values)
 
     def with_held(states: Values, before: Values) -> Values:
-        held = {n: where(finite(states[n]), states[n], before[n]) for n in outputs}
-        return {**states, **{_held(name): value for name, value in held.items()}}
+        return {**states, **{_held(n): where(finite(states[n]), states[n], before[n]) for n in outputs}}
 
     def begin_held(u: Record, p: Record) -> Values:
-        return with_held(begin(inside(u), p), {name: each.nominal or 0.0 for name, each in outputs.items()})
+        return with_held(begin(inside(u), p), nominals)
 
     def update_held(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
         assert update is not None
-        before = {name: getattr(x, _held(name)) for name in outputs}
-        return with_held(update(x, inside(u), p, time, step), before)
+        held = {name: getattr(x, _held(name)) for name in outputs}
+        return with_held(update(x, inside(u), p, time, step), held)
 
     def observe_held(x: Record, u: Record, p: Record, time: Number) -> Values:
         shown = dict(observe(x, inside(u), p, time))
@@ -56,10 +58,10 @@ def flagged(component: Component) -> Component:
 
     return replace(
         component,
-        inputs=(*component.inputs, *(Input(**_flag(each), start=1.0) for each in inputs.values())),
+        inputs=(*component.inputs, *(_flag(Input, each, start=1.0) for each in inputs.values())),
         outputs=(
             *(_holding(each) if each.name in outputs else each for each in component.outputs),
-            *(Output(**_flag(each)) for each in outputs.values()),
+            *(_flag(Output, each) for each in outputs.values()),
         ),
         states=(*component.states, *(State(_held(v.name), v.unit, size=v.size) for v in outputs.values())),
         begin=begin_held,
@@ -80,16 +82,9 @@ def _holding(reading: Output) -> Output:
     return replace(reading, description=f"{about}; its last value while there is none")
 
 
-def _flag(reading: Input | Output) -> dict[str, Any]:
-    """What declares the flag of a reading."""
-    return {
-        "name": flag_of(reading.name),
-        "unit": "1",
-        "description": f"whether {reading.name} is a reading",
-        "size": reading.size,
-        "type": "Boolean",
-        "discrete": True,
-    }
+def _flag(kind: type[Flag], reading: Input | Output, **more: Any) -> Flag:
+    about = f"whether {reading.name} is a reading"
+    return kind(flag_of(reading.name), "1", about, size=reading.size, type="Boolean", discrete=True, **more)
 
 
 def _members(terminal: Terminal, flags: set[str]) -> Iterator[tuple[str, str]]:

@@ -3,10 +3,9 @@
 import json
 import uuid
 from collections.abc import Sequence
-from operator import itemgetter
 from xml.etree import ElementTree as ET
 
-from warmlink.fmus.component import Component
+from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
@@ -91,7 +90,7 @@ def model_description(
     }
     _add_interfaces(root, component, modern, native, () if modern else sources)
     declared = [*component.inputs, *component.parameters, *component.outputs]
-    add_units(root, declared, [unit for state in states for unit in (state.unit, state.rate_unit)])
+    add_units(root, declared, [scalar.variable.unit for state in states for scalar in state])
     add_types(root, declared, fmi_version)
     categories = add(root, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
@@ -174,16 +173,12 @@ def _add_variables(
         time = {"name": TIME, "valueReference": time_reference(component), "causality": "independent"}
         add(variables, "Float64", time, variability="continuous", unit="s")
 
-    told = {"causality": "local", "variability": "continuous", "initial": "calculated"}
-    local: list[tuple[int, str, str, Attributes]] = []
-    for state in states:
-        as_state = {"unit": state.unit, "nominal": state.nominal}
-        local.append((state.reference, state.name, "state, for hosts that integrate it", as_state))
-        as_rate = {"unit": state.rate_unit, "derivative": state.reference}
-        local.append((state.rate_reference, state.rate_name, "rate of change", as_rate))
-    for reference, name, description, about in local if modern else sorted(local, key=itemgetter(0)):
-        given = {"name": name, "valueReference": reference, "description": description, **told}
-        declare(given, "Float64" if modern else "Real", about)
+    local: list[tuple[Scalar, Attributes]] = []
+    for state, rate in states:
+        local.append((state, {"unit": state.variable.unit, "nominal": state.variable.nominal}))
+        local.append((rate, {"unit": rate.variable.unit, "derivative": state.reference}))
+    for scalar, about in local if modern else sorted(local, key=lambda each: each[0].reference):
+        declare(identity(scalar), "Float64" if modern else "Real", about)
 
 
 def _add_structure(
@@ -196,10 +191,9 @@ def _add_structure(
     """
     number = {s.name: s.reference - s.element if arrays else s.reference for s in component.scalars()}
     number = number | {TIME: time_reference(component)} if modern else {k: n + 1 for k, n in number.items()}
-    for state in states:
-        number |= {state.name: state.reference, state.rate_name: state.rate_reference}
-    rates = tuple(state.rate_name for state in states)
-    found = dependencies(component, tuple(state.name for state in states), rates)
+    number |= {scalar.name: scalar.reference for state in states for scalar in state}
+    rates = tuple(rate.name for _, rate in states)
+    found = dependencies(component, tuple(state.name for state, _ in states), rates)
     kinds = {
         "Output": {name: known for name, known in found.outputs.items() if name not in rates},
         "Derivative": {name: known for name, known in found.outputs.items() if name in rates},

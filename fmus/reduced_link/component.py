@@ -22,45 +22,29 @@ _OF_THE_SHAPE = (
 )
 """Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
 
-
-def _bound(of: str, whose: str, unit: str, nominal: float, display: str | None = None) -> Output:
-    about = f"estimated bound of the {whose} error due to the reduction"
-    return Output(f"{of}_error_bound", unit, about, display=display, nominal=nominal)
-
+_BOUND = "estimated bound of the {} error due to the reduction"
 
 _OUTPUTS = (
     *LINK.outputs,
     Output("displacement", "m", "displacement of the tool point", size=3, display="um", nominal=5e-5),
     Output("rotation", "rad", "rotation of the tool", size=3, nominal=1e-4),
-    _bound("displacement", "displacement's", "m", 1e-8, "um"),
-    _bound("rotation", "rotation's", "rad", 1e-7),
-    _bound("temperature", "temperatures'", "K", 5e-3),
+    Output("displacement_error_bound", "m", _BOUND.format("displacement's"), display="um", nominal=1e-8),
+    Output("rotation_error_bound", "rad", _BOUND.format("rotation's"), nominal=1e-7),
+    Output("temperature_error_bound", "K", _BOUND.format("temperatures'"), nominal=5e-3),
 )
 
 
 def reduced_link(name: str, model: ReducedModel) -> Component:
-    """Declare the component of a reduced link.
-
-    Parameters
-    ----------
-    name : of the component, an identifier of C
-    model : what the reduction of its finite elements gave
-    """
-    n, surfaces = model.order, model.surfaces
+    """Declare the component of a reduced link; its name is an identifier of C."""
+    n, surfaces = model.order, model.area.size
+    factor = "convection of each cooled surface as a multiple of the link's"
     return Component(
         name=name,
         description="Robot link of any shape: conducts, stores and loses heat, grows and bends",
         inputs=LINK.inputs,
         parameters=(
             *(_nominal(each, model) for each in LINK.parameters if each.name not in _OF_THE_SHAPE),
-            tunable(
-                "convection_factor",
-                "1",
-                1,
-                "convection of each cooled surface as a multiple of the link's",
-                size=surfaces,
-                minimum=0,
-            ),
+            tunable("convection_factor", "1", 1, factor, size=surfaces, minimum=0),
             temperature_parameter("radiation_temperature", "temperature about which radiation is linearised"),
         ),
         derived=(Derived("pattern_heat_capacity", "J/K", size=n),),
@@ -80,8 +64,7 @@ def reduced_link(name: str, model: ReducedModel) -> Component:
 
 def _nominal(parameter: Parameter, model: ReducedModel) -> Parameter:
     """Parameter of ThermalLink with the start value of the part's material, within the range reduced for."""
-    start = model.material.get(parameter.name, parameter.start)
-    if parameter.name == "conductivity":
-        low, high = model.conductivity_range
-        return replace(parameter, start=start, minimum=low, maximum=high)
-    return replace(parameter, start=start)
+    nominal = replace(parameter, start=model.material.get(parameter.name, parameter.start))
+    if parameter.name != "conductivity":
+        return nominal
+    return replace(nominal, minimum=model.conductivity_range[0], maximum=model.conductivity_range[1])

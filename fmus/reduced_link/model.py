@@ -19,8 +19,7 @@ class ReducedModel:
 
     The temperature is the initial one plus the patterns times their amplitudes z [K]:
 
-        V c dz/dt = -(k conduction + sum of h_g cooling_g) z
-                    + base_row Q + tip_row Q_tip + sum of f_g surface_rows_g
+        V c dz/dt = -(k conduction + sum of h_g cooling_g) z + loads (Q, Q_tip, f_1, ...)
 
     with c the heat capacity of a unit volume [J/(m3.K)], k the conductivity, h_g the convection coefficient
     of the surface g and f_g the heat flux into it. G surfaces are cooled. The mean over the volume V of the
@@ -32,18 +31,15 @@ class ReducedModel:
     volume : of the body [m3]
     conduction : of each pattern, shape (n,) [m]
     cooling : shape (G, n, n) [m2]
-    base_row, tip_row : mean temperature of the heated face and of the tool's, shape (n,)
-    sensor_rows : shape (8, n)
-    surface_rows : integral over each cooled surface, shape (G, n) [m2]
-    area : of each cooled surface, shape (G,) [m2]
-    displacement_rows : displacement of the tool point for an expansion coefficient of 1, shape (3, n) [m]
-    rotation_rows : rotation of the tool for an expansion coefficient of 1, shape (3, n) [rad]
+    loads : of 1 W at base and tip, which also give the mean temperatures there, and of 1 W/m2 on each
+        surface, shape (n, 2 + G)
+    outputs : displacement [m] and rotation [rad] of the tool for an expansion coefficient of 1, and the
+        temperatures of the sensors, shape (3 + 3 + 8, n)
     reach : from the middle of the heated face to the tool point, shape (3,) [m]
-    initial_rows : amplitudes for a rise of 1 K at each sensor, shape (n, 8)
+    initial : amplitudes for a rise of 1 K at each sensor, shape (n, 8)
     error_gain : largest error of displacement [m], rotation [rad] and temperature [K], times the
-        conductivity, for each input of 1 W, 1 W and 1 W/m2 on each surface, and for each change of a
-        surface's convection by 1 W/(m2.K) where an end is 1 K from its surroundings; shape (3, 2 + 2 G); an
-        expansion coefficient of 1 for the first two
+        conductivity, for each load, and for each change of a surface's convection by 1 W/(m2.K) where an end
+        is 1 K from its surroundings, shape (3, 2 + 2 G); an expansion coefficient of 1 for the first two
     discretisation : error of the elongation due to the mesh, as a share of it
     conductivity_range, convection_range : for which `error_gain` was computed, in SI units
     """
@@ -52,15 +48,10 @@ class ReducedModel:
     volume: float
     conduction: Array
     cooling: Array
-    base_row: Array
-    tip_row: Array
-    sensor_rows: Array
-    surface_rows: Array
-    area: Array
-    displacement_rows: Array
-    rotation_rows: Array
+    loads: Array
+    outputs: Array
     reach: Array
-    initial_rows: Array
+    initial: Array
     error_gain: Array
     discretisation: float
     conductivity_range: tuple[float, float]
@@ -69,12 +60,12 @@ class ReducedModel:
     @property
     def order(self) -> int:
         """Number of patterns."""
-        return len(self.base_row)
+        return len(self.conduction)
 
     @property
-    def surfaces(self) -> int:
-        """Number of cooled surfaces."""
-        return len(self.area)
+    def area(self) -> Array:
+        """Area of each cooled surface, shape (G,) [m2]."""
+        return self.loads[0, 2:]
 
 
 def stored(model: ReducedModel) -> bytes:

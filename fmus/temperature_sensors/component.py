@@ -1,6 +1,5 @@
 """The thermometers as a component."""
 
-from dataclasses import replace
 from functools import partial
 
 from warmlink.fmus import faults
@@ -21,20 +20,14 @@ CHANNELS = equations.CHANNELS
 
 _each = partial(tunable, size=CHANNELS)
 
+_STEM_CONDUCTION = "share of the rise above ambient temperature that the stem conducts away"
+
 _PARAMETERS = (
     sample_time_parameter("time between two readings"),
     _each("noise", "K", 0, "standard deviation of a reading", minimum=0, nominal=0.1),
     _each("offset", "K", 0, "reading minus temperature", nominal=0.1),
     _each("lag", "s", 0, "time constant of the first-order lag", minimum=0, nominal=10),
-    _each(
-        "stem_conduction",
-        "1",
-        0,
-        "share of the rise above ambient temperature that the stem conducts away",
-        minimum=0,
-        maximum=1,
-        nominal=0.01,
-    ),
+    _each("stem_conduction", "1", 0, _STEM_CONDUCTION, minimum=0, maximum=1, nominal=0.01),
     _each("quantum", "K", 0, "step between readings; 0: none", minimum=0, nominal=0.1),
     *faults.parameters("K", "K", 1, 1e-4, CHANNELS),
     Parameter("seed", "1", 1, "seed of the noise", type="Integer", minimum=0),
@@ -54,7 +47,7 @@ COMPONENT = Component(
     name="TemperatureSensors",
     description="Eight thermometers: noise, offset, lag, stem conduction, quantum, and faults",
     inputs=(
-        replace(temperature_input("temperature", "true temperature at each sensor"), size=CHANNELS),
+        temperature_input("temperature", "true temperature at each sensor", size=CHANNELS),
         AMBIENT_TEMPERATURE,
     ),
     parameters=_PARAMETERS,

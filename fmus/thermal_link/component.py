@@ -1,16 +1,20 @@
 """The thermal link as a component."""
 
+from collections.abc import Callable
 from functools import cache, partial
 
-from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, State
+from warmlink.fmus.component import Check, Component, Derived, Input, Local, Output, Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.quantities import (
     AMBIENT_ERROR,
     AMBIENT_TEMPERATURE,
+    SPEED,
     bus,
     extra,
     growth_output,
     heat_port,
     length_parameter,
+    per_kelvin,
     temperature_input,
     temperature_output,
     temperature_parameter,
@@ -26,8 +30,22 @@ _INPUTS = (
     Input("tip_heat_flow", "W", "heat flow into the link at tip position", nominal=5),
     temperature_input("tip_sink_temperature", "temperature behind the tip conductance"),
     AMBIENT_TEMPERATURE,
-    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
+    SPEED,
 )
+
+# Descriptions that are too long for the lines below.
+_EXPANSION_COEFFICIENT = "linear coefficient of thermal expansion"
+_CONVECTION_PER_SPEED = "increase of the convection coefficient per m/s of the link's mean speed"
+_CONVECTION_MIXING = (
+    "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes"
+)
+_CONVECTION_RISE_EXPONENT = (
+    "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K"
+)
+_INITIAL_TEMPERATURE_RISE = "rise above the initial temperature at each sensor, linear between them"
+_REFERENCE_TEMPERATURE = "temperature at which the elongation is 0; 0: the initial temperature"
+_SENSOR_POSITION = "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between"
+_DISCRETISATION_ERROR = "estimate of the elongation's error from the finite grid"
 
 _PARAMETERS = (
     length_parameter("length", 0.3302, "length of the link", positive=True),
@@ -38,48 +56,20 @@ _PARAMETERS = (
     length_parameter("base_position", 0.0254, "where heat enters, from the proximal end", minimum=0),
     length_parameter("tip_position", 0.3170, "the tool point, from the proximal end", minimum=0),
     Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),
-    Parameter(
+    per_kelvin(
         "conductivity_temperature_coefficient",
-        "1/K",
-        0,
         "relative change of conductivity per kelvin above 295.15 K",
-        minimum=-0.01,
-        maximum=0.01,
+        within=(-0.01, 0.01),
         nominal=1e-3,
         rare=True,
     ),
     Parameter("density", "kg/m3", 2713, "density", positive=True),
     Parameter("specific_heat", "J/(kg.K)", 892, "specific heat capacity", positive=True),
-    Parameter(
-        "expansion_coefficient",
-        "1/K",
-        23.6e-6,
-        "linear coefficient of thermal expansion",
-        positive=True,
-        nominal=2e-5,
-    ),
+    Parameter("expansion_coefficient", "1/K", 23.6e-6, _EXPANSION_COEFFICIENT, positive=True, nominal=2e-5),
     tunable("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
-    tunable(
-        "convection_per_speed",
-        "W.s/(m3.K)",
-        6.4,
-        "increase of the convection coefficient per m/s of the link's mean speed",
-        minimum=0,
-    ),
-    extra(
-        "convection_mixing",
-        "1",
-        "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes",
-        maximum=1.8,
-        rare=True,
-    ),
-    extra(
-        "convection_rise_exponent",
-        "1",
-        "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K",
-        maximum=0.5,
-        rare=True,
-    ),
+    tunable("convection_per_speed", "W.s/(m3.K)", 6.4, _CONVECTION_PER_SPEED, minimum=0),
+    extra("convection_mixing", "1", _CONVECTION_MIXING, maximum=1.8, rare=True),
+    extra("convection_rise_exponent", "1", _CONVECTION_RISE_EXPONENT, maximum=0.5, rare=True),
     extra("emissivity", "1", "emissivity of the surface; 0: no radiation", maximum=1, rare=True),
     tunable("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
     extra("hub_conductance", "W/K", "heat loss from base position to the surroundings", nominal=0.1),
@@ -90,29 +80,9 @@ _PARAMETERS = (
     extra("tip_conductance", "W/K", "heat loss from tip position to its sink", nominal=0.1),
     *AMBIENT_ERROR,
     temperature_parameter("initial_temperature", "temperature at the start"),
-    Parameter(
-        "initial_temperature_rise",
-        "K",
-        0,
-        "rise above the initial temperature at each sensor, linear between them",
-        size=SENSORS,
-        nominal=1,
-    ),
-    Parameter(
-        "reference_temperature",
-        "K",
-        0,
-        "temperature at which the elongation is 0; 0: the initial temperature",
-        nominal=300,
-        minimum=0,
-    ),
-    length_parameter(
-        "sensor_position",
-        -1,
-        "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between",
-        size=SENSORS,
-        minimum=-1,
-    ),
+    Parameter("initial_temperature_rise", "K", 0, _INITIAL_TEMPERATURE_RISE, size=SENSORS, nominal=1),
+    Parameter("reference_temperature", "K", 0, _REFERENCE_TEMPERATURE, nominal=300, minimum=0),
+    length_parameter("sensor_position", -1, _SENSOR_POSITION, size=SENSORS, minimum=-1),
 )
 
 _OUTPUTS = (
@@ -122,35 +92,27 @@ _OUTPUTS = (
     growth_output("elongation", "growth between base and tip position"),
     Output("surface_heat_loss", "W", "heat lost by the surface", nominal=5),
     Output("heat_received", "J", "heat received at base position since the start", nominal=1e4),
-    Output(
-        "discretisation_error",
-        "m",
-        "estimate of the elongation's error from the finite grid",
-        display="um",
-        nominal=1e-7,
-    ),
+    Output("discretisation_error", "m", _DISCRETISATION_ERROR, display="um", nominal=1e-7),
 )
 
 
-def _sensor_on_link(sensor: int) -> Check:
-    name = f"sensor_position[{sensor + 1}]"
-    return Check(
-        lambda p: p.length - p.sensor_position[sensor],
-        f"{name}: {{{name}}} m lies beyond the link's end; keep it within length ({{length}} m)",
-    )
+def _on_link(name: str, place: Callable[[Record], Number]) -> Check:
+    beyond = "m lies beyond the link's end; keep it within length ({length} m)"
+    return Check(lambda p: p.length - place(p), f"{name}: {{{name}}} {beyond}")
+
+
+def _sensor_on_link(i: int) -> Check:
+    return _on_link(f"sensor_position[{i + 1}]", lambda p: p.sensor_position[i])
 
 
 _CHECKS = (
-    Check(
-        lambda p: p.length - p.tip_position,
-        "tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)",
-    ),
+    _on_link("tip_position", lambda p: p.tip_position),
     Check(
         lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
         "base_position: {base_position} m leaves no length before tip_position ({tip_position} m); "
         "put it nearer the proximal end",
     ),
-    *(_sensor_on_link(i) for i in range(SENSORS)),
+    *map(_sensor_on_link, range(SENSORS)),
 )
 
 

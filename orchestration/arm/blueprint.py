@@ -94,12 +94,8 @@ def write_arm(system: System, folder: Path) -> list[Path]:
 
 def _ports(arm: System) -> Ports:
     """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
-    wanted = {
-        "error": KINEMATICS,
-        "elongation": "_link",
-        "correction": f"_{COMPENSATOR}",
-        "reading": "_sensors",
-    }
+    wanted = {"error": KINEMATICS, "elongation": "_link", "reading": "_sensors"}
+    wanted["correction"] = f"_{COMPENSATOR}"
     shown = tuple(
         (name, variable.name)
         for name, held in arm.components.items()
@@ -114,12 +110,8 @@ def without_dots(system: System) -> System:
     """Give the same system with underscores for the dots in its components' names."""
     called = {name: name.replace(".", "_") for name in system.components}
     components = {called[name]: replace(held, name=called[name]) for name, held in system.components.items()}
-    connections = tuple(
-        replace(
-            link,
-            source_component=called[link.source_component],
-            target_component=called[link.target_component],
-        )
-        for link in system.connections
-    )
-    return replace(system, components=components, connections=connections)
+    links = []
+    for link in system.connections:
+        giving, taking = called[link.source_component], called[link.target_component]
+        links.append(replace(link, source_component=giving, target_component=taking))
+    return replace(system, components=components, connections=tuple(links))

@@ -17,8 +17,6 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
-DOWN = -np.pi / 2
-
 
 def sensitivities(angles: Array) -> Array:
     """Derivative of the tool point by each elongation, shape (n, 3, 6), at angles in rad, shape (n, 6)."""
@@ -50,9 +48,8 @@ class ArmErrors:
     @cached_property
     def sensitivity(self) -> Array:
         """Derivative of the tool point by each elongation in the pose held, shape (n, 3, 6)."""
-        return sensitivities(
-            np.column_stack([self._result[f"{POSES}.angle[{i}]"] for i in range(1, AXES + 1)])
-        )
+        angles = [self._result[f"{POSES}.angle[{i}]"] for i in range(1, AXES + 1)]
+        return sensitivities(np.column_stack(angles))
 
     def tool_error(self, elongation: Array) -> Array:
         """Error of the tool point in m, x, y and z, that elongations in m make, shape (n, 3)."""
@@ -113,12 +110,12 @@ class Workspace:
         return np.asarray(np.linalg.norm(self.sensitivity @ growth, axis=-1))
 
 
-def workspace(columns: int = 36, rows: int = 36, pitch: float = DOWN) -> Workspace:
-    """Grid of the workspace with the tool at a pitch in rad."""
+def workspace(columns: int = 36, rows: int = 36) -> Workspace:
+    """Grid of the workspace."""
     out, up = np.linspace(0.15, 0.9, columns), np.linspace(-0.1, 0.75, rows)
     x, z = (each.ravel() for each in np.meshgrid(out, up))
-    angles = joint_angles(x, np.zeros_like(x), z, pitch)
+    angles = joint_angles(x, np.zeros_like(x), z, pitch=-np.pi / 2)
     reached = np.all(np.isfinite(angles), axis=1)
-    found = np.full((x.size, 3, angles.shape[1]), np.nan)
+    found = np.full((x.size, 3, AXES), np.nan)
     found[reached] = sensitivities(angles[reached])
     return Workspace(out, up, found.reshape(rows, columns, 3, -1))

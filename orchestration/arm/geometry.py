@@ -22,28 +22,18 @@ NAME = "SixAxisArm"
 PROGRAMS = Path(__file__).parent / "programs"
 GEOMETRY = Path(__file__).with_name("geometry.toml")
 
-_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)} | {
-    "joint_limit": "rad",
-    "section": "m2",
-    "perimeter": "m",
-    "winding_mass": "kg",
-    "shaft_mass": "kg",
-    "copper": "J/(kg.K)",
-    "steel": "J/(kg.K)",
-}
+_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
+_UNITS |= {"joint_limit": "rad", "section": "m2", "perimeter": "m"}
+_UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "steel": "J/(kg.K)"}
 """Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis: a motor in its joint and the link to the next joint.
+    """One axis as people call it: a motor in its joint and the link to the next joint, with their mass in kg.
 
-    Attributes
-    ----------
-    name : as people call it
-    joint_limit : largest angle in rad to either side
-    mass : of motor and link, in kg
-    motor, link : parameters of MotorHeatSource and ThermalLink in SI units that differ from nominal
+    `joint_limit` is the largest angle in rad to either side; `motor` and `link` are parameters of
+    MotorHeatSource and ThermalLink in SI units that differ from nominal.
     """
 
     name: str
@@ -79,19 +69,14 @@ def _axis(
     name: str, size: Mapping[str, float], material: Mapping[str, float], heats: Mapping[str, float]
 ) -> Axis:
     motor = {key: value for key, value in size.items() if key in MOTOR.p.index}
+    winding, shaft, length = size["winding_mass"], size["shaft_mass"], size["length"]
     motor |= {
-        "winding_heat_capacity": size["winding_mass"] * heats["copper"],
-        "shaft_heat_capacity": size["shaft_mass"] * heats["steel"],
+        "winding_heat_capacity": winding * heats["copper"],
+        "shaft_heat_capacity": shaft * heats["steel"],
     }
-    link = {
-        "length": size["length"],
-        "base_position": 0.0,
-        "tip_position": size["length"],
-        "cross_section": size["section"],
-        "perimeter": size["perimeter"],
-        **material,
-    }
-    mass = size["length"] * size["section"] * material["density"] + size["winding_mass"] + size["shaft_mass"]
+    shape = {"cross_section": size["section"], "perimeter": size["perimeter"]}
+    link = {"length": length, "base_position": 0.0, "tip_position": length, **shape, **material}
+    mass = length * size["section"] * material["density"] + winding + shaft
     return Axis(name, size["joint_limit"], mass, motor, link)
 
 

@@ -31,8 +31,7 @@ from warmlink.orchestration.scenarios.duties.duty_files import (
     durations,
 )
 from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.model import StartValues, Value
 
@@ -42,23 +41,15 @@ CONTROLLER, TOLERANCE = "observer", 30e-6
 STILL = (0.0,) * AXES
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Six joint angles in rad, held for a time in s."""
-
-    hold: float
-    angles: tuple[float, ...]
+Pose = tuple[float, tuple[float, ...]]
+"""Time in s for which six joint angles in rad are held, and these."""
 
 
 @dataclass(frozen=True)
 class Program(Drive):
-    """A program of the arm.
+    """A program of the arm: a duty cycle for each joint from the base outwards, and the poses gone through.
 
-    Attributes
-    ----------
-    duties : duty cycle of each joint, from the base outwards
-    poses : gone through one after another, again and again
-    axes : number of axes that the arm has; beyond six the duty cycles begin again
+    `axes` is the number of axes that the arm has; beyond six the duty cycles begin again.
     """
 
     duties: tuple[Duty, ...]
@@ -68,15 +59,14 @@ class Program(Drive):
     def start_values(self) -> StartValues:
         """Start values of the duty cycles and of the poses, by instance."""
         driven = {
-            f"{axis_name(i)}.duty": self.duties[(i - 1) % AXES].component_parameters()
+            f"{axis_name(i)}.duty": self.duties[(i - 1) % AXES].component_parameters
             for i in range(1, self.axes + 1)
         }
         poses: dict[str, Value] = {"repeat": True}
-        for i in range(POSES):
-            pose = self.poses[i] if i < len(self.poses) else Pose(0.0, (0.0,) * AXES)
-            poses[f"duration[{i + 1}]"] = pose.hold
-            for joint, angle in enumerate(pose.angles, start=1):
-                poses[f"joint_{joint}[{i + 1}]"] = angle
+        unused = (0.0, STILL)
+        for i, (hold, angles) in enumerate([*self.poses, *[unused] * (POSES - len(self.poses))], start=1):
+            poses[f"duration[{i}]"] = hold
+            poses |= {f"joint_{joint}[{i}]": angle for joint, angle in enumerate(angles, start=1)}
         return {**driven, POSE_SEQUENCE: poses}
 
 
@@ -149,7 +139,7 @@ class PoseTable:
     def pose(self, where: str) -> Pose:
         """The pose as angles; raises InputError where the point is out of the arm's reach."""
         if self.joints is not None:
-            return Pose(self.hold, self.joints)
+            return self.hold, self.joints
         x, y, z = self.point or ()
         (angles,) = joint_angles(x, y, z, self.pitch, self.roll)
         if not np.all(np.isfinite(angles)):
@@ -157,7 +147,7 @@ class PoseTable:
             raise InputError(
                 f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another"
             )
-        return Pose(self.hold, tuple(float(angle) for angle in angles))
+        return self.hold, tuple(float(angle) for angle in angles)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,11 +177,7 @@ class ProgramFile(RowsTables, Settings):
 
 
 def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
-    """Scenario of the arm from the tables of a file.
-
-    Raises InputError where something is missing, misspelt, out of range, or a point is out of the arm's
-    reach.
-    """
+    """Scenario of the arm from the tables of a file; raises InputError where something in them is wrong."""
     from warmlink.orchestration.arm.setup import arm
 
     file = read_table(ProgramFile, given, name)

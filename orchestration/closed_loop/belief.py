@@ -30,16 +30,9 @@ _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
 def judged(scenario: Scenario) -> tuple[str | None, bool]:
     """Judge whether a scenario's controller was designed for its system.
 
-    Returns
-    -------
-    tuple
-        A sentence with the command that designs the law anew, None if the law suits the system; and whether
-        the law runs in exactly the cell that it was designed for, with thermometers without errors.
-
-    Raises
-    ------
-    InputError
-        If a start value does not exist or is refused.
+    The first is a sentence with the command that designs the law anew, None if the law suits the system; the
+    second whether the law runs in exactly the cell that it was designed for, with thermometers without
+    errors. Raises InputError if a start value does not exist or is refused.
     """
     name, setup = scenario.controller.name, scenario.setup
     if name == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
@@ -74,11 +67,9 @@ class _Cell:
             for scalar in self.components[part].scalars()
             if scalar.name in self.components[part].p.index
         }
-        return [
-            name
-            for name, text in self.written.items()
-            if name in declared and start_value(name, text, self.components, "start values") != declared[name]
-        ]
+        named = {name: text for name, text in self.written.items() if name in declared}
+        given = {n: start_value(n, text, self.components, "start values") for n, text in named.items()}
+        return [name for name, value in given.items() if value != declared[name]]
 
     @cached_property
     def values(self) -> StartValues:
@@ -90,10 +81,8 @@ class _Cell:
         from warmlink.controllers.design.plant import cell_plant
         from warmlink.controllers.design.shipped import PLANT_FACTS
 
-        motor, link = (
-            {n: float(v) for n, v in self.values.get(part, {}).items() if n in self.components[part].p.index}
-            for part in PLANT
-        )
+        known = ((self.values.get(part, {}), self.components[part].p.index) for part in PLANT)
+        motor, link = ({n: float(v) for n, v in held.items() if n in names} for held, names in known)
         return by_scalar(PLANT_FACTS[law](cell_plant(motor, link)))
 
     def known_to(self, law: str) -> bool:

@@ -23,8 +23,7 @@ from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.entries import Quantity, Text
 from warmlink.orchestration.scenarios.own_system import RolesTable, own_setup
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.settings import Settings
+from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
@@ -43,14 +42,14 @@ class ScenarioFile(DutyTables, Settings):
     roles: RolesTable | None = None
 
     def __post_init__(self) -> None:
-        written = {"segment": self.segment, "random": self.random, "repeat": self.repeat}
-        twice = [key for key, value in written.items() if value]
         if self.duty is None:
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
-        elif twice:
-            raise InputError(f"{twice[0]} beside duty; name a duty cycle or write one, not both")
+            return
+        for key in ("segment", "random", "repeat"):
+            if getattr(self, key):
+                raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
     def drive(self, name: str, folder: Path) -> Duty:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
@@ -118,15 +117,15 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 
 
 def read_scenario(name: str, text: str, folder: Path = Path()) -> Scenario:
-    """Read a scenario from the text of its file; the paths in it are relative to `folder`.
-
-    Raises InputError if the text contains no scenario.
-    """
+    """Read a scenario from the text of its file; raises as `of_tables`."""
     return of_tables(name, tables_of(text, name), folder)
 
 
 def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Scenario:
-    """Scenario from the tables of its file; raises as `read_scenario`."""
+    """Scenario from the tables of its file, the paths in which are relative to `folder`.
+
+    Raises InputError if the file contains no scenario.
+    """
     if table.get("system") == ARM:
         from warmlink.orchestration.arm.program import scenario_of
 

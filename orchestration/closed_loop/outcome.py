@@ -121,51 +121,40 @@ class ClosedLoop(Answer):
         before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
         coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
         within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
+        gain = "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}"
         rows = [
             ("", NO_CONTROLLER, self.controller, ""),
-            (
-                "largest error",
-                f"{before.max_abs_um:.1f} µm",
-                f"{after.max_abs_um:.1f} µm",
-                "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}",
-            ),
+            ("largest error", f"{before.max_abs_um:.1f} µm", f"{after.max_abs_um:.1f} µm", gain),
             (within, _time_to_tolerance(before), _time_to_tolerance(after), ""),
             ("coupling error", coupling, coupling, ""),
         ]
-        done, whole = float(self.time[-1]), _duration(self.scenario.stop_time)
-        head = (
-            self.scenario.name,
-            *self.scenario.mismatches,
-            whole if done >= self.scenario.stop_time else f"{_duration(done)} of {whole}",
-            f"{self.fmus} FMUs",
-            f"{self.scenario.step_size:g} s steps",
-            self.scenario.master,
-        )
+        scenario, done, whole = self.scenario, float(self.time[-1]), _duration(self.scenario.stop_time)
+        lasted = whole if done >= scenario.stop_time else f"{_duration(done)} of {whole}"
+        how = lasted, f"{self.fmus} FMUs", f"{scenario.step_size:g} s steps", scenario.master
+        head = scenario.name, *scenario.mismatches, *how
         lines = [f"{a:<20}{b:>14}{c:>15}     {d}".rstrip() for a, b, c, d in rows]
         return "\n".join([" · ".join(head), *lines, *(f"note  {text}" for text in self.remarks)])
 
     def to_dict(self) -> dict[str, Any]:
         """Content of `metrics.json`."""
-        detail = self.scenario.setup.detail
+        scenario, detail = self.scenario, self.scenario.setup.detail
         more = {} if detail is None else detail(self.result)
+        coupling, discretisation = self.coupling_error_um, self.discretisation_error_um
         return {
-            "scenario": self.scenario.name,
-            "system": self.scenario.setup.name,
+            "scenario": scenario.name,
+            "system": scenario.setup.name,
             "controller": self.controller,
-            "mismatches": list(self.scenario.mismatches),
+            "mismatches": list(scenario.mismatches),
             "fmus": self.fmus,
-            "stop_time_s": self.scenario.stop_time,
-            "communication_step_size_s": self.scenario.step_size,
-            "master": self.scenario.master,
-            "tolerance_um": 1e6 * self.scenario.tolerance,
+            "stop_time_s": scenario.stop_time,
+            "communication_step_size_s": scenario.step_size,
+            "master": scenario.master,
+            "tolerance_um": 1e6 * scenario.tolerance,
             "uncompensated": {**asdict(self.uncompensated), **more.get("uncompensated", {})},
             "compensated": {**asdict(self.metrics), **more.get("compensated", {})},
             "reduction_percent": self.reduction_percent,
             "heat_balance_error_J": sum(audit.total for audit in self.result.audits),
-            "error_budget_um": {
-                "coupling": self.coupling_error_um,
-                "discretisation": self.discretisation_error_um,
-            },
+            "error_budget_um": {"coupling": coupling, "discretisation": discretisation},
             "simulated_s": float(self.time[-1]),
             "stopped": self.cut_short,
             "remarks": list(self.remarks),
@@ -206,24 +195,11 @@ def discretisation_um(result: Result) -> float:
 def run_scenario(
     scenario: Scenario, store: FmuStore, progress: Progress | None = None, statistics: bool = False
 ) -> ClosedLoop:
-    """Run a scenario with its controller, and once more with half the step.
+    """Run a scenario with its controller, and once more with half the step, with the FMUs of a store.
 
-    Ctrl-C ends the run in order: what was computed up to there is kept.
-
-    Parameters
-    ----------
-    scenario : the scenario to run
-    store : the FMUs to run it with
-    progress : called with the share of the work that is done
-    statistics : count and time the calls of each FMU in the first run
-
-    Raises
-    ------
-    InputError
-        If the scenario names a parameter, unit or master that does not exist, or a value that
-        a component refuses.
-    SlaveError
-        If the run failed before its first communication point.
+    Ctrl-C ends the run in order: what was computed up to there is kept. `statistics` counts and times the
+    calls of each FMU in the first run. Raises InputError if a parameter, unit or master does not exist or a
+    component refuses a value, and SlaveError if the run failed before its first communication point.
     """
     began = time.perf_counter()
     report = progress or (lambda share: None)
@@ -241,25 +217,12 @@ def run_scenario(
         broken = cut_short is not None and result.error is None
         if broken or most is None or (coupling is not None and coupling <= 1e6 * most):
             break
-    return ClosedLoop(
-        scenario=ran,
-        fmus=store.kind,
-        result=result,
-        coupling_error_um=coupling,
-        cut_short=cut_short,
-        advice=told,
-        ideal=ideal,
-        wall_seconds=time.perf_counter() - began,
-    )
+    took = time.perf_counter() - began
+    return ClosedLoop(ran, store.kind, result, coupling, cut_short, told, ideal, took)
 
 
 def _bounded_run(
-    system: System,
-    scenario: Scenario,
-    whole: Algorithm,
-    finer: Algorithm,
-    report: Progress,
-    statistics: bool,
+    system: System, scenario: Scenario, whole: Algorithm, finer: Algorithm, report: Progress, statistics: bool
 ) -> tuple[Result, float | None, str | None]:
     """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
     plant = scenario.setup.roles.plant

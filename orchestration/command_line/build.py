@@ -108,12 +108,11 @@ def build_files(
         shown = out if place.is_relative_to(out) else place
         raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
     for path in built:
-        problems = validity_problems(path) if path.suffix == ".fmu" else []
-        if problems:
-            raise InputError(f"{path}: {problems[0]}; please report this")
         if path.suffix != ".fmu":
             with temporary_folder() as work:
                 read_system(path, work)
+        elif problems := validity_problems(path):
+            raise InputError(f"{path}: {problems[0]}; please report this")
     return built
 
 
@@ -151,9 +150,8 @@ def _build(
         write_ssp(own.system({**fmus, **own.setup.foreign, **own.controller.files(store)}), built[-1])
         return built
     for blueprint in SHIPPED.values():
-        path = out / f"{blueprint.name}.ssp"
-        write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), path)
-        built.append(path)
+        built.append(out / f"{blueprint.name}.ssp")
+        write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), built[-1])
         if blueprint.ports:
             built.append(out / f"{blueprint.name}-ports.ssp")
             write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)

@@ -54,9 +54,8 @@ def _check_system(path: Path) -> list[CheckResult]:
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
         results = [CheckResult("reads and fits together", "pass", detail)]
         for name, held in system.components.items():
-            problems = validity_problems(held.fmu)
-            found = "; ".join(problems)[:200]
-            results.append(CheckResult(f"{name} is valid", "fail" if problems else "pass", found))
+            found = "; ".join(validity_problems(held.fmu))[:200]
+            results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
         return [*results, _run(system)]
 
 

@@ -14,8 +14,6 @@ from warmlink.orchestration.console import answer, answer_json, print_table, rem
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
-NO_CONTROLLER = "none"
-
 
 def diagnose(
     data: list[Path],
@@ -114,27 +112,45 @@ def _experiment(
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    from warmlink.orchestration.diagnosis.data import understood
-
-    found = [understood.understood(experiment) for experiment in experiments]
+    found = [experiment.understood() for experiment in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
     headings = ("column", "is", "unit", "cells", "least", "largest")
     for each in found:
         for run in each["runs"]:
-            answer(understood.in_words(run))
-            print_table("", headings, understood.table(run), texts=3, width=120)
+            answer(_in_words(run))
+            rows = [
+                (
+                    column["column"],
+                    column["variable"],
+                    f"{column['unit']} ({column['unit_from']})",
+                    f"{column['filled']} of {column['cells']}",
+                    *("" if column[end] is None else f"{column[end]:.5g}" for end in ("least", "largest")),
+                )
+                for column in run["columns"]
+            ]
+            print_table("", headings, rows, texts=3, width=120)
         for text in each["remarks"]:
             answer(f"- {text}")
+
+
+def _in_words(run: dict[str, Any]) -> str:
+    """How a run is understood, in two lines, its columns aside."""
+    gaps, pauses = run["gaps"], "no gaps"
+    if gaps:
+        longest = max(gaps, key=lambda gap: gap["lasts_s"])
+        pauses = f"{len(gaps)} gaps, the longest {longest['lasts_s']:g} s from {longest['at_s']:g} s on"
+    over = f"{run['duration_s'] / 60:.4g} min, one every {run['spacing_s']:g} s, {pauses}"
+    held_out = ", held out" if run["held_out"] else ""
+    return f"{run['name']}: {run['form']}\n{run['rows']} rows over {over}{held_out}"
 
 
 def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
-    from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
-    from warmlink.orchestration.diagnosis.next_files import SCENARIO
+    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
 
@@ -143,12 +159,13 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         found = diagnose_experiment(measured(), progress)
     for each in found.experiment.remarks:
         remark(each)
-    _print_found(json_content(found, SSV, SSP) if json else summary(found))
+    if json:
+        answer_json(json_content(found, SSV, SSP))
+    else:
+        answer(summary(found))
     with _lost_files_named(folder):
-        rig = found.experiment.rig
-        needed = (
-            set() if rig.own else {*rig.blueprint.components_with(controller(NO_CONTROLLER).name).values()}
-        )
+        rig, none = found.experiment.rig, controller("none").name
+        needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
@@ -164,19 +181,14 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
     whole = found.to_json(SSV)
-    _print_found(whole if json else found.summary())
+    if json:
+        answer_json(whole)
+    else:
+        answer(found.summary())
     with _lost_files_named(folder):
         write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
-
-
-def _print_found(found: str | dict[str, Any]) -> None:
-    """Print a summary, or figures for other programs."""
-    if isinstance(found, str):
-        answer(found)
-    else:
-        answer_json(found)
 
 
 @contextmanager
@@ -186,10 +198,9 @@ def _lost_files_named(folder: Path) -> Iterator[None]:
         yield
     except (OSError, InputError) as fault:
         sentence = str(fault)
-        if not isinstance(fault, InputError):
-            sentence = (
-                f"{folder}: cannot be written ({fault.strerror or fault}); make room or choose another --out"
-            )
+        if isinstance(fault, OSError):
+            reason = fault.strerror or fault
+            sentence = f"{folder}: cannot be written ({reason}); make room or choose another --out"
         raise InputError(
             f"{sentence}; only the answer above is left, report and extended model are lost: run it again"
         ) from None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,14 +49,14 @@ def hide(
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.scenarios.duties.duty import length
 
-    if with_ not in (GRID, FEA):
-        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
     kinds = {"white": made_up.WHITE, "real": made_up.REAL}
-    if noise not in kinds:
-        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
+    for option, given, known in (("with", with_, (GRID, FEA)), ("noise", noise, kinds)):
+        if given not in known:
+            what = "solver" if option == "with" else option
+            raise InputError(f"--{option} {given}: no such {what}; {instead(given, known)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
-    strengths = _strengths(effects or ())
+    strengths = dict(map(_strength, effects or ()))
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
         if with_ != GRID:
@@ -67,18 +67,13 @@ def hide(
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
-    left_out = [] if duty is None else list(load_scenario(duty).parameters)
-    if left_out:
-        remark(
-            f"{duty}: the made-up run is of the nominal cell; {listed(left_out)} of the scenario are left out"
-        )
+    if duty is not None and (left_out := list(load_scenario(duty).parameters)):
+        told = f"{listed(left_out)} of the scenario are left out"
+        remark(f"{duty}: the made-up run is of the nominal cell; {told}")
+    make: Callable[..., dict[str, Array]] = made_up.hide
     if with_ == FEA:
-        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea
-
-        columns = hide_with_fea(strengths, segments, noise=kinds[noise], seed=seed)
-    else:
-        columns = made_up.hide(strengths, segments, noise=kinds[noise], seed=seed)
-    made_up.write_csv(columns, out)
+        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea as make
+    made_up.write_csv(make(strengths, segments, noise=kinds[noise], seed=seed), out)
     hours = length(segments) / 3600
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
@@ -96,18 +91,16 @@ def _in_arm(strengths: dict[str, float], axis: int, noise: Noise, seed: int) -> 
     return hide_in_arm(strengths, axis, fmus, noise=noise, seed=seed)
 
 
-def _strengths(effects: Sequence[str]) -> dict[str, float]:
-    """Read the strength of each effect in SI units; the effect's usual strength if none is given."""
+def _strength(given: str) -> tuple[str, float]:
+    """Name of an effect, and its strength in SI units; the usual strength if none is given."""
     from warmlink.orchestration.diagnosis.practice.effects import effect_of
 
-    strengths = {}
-    for given in effects:
-        name, equals, size = given.partition("=")
-        usual = effect_of(name).size
-        try:
-            strengths[name] = float(size) if equals else usual
-        except ValueError:
-            strengths[name] = math.nan
-        if not math.isfinite(strengths[name]):
-            raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
-    return strengths
+    name, equals, size = given.partition("=")
+    strength = effect_of(name).size
+    try:
+        strength = float(size) if equals else strength
+    except ValueError:
+        strength = math.nan
+    if not math.isfinite(strength):
+        raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
+    return name, strength

@@ -27,14 +27,15 @@ def init(kind: str, *, out: Path = Path()) -> None:
 
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    for name in KINDS[kind]:
-        if (out / name).exists():
-            raise InputError(f"{out / name}: exists already; remove it, or choose another --out")
+    paths = [out / name for name in KINDS[kind]]
+    for path in paths:
+        if path.exists():
+            raise InputError(f"{path}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
-        for name in KINDS[kind]:
-            WRITERS[Path(name).suffix](work / name)
-    answer("\n".join(str(out / name) for name in KINDS[kind]))
-    answer(f"try  {NEXT[kind]} {out / KINDS[kind][0]}{':MyLaw' if kind == 'law' else ''}")
+        for path in paths:
+            WRITERS[path.suffix](work / path.name)
+    answer("\n".join(map(str, paths)))
+    answer(f"try  {NEXT[kind]} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:
@@ -66,12 +67,8 @@ KINDS: dict[str, tuple[str, ...]] = {
     "study": ("study.toml", "study.json"),
     "law": ("law.py",),
     "experiment": (
-        "experiment.toml",
-        "experiment.json",
-        "causes.toml",
-        "causes.json",
-        "run.csv",
-        "check.csv",
+        *("experiment.toml", "experiment.json"),
+        *("causes.toml", "causes.json", "run.csv", "check.csv"),
     ),
     "causes": ("causes.toml", "causes.json"),
 }
@@ -117,7 +114,7 @@ def kinds() -> dict[str, type[Any]]:
     from warmlink.orchestration.arm.program import ProgramFile
     from warmlink.orchestration.closed_loop.load import ScenarioFile
     from warmlink.orchestration.diagnosis.causes.declared import CausesFile
-    from warmlink.orchestration.diagnosis.data.experiment_file import ExperimentFile
+    from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
     from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
     from warmlink.orchestration.scenarios.mismatch import MismatchFile
     from warmlink.orchestration.studies.study import StudyFile
@@ -154,9 +151,9 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
 
     if len(what) != 2 or what[0] != "interface":
         raise InputError(f"list {' '.join(what)}: nothing to list; write `list interface ThermalLink`")
-    if what[1] not in components():
+    chosen = components().get(what[1])
+    if chosen is None:
         raise InputError(f"{what[1]}: no such component; {instead(what[1], components())}")
-    chosen = components()[what[1]]
     return {
         kind: {f"{name} [{each.unit}]": each.description for each in variables for name in each.scalar_names}
         for kind, variables in (("inputs", chosen.inputs), ("outputs", chosen.outputs))

@@ -55,7 +55,7 @@ def design(
     found = design_law(
         system,
         law,
-        None if sensors is None else _names(sensors),
+        _names(sensors),
         sensor_std=sensor_std,
         camera_std=camera_std,
         sample_time=sample_time,
@@ -80,15 +80,15 @@ def design(
         answer(f"values  {path}")
 
 
-def _names(sensors: str) -> list[str]:
+def _names(sensors: str | None) -> list[str] | None:
+    if sensors is None:
+        return None
     names = [name.strip() for name in sensors.split(",") if name.strip()]
-    if "none" not in names:
-        return names
-    if len(names) > 1:
+    if "none" in names and len(names) > 1:
         raise InputError(
             f"--sensors {sensors}: none cannot be combined with thermometers; give either none or their names"
         )
-    return []
+    return [] if "none" in names else names
 
 
 def export(

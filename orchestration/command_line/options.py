@@ -66,11 +66,11 @@ def settings_given(settings: Iterable[str] | None, option: str = "--set") -> dic
     """Read texts `NAME=VALUE` as values by name; raise InputError where a name or a value is missing."""
     parameters = {}
     for setting in settings or ():
-        variable, equals, value = setting.partition("=")
-        if not equals or not variable.strip():
+        variable, equals, value = map(str.strip, setting.partition("="))
+        if not equals or not variable:
             missing = "no name" if equals else "no value"
             raise InputError(f'{option} {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
-        parameters[variable.strip()] = value.strip()
+        parameters[variable] = value
     return parameters
 
 

@@ -68,10 +68,10 @@ def reduce(
     report : Write a page beside the FMU, as PART.html.
     """
     from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.reduction.fmu import write_fmu
-    from warmlink.orchestration.reduction.order import LARGEST_ORDER, Demand
-    from warmlink.orchestration.reduction.part import Wanted, range_of, reduce_part
-    from warmlink.orchestration.report.reduction import write_report
+    from warmlink.orchestration.reduction.elements import Use
+    from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
+    from warmlink.orchestration.reduction.part import reduce_part, write_fmu
+    from warmlink.orchestration.report.reduction import remarks, write_report
     from warmlink.orchestration.scenarios.quantity import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
@@ -86,27 +86,26 @@ def reduce(
         raise InputError(
             f"--out {target}: names no FMU; give letters, digits and _ before .fmu, as MyLink.fmu"
         )
-    page = target.with_suffix(".html")
     if not heat_face or tool_point is None:
         raise InputError("--heat-face and --tool-point: both are needed; --list-faces shows the faces")
     if order is not None and not 2 <= order <= LARGEST_ORDER:
         raise InputError(f"--order {order}: give a number from 2 to {LARGEST_ORDER}")
     if not 0 <= poissons_ratio < 0.5:
         raise InputError(f"--poissons-ratio {poissons_ratio:g}: give a number from 0 to below 0.5")
-    wanted = Wanted(
-        heat_face, tool_point, tool_face or (), cooled or (), sensor or (), unit, size, poissons_ratio, order
-    )
-    demand = Demand(
+    use = Use(heat_face, tool_point, tool_face or (), cooled or (), sensor or (), poissons_ratio)
+    within = range_of(
+        material,
+        None if conductivity is None else _ends(conductivity, "W/(m.K)", "--conductivity"),
+        convection=_ends(convection, "W/(m2.K)", "--convection"),
         displacement=positive(tolerance, "m", "--tolerance"),
         temperature=positive(temperature_tolerance, "K", "--temperature-tolerance"),
         heat_flow=positive(heat_flow, "W", "--heat-flow"),
     )
-    own = None if conductivity is None else _ends(conductivity, "W/(m.K)", "--conductivity")
-    within = range_of(material, _ends(convection, "W/(m2.K)", "--convection"), own)
     with spinner("reducing") as doing:
-        found = reduce_part(part, wanted, within, demand, doing)
+        found = reduce_part(part, use, within, unit=unit, size=size, order=order, doing=doing)
         doing("building and checking the FMU")
-        failed = write_fmu(found, part.name, target)
+        failed = write_fmu(found.model, remarks(found, part.name), target)
+        page = target.with_suffix(".html")
         if report:
             doing("where thermometers tell most")
             with fresh_file(page) as scratch:
@@ -117,9 +116,19 @@ def reduce(
         _answer(found)
         if report:
             answer(f"page   {page}")
-        answer(f"FMU    {target}    {'all checks passed' if not failed else '; '.join(failed)}")
+        answer(f"FMU    {target}    {'; '.join(failed) or 'all checks passed'}")
     if failed:
         raise SystemExit(FAILED)
+
+
+def _answer(part: Part) -> None:
+    mesh = part.mesh
+    answer(f"mesh   {part.size}")
+    answer(f"order  {part.model.order}, estimated error {100 * part.error:.0f} % of its tolerance")
+    answer(
+        f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
+        f"hour ({mesh.observed})"
+    )
 
 
 def _write_example(part: Path) -> None:
@@ -136,20 +145,17 @@ def _write_example(part: Path) -> None:
 def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.solid import read_solid
-    from warmlink.orchestration.report.reduction import write_faces
+    from warmlink.orchestration.report.reduction import in_mm, write_faces
 
     solid = read_solid(part, unit, size)
-    faces = solid.faces
     page = part.with_name(f"{part.stem}_faces.html")
     with fresh_file(page) as scratch:
         write_faces(solid, part.name, scratch)
     if json:
         names = ("number", "name", "area")
-        answer_json([{**{n: getattr(f, n) for n in names}, "centre": f.centre.tolist()} for f in faces])
+        answer_json([{**{n: getattr(f, n) for n in names}, "centre": f.centre.tolist()} for f in solid.faces])
         return
-    centres = [", ".join(f"{1e3 * x + 0.0:.4g}" for x in f.centre.round(8)) for f in faces]
-    cells = zip(faces, centres, strict=True)
-    rows = [(f"#{f.number}", f.name, f"{1e6 * f.area:.4g}", centre) for f, centre in cells]
+    rows = [(f"#{f.number}", f.name, f"{1e6 * f.area:.4g}", in_mm(f.centre[None])) for f in solid.faces]
     print_table(str(part), ("face", "name", "area [mm2]", "centre [mm]"), rows)
     answer(f"picture  {page}")
 
@@ -162,8 +168,7 @@ def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
     high = re.match(r"\s*[-+0-9.eE]+", rest)
     if not dots or high is None:
         raise InputError(f'{option} {text}: is no range; write it as "2 .. 60 {unit}"')
-    given = rest[high.end() :]
-    ends = positive(f"{low.strip()}{given}", unit, option), positive(rest.strip(), unit, option)
+    ends = positive(f"{low.strip()}{rest[high.end() :]}", unit, option), positive(rest.strip(), unit, option)
     if not ends[0] < ends[1]:
         raise InputError(f"{option} {text}: ends below where it begins; exchange the two")
     return ends
@@ -171,22 +176,11 @@ def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
 
 def _figures(part: Part) -> dict[str, object]:
     return {
-        "tetrahedra": part.solid.mesh.nelements,
-        "temperatures": part.heat.unknowns,
+        "tetrahedra": part.elements.solid.mesh.nelements,
+        "temperatures": len(part.patterns),
         "order": part.model.order,
-        "error_over_tolerance": part.chosen.error,
+        "error_over_tolerance": part.error,
         "mesh_order": part.mesh.order,
         "mesh_error_nm": (1e9 * part.mesh.error).tolist(),
         "mesh_error_share": part.mesh.share,
     }
-
-
-def _answer(part: Part) -> None:
-    mesh = part.mesh
-    answer(
-        f"mesh   {part.solid.mesh.nelements} tetrahedra, {part.heat.unknowns} temperatures, "
-        f"{3 * part.heat.unknowns} displacements\n"
-        f"order  {part.model.order}, estimated error {100 * part.chosen.error:.0f} % of its tolerance\n"
-        f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
-        f"hour ({mesh.observed})"
-    )

@@ -81,10 +81,9 @@ def run(
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        once = {"--step": step, "--stop": stop, "--master": master, "--tolerance": tolerance}
+        once = [("--step", step), ("--stop", stop), ("--master", master), ("--tolerance", tolerance)]
         others = [("--mismatch", each) for each in mismatch or ()]
-        others += [(option, value) for option, value in once.items() if value is not None]
-        named = Asked(scenario, given, others)
+        named = Asked(scenario, given, others + [(name, value) for name, value in once if value is not None])
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         built = store(kind_named(fmus), sorted(asked.kinds), remark)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,46 +107,31 @@ def simulate(
             allowed = tolerances_of(read, tolerance, watch)
             step_size = largest_step(read, stop_time, step_size if step else None)
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
-        prepared = partial(
-            simulate_system,
-            read,
-            stop_time,
-            start_time=read.default_experiment.start_time,
-            isolation=_isolation(isolate, time_limit, memory_limit),
-            unpacked=work,
-            stepping=stepping_named(stepping),
-        )
-
-        def run(step: float, by: Algorithm, shown: Callable[[int, int], None], **how: Any) -> Result:
-            return guarded(lambda line: prepared(step, by, line=line, **how), shown, remark)
-
-        recorded = options.listed(record) or ()
+        kept = [*outputs, *watch] if watch else None
+        first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
+        # The results of a run that writes checkpoints may not fit into memory.
+        streamed = None if long_run is None else LongRun(work / "half", every=None)
+        begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
+        how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
-            for whole, finer in tried(chosen, allowed):
-                result = run(
-                    step_size,
-                    whole,
-                    lambda done, count: progress(done / count / (1 + 2 * repeats)),
-                    record=[*outputs, *watch] if watch else None,
-                    long_run=long_run,
-                    pacing=real_time,
-                    statistics=statistics,
+
+            def run(step: float, by: Algorithm, begun: float, share: float, **more: Any) -> Result:
+                given = {**how, **more, "unpacked": work}
+                return guarded(
+                    lambda line: simulate_system(read, stop_time, step, by, line=line, **given),
+                    lambda done, count: progress(begun + share * done / count),
+                    remark,
                 )
-                lost = write_files(target, series_writers(result.table, recorded, csv))
+
+            for whole, finer in tried(chosen, allowed):
+                result = run(step_size, whole, 0.0, 1 / (1 + 2 * repeats), **first)
+                series = series_writers(result.table, options.listed(record) or (), csv)
+                lost = write_files(target, series)
                 bounds: tuple[CouplingError, ...] = ()
                 if repeats and result.status == "completed":
-                    names = watch or result.table.names
-                    # The results of a run that writes checkpoints may not fit into memory.
-                    streamed = None if long_run is None else LongRun(work / "half", every=None)
-                    fine = run(
-                        step_size / 2,
-                        finer,
-                        lambda done, count: progress((1 + 2 * done / count) / 3),
-                        record=names,
-                        long_run=streamed,
-                        check_stability=False,
-                    )
-                    bounds = coupling_error(result, fine, whole.order, names)
+                    watched = {"record": watch or result.table.names, "long_run": streamed}
+                    fine = run(step_size / 2, finer, 1 / 3, 2 / 3, check_stability=False, **watched)
+                    bounds = coupling_error(result, fine, whole.order, watch or result.table.names)
                 master = master if whole is chosen else FOLLOWING
                 missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
                 if not missed and result.error is None:
@@ -158,21 +143,16 @@ def simulate(
         _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
         if statistics:
             options.print_statistics(result.statistics)
-    for sentence in _remarks(result, missed, None if lost is None else f"{folder}: {lost}"):
-        remark(sentence)
+    for told in result.remarks:
+        remark(told)
+    for each in missed:
+        remark(f"{each.variable}: the coupling error is not within the tolerance; allow more")
+    if lost is not None:
+        remark(f"{folder}: {lost}")
+    if result.reason is not None:
+        remark(f"stopped early: {result.reason}; what was computed up to there is kept")
     if lost is not None or result.reason is not None:
         raise SystemExit(FAILED)
-
-
-def _remarks(result: Result, missed: Sequence[CouplingError], lost: str | None) -> Iterator[str]:
-    """What to say of a run beside its figures: of errors beyond their tolerance, and of what was lost."""
-    yield from result.remarks
-    for each in missed:
-        yield f"{each.variable}: the coupling error is not within the tolerance; allow more"
-    if lost is not None:
-        yield lost
-    if result.reason is not None:
-        yield f"stopped early: {result.reason}; what was computed up to there is kept"
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
@@ -180,16 +160,15 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
-    if isolate:
-        usual = Isolation()
-        return Isolation(
-            usual.time_limit if time_limit is None else positive(time_limit, "s", "--time-limit"),
-            usual.memory_limit if memory_limit is None else positive(memory_limit, "B", "--memory-limit"),
-        )
-    for option, given in (("--time-limit", time_limit), ("--memory-limit", memory_limit)):
-        if given is not None:
+    said = {"time_limit": (time_limit, "s"), "memory_limit": (memory_limit, "B")}
+    limits = {}
+    for name, (text, unit) in said.items():
+        option = f"--{name.replace('_', '-')}"
+        if text is not None and not isolate:
             raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
-    return None
+        if text is not None:
+            limits[name] = positive(text, unit, option)
+    return Isolation(**limits) if isolate else None
 
 
 def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:
@@ -209,8 +188,7 @@ def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> d
         },
         "heat_balances": [
             {
-                "delivered": audit.balance.delivered,
-                "received": audit.balance.received,
+                **asdict(audit.balance),
                 "unit": audit.unit,
                 "delivered_total": _finite(audit.delivered),
                 "lost": _finite(audit.total),
@@ -223,15 +201,11 @@ def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> d
 def _figures(result: Result, name: str) -> dict[str, Any]:
     import numpy as np
 
-    column = result[name]
+    column, unit = result[name], result.table.units[name]
     # A camera that has taken no picture yet reads NaN: this is no fault.
     finite = column[np.isfinite(column)]
-    return {
-        "unit": result.table.units[name],
-        "last": _finite(float(column[-1])),
-        "min": float(finite.min()) if len(finite) else None,
-        "max": float(finite.max()) if len(finite) else None,
-    }
+    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+    return {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
 
 
 def _finite(value: float) -> float | None:
@@ -239,14 +213,14 @@ def _finite(value: float) -> float | None:
 
 
 def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
-    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
+    headings = ["output", "unit", "last", "least", "largest", *["coupling error"] * bounded]
     rows = []
     for name, figures in summary["outputs"].items():
-        cells = [_cell(figures[key]) for key in ("last", "min", "max")]
-        if "coupling_error" in figures:
-            bound = figures["coupling_error"]
-            cells.append("unknown" if bound is None else f"±{bound:.2g}")
-        rows.append((name, figures["unit"] or "1", *cells))
+        bound = figures.get("coupling_error")
+        shown = ["unknown" if bound is None else f"±{bound:.2g}"] * ("coupling_error" in figures)
+        rows.append(
+            (name, figures["unit"] or "1", *(_cell(figures[k]) for k in ("last", "min", "max")), *shown)
+        )
     print_table(head, headings, rows, texts=2, width=WIDTH)
     for balance in summary["heat_balances"]:
         answer(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.compare import Comparison, Row
+    from warmlink.orchestration.studies.points import Searched
 
 BEST, BEYOND, HARM = "*", "!", "!!"
 LEGEND = (
@@ -104,9 +105,8 @@ def compare(
     else:
         title = "largest error in µm, and the share of it removed"
         print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
-        answer(f"{LEGEND}\ntable   {folder / 'compare.csv'}")
-        if report:
-            answer(f"report  {folder / 'report.html'}")
+        files = f"{LEGEND}\ntable   {folder / 'compare.csv'}"
+        answer(files + f"\nreport  {folder / 'report.html'}" * report)
     stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
     for row in stopped[:3]:
         remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
@@ -168,14 +168,8 @@ def tune(
             from warmlink.orchestration.report.studies import write_tuning
 
             write_tuning(found, target / "report.html")
-    if json:
-        answer_json(found.to_dict())
-        return
-    answer(
-        f"{found.summary()}\ntrials  {folder / 'trials.csv'}\nstudy   optuna-dashboard {found.storage.place}"
-    )
-    if report:
-        answer(f"report  {folder / 'report.html'}")
+    table = f"trials  {folder / 'trials.csv'}\nstudy   optuna-dashboard {found.storage.place}"
+    _answer(found, table, folder, report, json)
 
 
 def sweep(
@@ -212,12 +206,7 @@ def sweep(
             from warmlink.orchestration.report.studies import write_sweep
 
             write_sweep(asked, searched.found, target / "report.html")
-    if json:
-        answer_json(searched.to_dict())
-        return
-    answer(f"{searched.summary()}\ntable   {folder / 'sweep.parquet'}")
-    if report:
-        answer(f"report  {folder / 'report.html'}")
+    _answer(searched, f"table   {folder / 'sweep.parquet'}", folder, report, json)
 
 
 def _means(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
@@ -225,6 +214,13 @@ def _means(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> M
     from warmlink.orchestration.studies.at_work import Means
 
     return Means(kind_named(fmus), jobs, scheduler, exact)
+
+
+def _answer(found: Searched, files: str, folder: Path, report: bool, json: bool) -> None:
+    if json:
+        answer_json(found.to_dict())
+    else:
+        answer(f"{found.summary()}\n{files}" + f"\nreport  {folder / 'report.html'}" * report)
 
 
 @contextmanager

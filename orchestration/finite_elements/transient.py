@@ -21,6 +21,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import Body, HeatModel, ThermoElasticity
 from warmlink.orchestration.finite_elements.forms import symmetric_factor
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 Course = float | Callable[[float], float]
 """A constant, or a function of time [s]; where it jumps, a time step must end."""
@@ -89,6 +90,15 @@ class History:
     time: Array
     temperature: Mapping[str, Array]
     elongation: Array
+
+    def end(self, probe: str) -> float:
+        """Temperature of a probe at the end [degC]."""
+        return float(self.temperature[probe][-1]) - ZERO_CELSIUS
+
+    @property
+    def growth(self) -> float:
+        """Elongation at the end [um]."""
+        return float(self.elongation[-1]) * 1e6
 
 
 class Fea:

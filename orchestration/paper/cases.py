@@ -105,6 +105,8 @@ def follow(
 def run_link(case: Case, convection: float | None = None) -> History:
     """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
     geometry, material = load_geometry(), load_materials().link
+    sizes = {name: getattr(geometry, name) for name in ("length", "width", "thickness")}
+    properties = ("conductivity", "density", "specific_heat", "expansion_coefficient")
     parameters = {
         "heater.heat_capacity": ENDLESS,
         "heater.contact_resistance": RIGID,
@@ -113,11 +115,9 @@ def run_link(case: Case, convection: float | None = None) -> History:
         "link.tip_position": geometry.diode_centre,
         "link.convection_still": case.convection if convection is None else convection,
         "link.initial_temperature": case.ambient,
+        **{f"link.{name}": size for name, size in sizes.items()},
+        **{f"link.{name}": getattr(material, name) for name in properties},
     }
-    for name in ("length", "width", "thickness"):
-        parameters[f"link.{name}"] = getattr(geometry, name)
-    for name in ("conductivity", "density", "specific_heat", "expansion_coefficient"):
-        parameters[f"link.{name}"] = getattr(material, name)
     inputs = {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
     phase = Phase(case.duration, inputs)
     return follow(_rod(), [phase], case.times, float(case.times[1]), parameters)[0]
@@ -166,6 +166,17 @@ def run_case(case: Case) -> CaseResult:
         corrected=corrected,
         printed=printed,
     )
+
+
+def front_profile(result: CaseResult) -> tuple[Array, Array]:
+    """Position [m] and final temperature [K] along the middle of the link's front, between the holes."""
+    g, mesh = load_geometry(), result.body.mesh
+    start, end = g.shaft_centre + g.shaft_diameter / 2, g.diode_centre - g.diode_diameter / 2
+    x, y, z = mesh.p
+    on_line = (np.abs(y) < 1e-7) & (np.abs(z - g.thickness) < 1e-7)
+    nodes = np.flatnonzero(on_line & (x > start - 1e-7) & (x < end + 1e-7))
+    nodes = nodes[np.argsort(x[nodes])]
+    return x[nodes], result.final[nodes]
 
 
 def steady_time(time: Array, values: Array) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from warmlink.orchestration.finite_elements.body import Material
 
@@ -47,8 +47,7 @@ class Geometry:
         return self.diode_centre - self.shaft_centre
 
 
-@dataclass(frozen=True)
-class Printed:
+class Printed(NamedTuple):
     """A number as printed in [1], with its unit and the place where it stands."""
 
     value: float

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.orchestration.paper.cases import CaseResult
+from warmlink.orchestration.paper.cases import CaseResult, front_profile
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.reproduce import Reproduction
-from warmlink.orchestration.paper.statements import front_profile
 from warmlink.orchestration.report.figures import chart, styled, time_plot
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -45,7 +44,7 @@ def _steady_profiles(*cases: CaseResult) -> Any:
     traces = []
     for result, dash, symbol in zip(cases, ("dot", "solid"), ("circle-open", "circle"), strict=True):
         x, temperature = front_profile(result)
-        link = [result.link.temperature[w][-1] - ZERO_CELSIUS for w in ("base", "middle", "tip")]
+        link = [result.link.end(where) for where in ("base", "middle", "tip")]
         traces += [
             {
                 "x": x * 1e3,

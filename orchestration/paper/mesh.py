@@ -133,10 +133,8 @@ def _on_front(mesh: Any, x: float, z: float) -> Array:
     """The mean at x on the middle line of the front, between the two vertices beside it."""
     on_line = np.flatnonzero((np.abs(mesh.p[1]) < MERGE_DISTANCE) & (np.abs(mesh.p[2] - z) < MERGE_DISTANCE))
     on_line = on_line[np.argsort(mesh.p[0, on_line])]
-    after = int(np.searchsorted(mesh.p[0, on_line], x))
-    pair = mesh.p[:, on_line[after - 1 : after + 1]]
-    share = (x - pair[0, 0]) / (pair[0, 1] - pair[0, 0])
-    return mean_at(mesh, pair, np.array([1 - share, share]))
+    weights = [np.interp(x, mesh.p[0, on_line], unit) for unit in np.eye(len(on_line))]
+    return mean_at(mesh, mesh.p[:, on_line], np.array(weights))
 
 
 def _around(mesh: Any, hole: Circle, levels: Array) -> Array:

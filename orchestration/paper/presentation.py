@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.figures import figures
-from warmlink.orchestration.paper.reproduce import Reproduction
-from warmlink.orchestration.paper.statements import Row
+from warmlink.orchestration.paper.reproduce import Reproduction, Row
+from warmlink.orchestration.paper.tried import Attempt
 from warmlink.orchestration.report.page import Section, Table, write_page
 
 if TYPE_CHECKING:
@@ -88,54 +88,47 @@ def terminal(result: Reproduction) -> RenderableType:
 
 def _answers(result: Reproduction) -> list[Section]:
     """What both page and terminal show: tables, the first of its kind explained, and sentences."""
-    numbers, tried = [], []
-    for case in result.cases:
-        rows = [_numbers(row) for row in result.rows if row.case == case]
-        numbers.append(Section(f"The paper's numbers and ours: {case} case", table=Table(_NUMBERS, rows)))
-        attempts = [
-            [
-                a.name, f"{a.base:.1f}", f"{a.tip:.1f}", f"{a.elongation:.1f}", signed(a.effect),
-                signed(a.left), f"{a.steady:.0f}",
-            ]
-            for a in result.attempts
-            if a.case == case
-        ]  # fmt: skip
-        tried.append(Section(f"What was tried: {case} case", table=Table(_ATTEMPTS, attempts)))
-    notes = [f"{r.case}, {r.quantity}: {r.note}" for r in result.rows]
-    statements = [
-        f"{'holds' if s.holds else 'does not hold'}: {s.claim} ({s.place}; {s.figures})"
-        for s in result.statements
+    numbers = [
+        Section(
+            f"The paper's numbers and ours: {case} case",
+            table=Table(_NUMBERS, [_numbers(row) for row in result.rows if row.case == case]),
+        )
+        for case in result.cases
     ]
-    listed = {
-        heading: "\n".join(BULLET + readable(each) for each in sentences)
+    tried = [
+        Section(
+            f"What was tried: {case} case",
+            table=Table(_ATTEMPTS, [_attempt(each) for each in result.attempts if each.case == case]),
+        )
+        for case in result.cases
+    ]
+    held = ((f"{'holds' if s.holds else 'does not hold'}: {s.claim}", s) for s in result.statements)
+    disagreements, *others = (
+        Section(heading, "\n".join(BULLET + readable(each) for each in sentences))
         for heading, sentences in (
-            ("Each disagreement", notes),
-            ("The paper's statements", statements),
+            ("Each disagreement", [f"{r.case}, {r.quantity}: {r.note}" for r in result.rows]),
+            ("The paper's statements", [f"{said} ({s.place}; {s.figures})" for said, s in held]),
             ("What it comes to", result.findings),
         )
-    }
-    disagreements, *others = (Section(heading, text) for heading, text in listed.items())
-    return [
-        replace(numbers[0], text=_SOURCES),
-        *numbers[1:],
-        disagreements,
-        replace(tried[0], text=_TRIED),
-        *tried[1:],
-        *others,
-    ]
+    )
+    numbers[0], tried[0] = replace(numbers[0], text=_SOURCES), replace(tried[0], text=_TRIED)
+    return [*numbers, disagreements, *tried, *others]
 
 
 def _numbers(row: Row) -> list[str]:
-    digits = 0 if row.unit == "s" else 1
+    digits, percent = 0 if row.unit == "s" else 1, row.difference_percent
     values = (row.measured, row.predicted, row.printed_eq4, row.corrected, row.link, row.fea)
-    kelvin = " K" if row.unit == "degC" else ""
-    percent = row.difference_percent
     return [
         f"{row.quantity} [{UNITS[row.unit]}]",
         *(NONE if v is None else f"{v:.{digits}f}" for v in values),
-        f"{row.difference:+.{digits}f}{kelvin}",
+        f"{row.difference:+.{digits}f}{' K' if row.unit == 'degC' else ''}",
         NONE if percent is None else f"{percent:+.0f}",
     ]
+
+
+def _attempt(a: Attempt) -> list[str]:
+    plain = (f"{value:.1f}" for value in (a.base, a.tip, a.elongation))
+    return [a.name, *plain, signed(a.effect), signed(a.left), f"{a.steady:.0f}"]
 
 
 def readable(text: str) -> str:

@@ -121,14 +121,10 @@ def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
         ("radiation and joint resistance", radiation, both),
         ("all of these together", slow_and_radiant, replace(both, elongation_at="clear")),
     ):
-        history = fea(assembly).run(with_drive, case.times, case.ambient)
-        base, tip = (float(history.temperature[where][-1]) - ZERO_CELSIUS for where in ("base", "tip"))
-        elongation = float(history.elongation[-1]) * 1e6
-        effect = elongation - (attempts[0].elongation if attempts else elongation)
-        steady = steady_time(history.time, history.elongation)
-        attempts.append(
-            Attempt(case.name, name, elongation, base, tip, effect, elongation - measured, steady)
-        )
+        run = fea(assembly).run(with_drive, case.times, case.ambient)
+        effect = run.growth - (attempts[0].elongation if attempts else run.growth)
+        ends, steady = (run.end("base"), run.end("tip")), steady_time(run.time, run.elongation)
+        attempts.append(Attempt(case.name, name, run.growth, *ends, effect, run.growth - measured, steady))
     return attempts
 
 
@@ -239,18 +235,15 @@ def refinements() -> list[Refinement]:
     case = Case.printed("moving")
     heated = Drive(case.convection, case.ambient, heat_flow=1.7)
     minutes = np.linspace(0.0, 3600.0, 61)
+    bars = {n: bare_link(load_geometry(), load_materials(), n) for n in (1, 2, 4)}
     runs = [
         *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
-        *(
-            ("link alone, 1.7 W", n, bare_link(load_geometry(), load_materials(), n), heated, minutes)
-            for n in (1, 2, 4)
-        ),
+        *(("link alone, 1.7 W", n, bar, heated, minutes) for n, bar in bars.items()),
     ]
     found = []
     for name, n, body, drive, times in runs:
-        history = Fea(body, displacement_order=1).run(drive, times, case.ambient)
-        tip = float(history.temperature["tip"][-1]) - ZERO_CELSIUS
-        found.append(Refinement(name, n, tip, float(history.elongation[-1]) * 1e6))
+        run = Fea(body, displacement_order=1).run(drive, times, case.ambient)
+        found.append(Refinement(name, n, run.end("tip"), run.growth))
     return found
 
 

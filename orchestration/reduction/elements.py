@@ -19,6 +19,7 @@ from scipy.sparse import block_diag, csc_matrix, csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.thermal_link.equations import SENSORS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.forms import (
     conduction,
@@ -27,48 +28,68 @@ from warmlink.orchestration.finite_elements.forms import (
     symmetric_factor,
     thermal_load,
 )
-from warmlink.orchestration.reduction.solid import Face, Solid
-from warmlink.orchestration.reduction.surface import nearest
+from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
 
 TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
 """Of the conjugate gradients: relative residual, and when they are given up."""
 
 
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What of a part is heated, carries the tool, is cooled and is measured.
+@dataclass(frozen=True)
+class Use:
+    """How a part is used, in the words of the command (see `Solid.chosen` and `point`).
 
     Attributes
     ----------
     heated : faces that heat enters evenly, and to which motion is relative
-    tool : faces whose motion the tool follows
-    cooled : groups of faces, each with its own convection
-    tool_point : [m]
-    sensors : places of the eight thermometers, shape (8, 3) [m]
+    tool_point : the tool point
+    tool : faces whose motion the tool follows; the one nearest to the tool point where there are none
+    cooled : groups of faces, those of a group parted by `;`; all but the heated faces where there are none
+    sensors : places of up to eight thermometers; the others as ThermalLink's between base and tool point
     poissons_ratio : of the material
     """
 
-    heated: Sequence[Face]
-    tool: Sequence[Face]
-    cooled: Sequence[Sequence[Face]]
-    tool_point: Array
-    sensors: Array
+    heated: Sequence[str]
+    tool_point: str
+    tool: Sequence[str] = ()
+    cooled: Sequence[str] = ()
+    sensors: Sequence[str] = ()
     poissons_ratio: float = 0.33
+
+    def faces(self, solid: Solid) -> tuple[list[Face], ...]:
+        """Faces heated, of the tool, and of each cooled group; InputError where one is used twice."""
+        heated = solid.chosen(self.heated, "--heat-face")
+        place = point(self.tool_point, "--tool-point")
+        tool = solid.chosen(self.tool, "--tool-face") or [solid.nearest(place)]
+        if not {*tool}.isdisjoint(heated):
+            raise InputError(
+                f"--tool-point {self.tool_point}: lies on the heated face, to which motion is relative; "
+                "give a point on another face, or --tool-face"
+            )
+        groups = [solid.chosen(text.split(";"), "--cooled") for text in self.cooled]
+        numbers = [face.number for group in groups for face in group]
+        if len({*numbers}) < len(numbers):
+            twice = max(numbers, key=numbers.count)
+            raise InputError(f"--cooled: face #{twice} is named twice; name it once")
+        return heated, tool, *(groups or [[face for face in solid.faces if face not in heated]])
+
+    def places(self, base: Array) -> tuple[Array, Array]:
+        """Tool point, and thermometers about the base's middle, shape (3,) and (8, 3) [m]."""
+        if len(self.sensors) > SENSORS:
+            raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
+        tool = point(self.tool_point, "--tool-point")
+        shares = np.array([0.0, 0.5, 1.0, *(np.arange(1, SENSORS - 2) / (SENSORS - 2))])
+        sensors = base + shares[:, None] * (tool - base)
+        for i, text in enumerate(self.sensors):
+            sensors[i] = point(text, "--sensor")
+        return tool, sensors
 
 
 @dataclass(frozen=True, eq=False)
 class Heat:
     """A part's heat in n temperatures, or n patterns: matrices for a material of unit properties.
 
-    Attributes
-    ----------
-    mass, conduction : shape (n, n)
-    integrals : of each over the part, shape (n,) [m3]
-    cooling : one of shape (n, n) for each cooled group
-    loads : of 1 W at base and tip and 1 W/m2 on each group, shape (n, 2 + G)
-    outputs : displacement and rotation of the tool for an expansion coefficient of 1, the temperatures of
-        the eight sensors, and the mean ones of base and tip, shape (16, n)
-    reach : from the middle of the heated face to the tool point, shape (3,) [m]
+    `mass`, `conduction` and one `cooling` for each group are of shape (n, n); `integrals` are those of each
+    pattern over the part, shape (n,) [m3]; `loads`, `outputs` and `reach` are as `ReducedModel` has them.
     """
 
     mass: Any
@@ -78,11 +99,6 @@ class Heat:
     loads: Array
     outputs: Array
     reach: Array
-
-    @property
-    def unknowns(self) -> int:
-        """Number of temperatures n."""
-        return len(self.loads)
 
     def onto(self, basis: Any) -> Heat:
         """The same in amplitudes of the columns of a basis, shape (n, m) (Galerkin's projection)."""
@@ -98,37 +114,39 @@ class Heat:
 
 
 class Elements:
-    """Finite elements of a part for a task.
+    """Finite elements of a part.
 
     Attributes
     ----------
+    solid, faces : the part, and its faces as of `Use.faces`
+    tool_point, sensors : as of `Use.places`
     heat : matrices of its temperatures, and the tool's motion
     places : of the temperatures, shape (3, N) [m]
     """
 
-    def __init__(self, solid: Solid, task: Task) -> None:
+    def __init__(self, solid: Solid, use: Use) -> None:
         import skfem
 
-        mesh, element, ratio = solid.mesh, skfem.ElementTetP2(), task.poissons_ratio
-        basis = skfem.Basis(mesh, element, intorder=2)
+        self.solid, self.faces = solid, use.faces(solid)
+        mesh, element, ratio = solid.mesh, skfem.ElementTetP2(), use.poissons_ratio
+        self._basis = basis = skfem.Basis(mesh, element, intorder=2)
+        self.places = np.asarray(basis.doflocs)
+        facets = [np.unique(np.concatenate([face.facets for face in group])) for group in self.faces]
         base, tip, *groups = (
-            mass(skfem.FacetBasis(mesh, element, facets=solid.facets(faces), intorder=4))
-            for faces in (task.heated, task.tool, *task.cooled)
+            mass(skfem.FacetBasis(mesh, element, facets=each, intorder=4)) for each in facets
         )
         loads = np.stack([np.asarray(each.sum(axis=0)).ravel() for each in (base, tip, *groups)], axis=1)
         loads[:, :2] /= loads[:, :2].sum(axis=0)
-        places = np.asarray(basis.doflocs)
-        centre = places @ loads[:, 0]
-        self._rigid = _rigid_motions(places, centre)
-        self._motion_of_base = _rigid_part(base, places, centre)
-        motion_of_tip = _rigid_part(tip, places, task.tool_point)
+        centre = self.places @ loads[:, 0]
+        self.tool_point, self.sensors = use.places(centre)
+        self._rigid = _rigid_motions(self.places, centre)
+        self._motion_of_base = _rigid_part(base, self.places, centre)
+        motion_of_tip = _rigid_part(tip, self.places, self.tool_point)
         # The heated face's motion, carried to the tool point, is what is not the tool's own.
         wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
-        self._elastic = Equilibrium(stiffness(basis, 1.0, ratio), self._rigid, basis)
+        self._elastic = Equilibrium(stiffness(basis, 1.0, ratio), basis)
         self._forces = thermal_load(basis, basis, 1.0, ratio)
-        motion = np.asarray(self._elastic.solve(wanted) @ self._forces)
-        sensors = np.array([_temperature_at(place, basis) for place in task.sensors])
-        self.places = places
+        motion = self._elastic.solve(wanted) @ self._forces
         stored = mass(skfem.Basis(mesh, element, intorder=4))
         self.heat = Heat(
             mass=stored,
@@ -136,70 +154,64 @@ class Elements:
             integrals=np.asarray(stored.sum(axis=0)).ravel(),
             cooling=groups,
             loads=loads,
-            outputs=np.vstack([motion, sensors, loads[:, :2].T]),
-            reach=task.tool_point - centre,
+            outputs=np.vstack([motion, *(_temperature_at(place, basis) for place in self.sensors)]),
+            reach=self.tool_point - centre,
         )
 
     def displacements(self, rises: Array) -> Array:
-        """Displacements relative to the heated face for an expansion coefficient of 1.
+        """Displacements [m] relative to the heated face, shape (n, 3, N), for an expansion coefficient of 1.
 
-        Parameters
-        ----------
-        rises : of the temperatures, shape (n, N) [K]
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (n, 3, N) [m].
+        They are those by rises of the temperatures, shape (n, N) [K].
         """
         found = self._elastic.solve((self._forces @ rises.T).T)
         found = found - (found @ self._motion_of_base.T) @ self._rigid
         return found.reshape(len(rises), 3, -1)
 
+    def rises(self) -> Array:
+        """Temperatures for a rise of 1 K at each sensor, linear between them along the link, shape (N, 8)."""
+        along = self.heat.reach / np.linalg.norm(self.heat.reach)
+        places, sensors = along @ self.places, self.sensors @ along
+        order = np.argsort(sensors, kind="stable")
+        found = np.zeros((len(places), SENSORS))
+        for i, unit in zip(order, np.eye(SENSORS), strict=True):
+            found[:, i] = np.interp(places, sensors[order], unit)
+        return found
+
+    def linear(self) -> Heat:
+        """Matrices for temperatures that are linear in each tetrahedron."""
+        return self.heat.onto(_linear_to_quadratic(self._basis))
+
 
 class Equilibrium:
     """Elastic equilibrium of a body that nothing holds, under forces in balance.
 
-    These do no work in a rigid motion, so that six unknowns may be held without a reaction. Conjugate
-    gradients in two levels: the preconditioner smooths by the sums of the rows, and solves exactly for
-    displacements that are linear in each element (Y. Saad, *Iterative Methods for Sparse Linear Systems*,
-    2nd ed., SIAM 2003, section 13.4).
-
-    Parameters
-    ----------
-    matrix : stiffness, shape (3 N, 3 N), displacements along x first, then y and z
-    rigid : the six rigid motions, shape (6, 3 N)
-    basis : quadratic scalar `skfem.Basis` with N unknowns
+    Conjugate gradients, which need no rigid motion held where the forces do no work in one, in two levels:
+    the preconditioner smooths by the sums of the rows, and solves for displacements that are linear in each
+    element, of which six are held (Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed., SIAM
+    2003, section 13.4). `matrix` is the stiffness, shape (3 N, 3 N), displacements along x first, then y and
+    z; `basis` the quadratic scalar `skfem.Basis` with N unknowns.
     """
 
-    def __init__(self, matrix: csc_matrix, rigid: Array, basis: Any) -> None:
-        size, corners = basis.N, np.asarray(basis.nodal_dofs[0])
-        candidates = np.concatenate([corners + axis * size for axis in range(3)])
-        scale = np.abs(rigid).max(axis=1)[:, None]
-        _, _, order = qr(rigid[:, candidates] / scale, pivoting=True, mode="economic")
-        self._free = np.setdiff1d(np.arange(3 * size), candidates[order[:6]])
-        self._matrix = csr_matrix(matrix[self._free][:, self._free])
-        kept = np.flatnonzero(np.isin(candidates, self._free))
-        self._coarse = csr_matrix(block_diag([linear_to_quadratic(basis)] * 3))[self._free][:, kept]
+    def __init__(self, matrix: csc_matrix, basis: Any) -> None:
+        self._matrix = csr_matrix(matrix)
+        corners = basis.mesh.p
+        motions = _rigid_motions(corners / np.ptp(corners), corners.mean(axis=1) / np.ptp(corners))
+        _, _, order = qr(motions, pivoting=True, mode="economic")
+        linear = block_diag([_linear_to_quadratic(basis)] * 3, format="csc")
+        self._coarse = csr_matrix(linear[:, np.sort(order[6:])])
         self._factor = symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
         self._smooth = 1 / np.asarray(abs(self._matrix).sum(axis=1)).ravel()
 
     def solve(self, forces: Array) -> Array:
-        """Displacements under forces in balance, six of them held at 0, shape (m, 3 N).
+        """Displacements under forces in balance, up to a rigid motion, both of shape (m, 3 N).
 
         With rows that give motions from displacements, and do not see rigid ones, in place of the forces:
         the adjoint solutions, whose work with any forces in balance is the motion.
-
-        Parameters
-        ----------
-        forces : shape (m, 3 N)
         """
-        found = np.zeros_like(forces)
+        found = np.empty_like(forces)
         about = LinearOperator(self._matrix.shape, self._approximate)
-        for row, target in zip(found, forces[:, self._free], strict=True):
-            row[self._free], failed = cg(
-                self._matrix, target, rtol=TOLERANCE, maxiter=MOST_ITERATIONS, M=about
-            )
+        for i, force in enumerate(forces):
+            found[i], failed = cg(self._matrix, force, rtol=TOLERANCE, maxiter=MOST_ITERATIONS, M=about)
             if failed:
                 raise InputError(
                     f"the elastic equations were not solved in {MOST_ITERATIONS} iterations, as with "
@@ -213,21 +225,13 @@ class Equilibrium:
         return found + self._smooth * (residual - self._matrix @ found)
 
 
-def linear_to_quadratic(basis: Any) -> csr_matrix:
+def _linear_to_quadratic(basis: Any) -> csr_matrix:
     """Values at corners and middles of edges from those at the corners, shape (N, corners)."""
     corners, middles, ends = basis.nodal_dofs[0], basis.edge_dofs[0], basis.mesh.edges
-    count = len(corners)
     rows = np.concatenate([corners, middles, middles])
-    columns = np.concatenate([np.arange(count), ends[0], ends[1]])
-    weights = np.concatenate([np.ones(count), np.full(2 * len(middles), 0.5)])
-    return csr_matrix((weights, (rows, columns)), shape=(basis.N, count))
-
-
-def linear_temperatures(heat: Heat, solid: Solid) -> Heat:
-    """Matrices for temperatures that are linear in each tetrahedron of the same mesh."""
-    import skfem
-
-    return heat.onto(linear_to_quadratic(skfem.Basis(solid.mesh, skfem.ElementTetP2(), intorder=1)))
+    columns = np.concatenate([np.arange(len(corners)), *ends])
+    weights = np.repeat([1.0, 0.5], [len(corners), 2 * len(middles)])
+    return csr_matrix((weights, (rows, columns)), shape=(basis.N, len(corners)))
 
 
 def _rigid_motions(places: Array, centre: Array) -> Array:
@@ -242,14 +246,14 @@ def _rigid_motions(places: Array, centre: Array) -> Array:
 def _rigid_part(weights: csc_matrix, places: Array, centre: Array) -> Array:
     """Rows that give a face's rigid motion about a centre, by least squares over its area, shape (6, 3 N)."""
     motions = _rigid_motions(places, centre)
-    weighted = (block_diag([weights] * 3) @ motions.T).T
+    weighted = (motions.reshape(18, -1) @ weights).reshape(6, -1)
     return np.asarray(np.linalg.solve(motions @ weighted.T, weighted))
 
 
 def _temperature_at(place: Array, basis: Any) -> Array:
     """Row that gives the temperature at the place in the part that is nearest to a point."""
-    found = nearest(place, basis.mesh.p[:, basis.mesh.t])
+    _, cell, weights = nearest(place, basis.mesh.p[:, basis.mesh.t])
     row = np.zeros(basis.N)
-    for i, dof in enumerate(basis.element_dofs[:, found.cell]):
-        row[dof] += basis.elem.lbasis(found.weights[1:], i)[0]
+    for i, dof in enumerate(basis.element_dofs[:, cell]):
+        row[dof] += basis.elem.lbasis(weights[1:], i)[0]
     return row

@@ -1,43 +1,54 @@
-"""As few patterns as keep to a tolerance: those that heat inputs reach most, at the worst parameters.
+"""A part's heat by as few patterns as keep to a tolerance, in two steps.
 
-The patterns are orthogonal, and conduction and cooling symmetric, so that the reduced model is stable for all
-parameters (Galerkin projection: A. C. Antoulas, *Approximation of Large-Scale Dynamical Systems*, SIAM 2005).
+First the span of its responses, for all purposes as exact as its elements: of the temperatures to every load,
+and of the adjoint equations to every output, at several rates and convection coefficients (rational Krylov
+spaces: A. C. Antoulas, C. A. Beattie and S. Gugercin, *Interpolatory Methods for Model Reduction*, SIAM
+2020). What hub and tip carry and lose, a change of rank one along a load, leads to nothing else.
 
-The error of an output due to an input that is held over each second and stays below a peak is at most the
-peak times the integral over time of the error's absolute impulse response (the norm that peaks induce: S.
-Boyd and J. Doyle, Systems & Control Letters 9 (1987) 1-6), here taken from step responses at 1 s and at
-growing times. It is computed between the reduced model and the part's own span, at sampled parameters. In
-time scaled by heat capacity over conductivity it depends on ratios alone, and on 1 / conductivity.
+Then the directions in that span which heat inputs reach most, at the worst parameters. The error of an output
+due to an input that is held over each second and stays below a peak is at most the peak times the integral
+over time of the error's absolute impulse response (the norm that peaks induce: S. Boyd and J. Doyle, Systems
+& Control Letters 9 (1987) 1-6), here taken from step responses at 1 s and at growing times, between model and
+span. In time scaled by heat capacity over conductivity it depends on ratios alone, and on 1 / conductivity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.stats.qmc import LatinHypercube
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.finite_elements.forms import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.reduction.subspace import Range
+from warmlink.orchestration.scenarios.quantity import in_si
+from warmlink.orchestration.scenarios.scenario import materials
 
-SAFETY = 1.5
-"""Factor on errors found at sampled parameters, which are not all that there are."""
+RATES = np.geomspace(2e-5, 16.0, 9)
+"""1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""
 
-SAMPLES = 32
-"""Parameters at which the error is computed, beside the corners of the range."""
+LEAST_SHARE = 1e-7
+"""Singular value, as a share of the largest, below which a direction is dropped."""
 
-CARRIED = 0.5
-"""Largest heat capacity of hub and tip, as a share of the part's."""
+SAFETY, SAMPLES = 1.5, 32
+"""Factor on errors, which are found at so many sampled parameters, beside the corners of the range."""
 
-LOST = 1.0
-"""W/K, largest conductance from hub and tip at the nominal conductivity."""
+TIP_HEAT_FLOW, AMBIENT_CHANGE = 5.0, 15.0
+"""W and K, peaks; the second gives the surfaces' heat flux, and that of a change of their convection."""
 
-LARGEST_STEP = 1e6
-"""s, up to which step responses are followed."""
+CARRIED, LOST = 0.5, 1.0
+"""Largest heat capacity of hub and tip, as a share of the part's, and conductance from them, in W/K at the
+nominal conductivity."""
+
+STEPS = np.concatenate([[0.0], np.geomspace(1.0, 1e6, 160)])
+"""s, at which step responses are compared."""
 
 SMOOTHING = 10.0
 """s over which inputs are smoothed before patterns are chosen: what passes sooner moves no tool point."""
@@ -45,117 +56,173 @@ SMOOTHING = 10.0
 WARMING = (0.0, 1e-4, 1e-3, 1e-2)
 """1/s, inverse times for which a part has been heated when its convection changes."""
 
-SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP = 6, 60, 2
-
-TRIED = 5
-"""Bases that are tried where the order is given."""
+SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP, TRIED = 6, 60, 2, 5
+"""Orders that are searched, and how many bases are tried where the order is given."""
 
 
-@dataclass(frozen=True)
-class Demand:
-    """What is asked of the reduced model.
+@dataclass(frozen=True, eq=False)
+class Range:
+    """What a reduced link is made for, in SI units.
 
     Attributes
     ----------
-    displacement : largest error in m
-    temperature : largest error in K
-    heat_flow, tip_heat_flow : peaks in W
-    ambient_change : peak in K; the surface's heat flux follows from it and the convection, and so does the
-        flux that a change of convection brings to a warm part
+    material : nominal `conductivity`, `density`, `specific_heat`, `expansion_coefficient`
+    conductivity, convection : lowest and highest; the convection holds radiation too
+    displacement, temperature : largest errors
+    heat_flow : peak at the base
     """
 
+    material: dict[str, float]
+    conductivity: tuple[float, float]
+    convection: tuple[float, float] = (2.0, 60.0)
     displacement: float = 10e-9
     temperature: float = 5e-3
     heat_flow: float = 20.0
-    tip_heat_flow: float = 5.0
-    ambient_change: float = 15.0
+
+    @property
+    def capacity(self) -> float:
+        """Heat capacity in J/(m3.K)."""
+        return self.material["density"] * self.material["specific_heat"]
+
+    @property
+    def per_second(self) -> float:
+        """Nominal conductivity over heat capacity in m2/s: what a second is in scaled time."""
+        return self.material["conductivity"] / self.capacity
+
+    @property
+    def ratios(self) -> tuple[float, float]:
+        """Lowest and highest ratio of convection and conductivity in 1/m; patterns depend on it alone."""
+        return self.convection[0] / self.conductivity[1], self.convection[1] / self.conductivity[0]
+
+    def corners(self, groups: int) -> list[tuple[float, ...]]:
+        """Ratios of each group: in the middle, low, high, and each high beside the others."""
+        low, high = self.ratios
+        together = [(ratio,) * groups for ratio in (float(np.sqrt(low * high)), low, high)]
+        alone = (tuple(high if i == g else low for i in range(groups)) for g in range(groups))
+        return list(dict.fromkeys([*together, *alone]))
 
 
-Setting = tuple[Array, Array]
-"""What conducts and cools, over the conductivity, and what stores, over the heat capacity, both (m, m)."""
+def range_of(material: str, conductivity: tuple[float, float] | None = None, **rest: Any) -> Range:
+    """Range about a material by its name; the conductivity is 25 % about the material's where none is given.
+
+    InputError where there is no such material.
+    """
+    if material not in materials():
+        raise InputError(f"--material {material}: no such material; {instead(material, materials())}")
+    known = materials()[material]
+    values = {each.name: in_si(known[each.name], each.unit) for each in LINK.parameters if each.name in known}
+    nominal = values["conductivity"]
+    return Range(values, conductivity or (0.75 * nominal, 1.25 * nominal), **rest)
+
+
+def span(heat: Heat, within: Range) -> Array:
+    """Patterns that span a part's responses in a range, shape (N, m); with them the mass is the identity."""
+    from pymor.algorithms.chol_qr import shifted_chol_qr
+    from pymor.algorithms.pod import pod
+    from pymor.core.logger import set_log_levels
+    from pymor.operators.numpy import NumpyMatrixOperator
+    from pymor.vectorarrays.numpy import NumpyVectorSpace
+
+    set_log_levels({"pymor": "WARNING"})
+    mass, driving = NumpyMatrixOperator(heat.mass), np.column_stack([heat.loads, heat.outputs.T])
+    found = [np.ones((len(driving), 1))]
+    for ratios in within.corners(len(heat.cooling)):
+        cooled = heat.conduction + sum(ratio * each for ratio, each in zip(ratios, heat.cooling, strict=True))
+        for rate in RATES:
+            found.append(symmetric_factor(rate / within.per_second * heat.mass + cooled).solve(driving))
+    vectors = NumpyVectorSpace.from_numpy(np.hstack(found))
+    vectors.scal(1 / vectors.norm(mass))
+    kept, _ = pod(vectors, product=mass, rtol=LEAST_SHARE, orth_tol=np.inf)
+    return np.asarray(shifted_chol_qr(kept, product=mass).to_numpy())  # not one by one, as pod would
+
+
+class Tried(NamedTuple):
+    """An orthonormal basis of a part's span, shape (m, n), and its errors for inputs one at a time.
+
+    `gains` are the largest of each output for each load of 1, times the conductivity, shape (14, loads);
+    `error` is the largest over its tolerance, with inputs at their peaks, in the setting numbered `worst`.
+    """
+
+    basis: Array
+    gains: Array
+    error: float
+    worst: int
 
 
 class Responses:
-    """Step responses of a part in its span, and the error of what it is reduced to.
+    """Step responses of a part in its span, and the error of what it is reduced to within a range.
 
-    Parameters
-    ----------
-    heat : the part in its span
-    within : the range
-    demand : tolerances and peaks; rotation is weighed by the distance from base to tool point
+    Rotation is weighed by the distance from base to tool point.
     """
 
-    def __init__(self, heat: Heat, within: Range, demand: Demand) -> None:
-        self.heat, reach = heat, float(np.linalg.norm(heat.reach))
-        self.loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
-        flux = demand.ambient_change * within.convection[1] / 2
-        fluxes = self.loads.shape[1] - 2
-        self.peaks = np.array([demand.heat_flow, demand.tip_heat_flow, *[flux] * fluxes])
-        per_metre = within.material["expansion_coefficient"] / demand.displacement
-        rest = len(heat.outputs) - 6
-        weights = np.array([per_metre] * 3 + [per_metre * reach] * 3 + [1 / demand.temperature] * rest)
-        self._scale = SAFETY * weights[:, None] * self.peaks / within.conductivity[0]
-        self._per_second = within.material["conductivity"] / within.capacity
-        self._times = self._per_second * np.concatenate([[0.0], np.geomspace(1.0, LARGEST_STEP, 160)])
-        self.settings = list(_settings(heat, within))
-        self._exact = [self.steps(setting) for setting in self.settings]
+    def __init__(self, heat: Heat, within: Range) -> None:
+        self.heat, self._per_second = heat, within.per_second
+        self._loads = np.column_stack([heat.loads, *_changes_of_cooling(heat, within)])
+        self._peaks = np.full(self._loads.shape[1], AMBIENT_CHANGE * within.convection[1] / 2)
+        self._peaks[:2] = within.heat_flow, TIP_HEAT_FLOW
+        weights = np.full(len(heat.outputs), 1 / within.temperature)
+        weights[:6] = within.material["expansion_coefficient"] / within.displacement
+        weights[3:6] *= np.linalg.norm(heat.reach)
+        self._scale = SAFETY * weights[:, None] * self._peaks / within.conductivity[0]
+        self._settings = list(_settings(heat, within))
+        self._exact = [self._steps(*eigh(*setting)) for setting in self._settings]
 
-    def modes(self, setting: Setting, basis: Array | None = None) -> tuple[Array, Array]:
-        """Rates of decay in scaled time, shape (n,), and modes, in the part's span or in a basis of it."""
-        decay, mass = setting
-        if basis is None:
-            return eigh(decay, mass)
-        rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
-        return rates, basis @ modes
+    def choose(self, order: int | None = None) -> list[Tried]:
+        """Bases that were tried until the error at every sampled setting was within the tolerance.
 
-    def steps(self, setting: Setting, basis: Array | None = None) -> Array:
-        """Responses of outputs to steps of inputs, shape (outputs, inputs, times)."""
-        rates, modes = self.modes(setting, basis)
-        grown = -np.expm1(-np.outer(rates, self._times)) / rates[:, None]
-        return np.einsum(
-            "om,mt,mi->oit", self.heat.outputs @ modes, grown, modes.T @ self.loads, optimize=True
-        )
-
-    def errors(self, basis: Array) -> tuple[Array, Array]:
-        """Error of a basis at all settings, for inputs one at a time.
-
-        Returns
-        -------
-        gains, errors
-            Largest error of outputs for loads of 1, times the conductivity, shape (settings, outputs, loads);
-            and the largest for inputs at their peaks, as a share of its tolerance, shape (settings,).
+        A greedy search: at each step the Gramian of the worst setting is added, and the order grows, unless
+        it is given. InputError where no order up to `LARGEST_ORDER` keeps to the tolerance.
         """
-        gains = np.array(
-            [
-                np.abs(np.diff(exact - self.steps(setting, basis), axis=2)).sum(axis=2)
-                for setting, exact in zip(self.settings, self._exact, strict=True)
-            ]
-        )
-        return gains, (gains * self._scale).max(axis=(1, 2))
+        orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
+        gramian = self._gramian(0)
+        found: list[Tried] = []
+        for size in orders:
+            found.append(self._tried(_leading(gramian, self.heat.integrals, size)))
+            if order is None and found[-1].error <= 1:
+                return found
+            gramian = gramian + self._gramian(found[-1].worst)
+        if order is None:
+            raise InputError(
+                f"{LARGEST_ORDER} patterns leave an error {found[-1].error:.2g} times the tolerance; allow a "
+                "larger --tolerance, or a narrower range of convection"
+            )
+        return found
 
-    def gramian(self, setting: Setting) -> Array:
+    def _tried(self, basis: Array) -> Tried:
+        gains = []
+        for (decay, mass), exact in zip(self._settings, self._exact, strict=True):
+            rates, modes = eigh(basis.T @ decay @ basis, basis.T @ mass @ basis)
+            gains.append(np.abs(np.diff(exact - self._steps(rates, basis @ modes), axis=2)).sum(axis=2))
+        errors = (np.array(gains) * self._scale).max(axis=(1, 2))
+        return Tried(basis, np.max(gains, axis=0), float(errors.max()), int(np.argmax(errors)))
+
+    def _steps(self, rates: Array, modes: Array) -> Array:
+        """Responses to steps of inputs by modes and their decay, shape (outputs, inputs, times)."""
+        grown = -np.expm1(-np.outer(rates, self._per_second * STEPS)) / rates[:, None]
+        seen, driven = self.heat.outputs @ modes, modes.T @ self._loads
+        return np.einsum("om,mt,mi->oit", seen, grown, driven, optimize=True)
+
+    def _gramian(self, setting: int) -> Array:
         """What inputs at their peaks reach, shape (m, m): a controllability Gramian of smoothed inputs."""
-        rates, modes = self.modes(setting)
+        rates, modes = eigh(*self._settings[setting])
         smoothed = 1 + SMOOTHING * self._per_second * rates
-        driven = modes.T @ (self.loads * self.peaks) / smoothed[:, None]
+        driven = modes.T @ (self._loads * self._peaks) / smoothed[:, None]
         return np.asarray(modes @ (driven @ driven.T / np.add.outer(rates, rates)) @ modes.T)
 
 
-def _settings(heat: Heat, within: Range) -> Iterator[Setting]:
-    """Yield the corners of the range, and samples of what is cooled, lost and carried."""
+def _settings(heat: Heat, within: Range) -> Iterator[tuple[Array, Array]]:
+    """Yield what conducts and cools, over the conductivity, and what stores, over the heat capacity.
 
-    def setting(cooling: Sequence[float], loss: Array, storage: Array) -> Setting:
-        ends = heat.loads[:, :2]
-        decay = heat.conduction + np.tensordot(cooling, heat.cooling, 1) + (ends * loss) @ ends.T
-        return decay, np.eye(len(decay)) + (ends * storage) @ ends.T
-
-    groups, (low, high) = len(heat.cooling), within.ratios
-    for ratios in within.cooled(groups):
-        yield setting(ratios, np.zeros(2), np.zeros(2))
-    for share in LatinHypercube(groups + 4, rng=0).random(SAMPLES):
-        held = share[:4] ** 2  # most carry and lose little
-        loss = LOST / within.material["conductivity"] * held[:2]
-        yield setting(low * (high / low) ** share[4:], loss, CARRIED * _volume(heat) * held[2:])
+    At the corners of the range, and at samples of what is cooled, lost and carried; both of shape (m, m).
+    """
+    groups, ends, (low, high) = len(heat.cooling), heat.loads[:, :2], within.ratios
+    samples = LatinHypercube(groups + 4, rng=0).random(SAMPLES)
+    largest = np.repeat([LOST / within.material["conductivity"], CARRIED * volume(heat)], 2)
+    held = largest * samples[:, :4] ** 2  # most lose and carry little
+    corners = [(np.zeros(4), each) for each in within.corners(groups)]
+    for taken, cooling in [*corners, *zip(held, low * (high / low) ** samples[:, 4:], strict=True)]:
+        decay = heat.conduction + np.tensordot(cooling, heat.cooling, 1) + (ends * taken[:2]) @ ends.T
+        yield decay, np.eye(len(decay)) + (ends * taken[2:]) @ ends.T
 
 
 def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
@@ -164,69 +231,12 @@ def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
     Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
     from shortly to long after it began, for 1 K at that end.
     """
-    ratio = float(np.sqrt(np.prod(within.ratios)))
-    cooled = heat.conduction + ratio * sum(heat.cooling)
-    scaled = within.capacity / within.material["conductivity"]
-    profiles = [
-        np.linalg.solve(cooled + rate * scaled * np.eye(len(cooled)), heat.loads[:, :2]) for rate in WARMING
-    ]
-    reached = np.column_stack([each / np.sum(heat.loads[:, :2] * each, axis=0) for each in profiles])
+    cooled = heat.conduction + float(np.sqrt(np.prod(within.ratios))) * sum(heat.cooling)
+    ends, stored = heat.loads[:, :2], np.eye(len(cooled)) / within.per_second
+    profiles = [np.linalg.solve(cooled + rate * stored, ends) for rate in WARMING]
+    reached = np.column_stack([each / np.sum(ends * each, axis=0) for each in profiles])
     for cooling in heat.cooling:
         yield cooling @ reached
-
-
-@dataclass(frozen=True, eq=False)
-class Chosen:
-    """A basis of the part's span, and its errors.
-
-    Attributes
-    ----------
-    basis : shape (m, n), orthonormal
-    gains : of `Responses.errors`, the largest at all settings
-    error : largest error over its tolerance
-    """
-
-    basis: Array
-    gains: Array
-    error: float
-
-    @property
-    def order(self) -> int:
-        """Number of patterns."""
-        return self.basis.shape[1]
-
-
-def choose_order(responses: Responses, order: int | None = None) -> list[Chosen]:
-    """Bases that were tried until the error at every sampled setting was within the tolerance.
-
-    A greedy search: at each step the Gramian of the worst setting is added, and the order grows.
-
-    Parameters
-    ----------
-    responses : of the part
-    order : to take in place of the one that the tolerance asks for
-
-    Raises
-    ------
-    InputError
-        The tolerance is not met with any order up to `LARGEST_ORDER`.
-    """
-    orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
-    gramian = responses.gramian(responses.settings[0])
-    tried: list[Chosen] = []
-    for size in orders:
-        basis = _leading(gramian, responses.heat.integrals, size)
-        gains, found = responses.errors(basis)
-        tried.append(Chosen(basis, gains.max(axis=0), float(found.max())))
-        if order is None and tried[-1].error <= 1:
-            break
-        gramian = gramian + responses.gramian(responses.settings[int(np.argmax(found))])
-    if order is None and tried[-1].error > 1:
-        raise InputError(
-            f"{LARGEST_ORDER} patterns leave an error {tried[-1].error:.2g} times the tolerance; allow a "
-            "larger --tolerance, or a narrower range of convection"
-        )
-    return tried
 
 
 def _leading(gramian: Array, uniform: Array, order: int) -> Array:
@@ -239,27 +249,17 @@ def _leading(gramian: Array, uniform: Array, order: int) -> Array:
 
 
 def separated(basis: Array, heat: Heat) -> tuple[Array, Array]:
-    """Basis in which conduction couples no two patterns, and conduction of each.
+    """Patterns of a basis of which conduction couples no two, shape (m, n), and conduction of each, (n,).
 
-    Parameters
-    ----------
-    basis : shape (m, n), orthonormal
-    heat : the part in its span; the mean square of each pattern over it becomes 1
-
-    Returns
-    -------
-    patterns, conduction
-        Shape (m, n), the uniform temperature first, and shape (n,) [m].
+    The first is 1 everywhere in the part, and the mean square of each over it is 1.
     """
     rates, directions = eigh(basis.T @ heat.conduction @ basis)
-    volume = _volume(heat)
-    patterns = np.sqrt(volume) * basis @ directions
-    conduction = volume * rates
-    conduction[0] = 0.0  # of the uniform temperature, which rounding might let grow
+    patterns = np.sqrt(volume(heat)) * basis @ directions
+    rates[0] = 0.0  # of the uniform temperature, which rounding might let grow
     patterns[:, 0] *= np.sign(patterns[:, 0] @ heat.integrals)
-    return patterns, conduction
+    return patterns, volume(heat) * rates
 
 
-def _volume(heat: Heat) -> float:
+def volume(heat: Heat) -> float:
     """Volume of a part in its span [m3]: there its integrals are also the amplitudes of 1 K everywhere."""
     return float(heat.integrals @ heat.integrals)

@@ -1,230 +1,194 @@
-"""From a part's file to the model of a reduced link, with what is known of its errors."""
+"""From a part's file to the model of a reduced link and its FMU, with what is known of its errors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
-from warmlink.fmus.reduced_link.model import ReducedModel
-from warmlink.fmus.thermal_link.equations import SENSORS
+from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.fmus.packaging.native.fmu import native_fmu_files
+from warmlink.fmus.reduced_link.component import reduced_link
+from warmlink.fmus.reduced_link.model import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.elements import Elements, Heat, Task, linear_temperatures
-from warmlink.orchestration.reduction.mesh_error import MeshError, mesh_error
-from warmlink.orchestration.reduction.order import SAFETY, Chosen, Demand, Responses, choose_order, separated
-from warmlink.orchestration.reduction.solid import SOLIDS, Solid, point, read_solid
-from warmlink.orchestration.reduction.subspace import Range, span
-from warmlink.orchestration.scenarios.quantity import in_si
-from warmlink.orchestration.scenarios.settings import materials
-
-PROPERTIES = {
-    "conductivity": "W/(m.K)",
-    "density": "kg/m3",
-    "specific_heat": "J/(kg.K)",
-    "expansion_coefficient": "1/K",
-}
-"""Units of a material's properties."""
+from warmlink.orchestration.check.fmu import check_fmu
+from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.reduction.elements import Elements, Heat, Use
+from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
+from warmlink.orchestration.reduction.solid import SOLIDS, read_solid
 
 COARSER = (2.0, 2**0.5)
 """Sizes of elements of the coarser meshes, as multiples."""
 
+HEAT_FLOW, TIMES = 5.0, (60.0, 600.0, 3600.0)
+"""W, of a step, and s after it, at which elongations on several meshes are compared."""
 
-@dataclass(frozen=True)
-class Wanted:
-    """How a part is used, in the words of the command (see `Solid.chosen` and `point`).
+LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0
+"""Between which an observed order of convergence is believed."""
 
-    Attributes
-    ----------
-    heated : faces that heat enters
-    tool_point : the tool point
-    tool : faces that carry the tool; the one nearest to the tool point where there are none
-    cooled : groups of faces, those of a group parted by `;`; all but the heated faces where there are none
-    sensors : places of up to eight thermometers; the others as ThermalLink's between base and tool point
-    unit : of a mesh's lengths
-    size : of the elements in m
-    poissons_ratio : of the material
-    order : number of patterns in place of what the tolerance asks for
+
+class MeshError(NamedTuple):
+    """What the mesh leaves of an error in the elongation (Richardson's extrapolation).
+
+    Numbers of temperatures, coarsest mesh first; `elongation` at `TIMES` after a step of `HEAT_FLOW`, shape
+    (meshes, times) [m]; estimated `error` of the finest mesh, shape (times,) [m]; the observed `order` of
+    convergence, None where the differences do not fall as they would with one.
     """
 
-    heated: Sequence[str]
-    tool_point: str
-    tool: Sequence[str] = ()
-    cooled: Sequence[str] = ()
-    sensors: Sequence[str] = ()
-    unit: str | None = None
-    size: float | None = None
-    poissons_ratio: float = 0.33
-    order: int | None = None
+    unknowns: Sequence[int]
+    elongation: Array
+    error: Array
+    order: float | None
+
+    @property
+    def share(self) -> float:
+        """Error as a share of the elongation, at the worst of the times."""
+        return float((self.error / np.abs(self.elongation[-1])).max())
+
+    @property
+    def observed(self) -> str:
+        """The observed order in words."""
+        return "no order observed" if self.order is None else f"observed order {self.order:.2g}"
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A reduced part: its mesh, its full matrices, the reduced model, and the errors found on the way.
+    """A reduced part, and the errors found on the way.
 
     Attributes
     ----------
+    elements, within : its finite elements, and what it is reduced for
     patterns, dense : the span of its responses, shape (N, m), and the part in it
-    search, chosen : bases that were tried, and the best of them
+    search : bases of that span that were tried
     basis : patterns of the model in that span, shape (m, order)
+    mesh, model : the mesh's error, and what the link's component is made of
     """
 
-    solid: Solid
-    task: Task
     elements: Elements
     within: Range
-    demand: Demand
     patterns: Array
     dense: Heat
-    search: Sequence[Chosen]
-    chosen: Chosen
-    mesh: MeshError
+    search: Sequence[Tried]
     basis: Array
+    mesh: MeshError
     model: ReducedModel
 
     @property
-    def heat(self) -> Heat:
-        """Matrices of the part in all its temperatures."""
-        return self.elements.heat
+    def error(self) -> float:
+        """Estimated error over its tolerance."""
+        return min(tried.error for tried in self.search)
+
+    @property
+    def size(self) -> str:
+        """Numbers of elements and unknowns in words."""
+        count, elements = len(self.patterns), self.elements.solid.mesh.nelements
+        return f"{elements} tetrahedra, {count} temperatures, {3 * count} displacements"
 
 
 def reduce_part(
     path: Path,
-    wanted: Wanted,
+    use: Use,
     within: Range,
-    demand: Demand,
+    *,
+    unit: str | None = None,
+    size: float | None = None,
+    order: int | None = None,
     doing: Callable[[str], None] = lambda what: None,
 ) -> Part:
-    """Reduce a part.
+    """Reduce a part for a range; InputError where it cannot be read, used so, or reduced to the tolerance.
 
     Parameters
     ----------
-    path : STEP file or mesh
-    wanted : faces, points, mesh
-    within : material, and the range of parameters
-    demand : tolerances and largest inputs
+    path, unit, size : STEP file or mesh as of `read_solid`
+    use, within : faces and points; material, the range of parameters, tolerances
+    order : number of patterns in place of what the tolerances ask for
     doing : told what is being done
-
-    Raises
-    ------
-    InputError
-        The part cannot be read, a face does not exist, or the tolerance cannot be met.
     """
     doing("meshing")
-    solid = read_solid(path, wanted.unit, wanted.size)
-    task = task_on(solid, wanted)
+    solid = read_solid(path, unit, size)
     doing(f"finite elements, {solid.mesh.nelements} tetrahedra")
-    elements = Elements(solid, task)
-    heat = elements.heat
-    doing(f"responses of {heat.unknowns} temperatures")
-    patterns = span(heat, within)
-    dense = heat.onto(patterns)
-    responses = Responses(dense, within, demand)
+    elements = Elements(solid, use)
+    doing(f"responses of {len(elements.heat.loads)} temperatures")
+    patterns = span(elements.heat, within)
+    dense = elements.heat.onto(patterns)
     doing("choosing the order")
-    search = choose_order(responses, wanted.order)
-    chosen = min(search, key=lambda tried: tried.error)
+    search = Responses(dense, within).choose(order)
     doing("coarser meshes")
     if path.suffix.lower() in SOLIDS:
-        coarser = [read_solid(path, None, solid.size, ratio) for ratio in COARSER]
-        coarse = [Elements(each, task_on(each, wanted)).heat for each in coarser]
+        coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]
     else:
-        coarse = [linear_temperatures(heat, solid)]
-    meshes = [(each.unknowns, each.onto(span(each, within))) for each in coarse]
-    error = mesh_error([*meshes, (heat.unknowns, dense)], within, COARSER[1])
-    basis, conduction = separated(chosen.basis, dense)
+        coarser = [elements.linear()]
+    counts = [len(each.loads) for each in (*coarser, elements.heat)]
+    mesh = _mesh_error(counts, [*(each.onto(span(each, within)) for each in coarser), dense], within)
+    best = min(search, key=lambda tried: tried.error)
+    basis, conduction = separated(best.basis, dense)
+    initial = (patterns @ basis).T @ (elements.heat.mass @ elements.rises()) / volume(dense)
     small = dense.onto(basis)
-    volume = float(heat.integrals.sum())
     model = ReducedModel(
         material=within.material,
-        volume=volume,
+        volume=volume(dense),
         conduction=conduction,
         cooling=np.array(small.cooling),
-        base_row=small.outputs[-2],
-        tip_row=small.outputs[-1],
-        sensor_rows=small.outputs[6:-2],
-        surface_rows=small.loads[:, 2:].T,
-        area=heat.loads[:, 2:].sum(axis=0),
-        displacement_rows=small.outputs[:3],
-        rotation_rows=small.outputs[3:6],
-        reach=heat.reach,
-        initial_rows=(patterns @ basis).T @ (heat.mass @ _rises(elements, task)) / volume,
-        error_gain=_error_gain(SAFETY * chosen.gains, len(dense.cooling)),
-        discretisation=error.share,
+        loads=small.loads,
+        outputs=small.outputs,
+        reach=small.reach,
+        initial=initial,
+        error_gain=_error_gain(best.gains, len(small.cooling)),
+        discretisation=mesh.share,
         conductivity_range=within.conductivity,
         convection_range=within.convection,
     )
-    return Part(solid, task, elements, within, demand, patterns, dense, search, chosen, error, basis, model)
+    return Part(elements, within, patterns, dense, search, basis, mesh, model)
+
+
+def write_fmu(model: ReducedModel, about: str, target: Path) -> list[str]:
+    """Write the FMU of a reduced link, and return what its checks found wrong.
+
+    Beside the compiled link it holds the model, so that whatever needs its equations finds them. Its
+    documentation ends with what is said `about` the part, in Markdown.
+    """
+    component = reduced_link(target.stem, model)
+    entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=about)
+    files = native_fmu_files(entry, "2.0", compilers(platforms_named(None)))
+    with fresh_file(target) as scratch:
+        write_archive(scratch, {**files, STORED: stored(model)})
+    return [f"{each.name}: {each.detail}" for each in check_fmu(target) if each.verdict == "fail"]
+
+
+def warmed(heat: Heat, within: Range) -> Array:
+    """Amplitudes at `TIMES` after a step of `HEAT_FLOW` into a cold part in its span, shape (m, times)."""
+    convection = float(np.sqrt(within.convection[0] * within.convection[1]))
+    decay = within.material["conductivity"] * heat.conduction + convection * sum(heat.cooling)
+    rates, modes = np.linalg.eigh(decay / within.capacity)
+    grown = -np.expm1(-np.outer(rates, TIMES)) / rates[:, None]
+    return np.asarray(modes @ (grown * (modes.T @ heat.loads[:, :1]))) * HEAT_FLOW / within.capacity
+
+
+def _mesh_error(counts: list[int], meshes: list[Heat], within: Range) -> MeshError:
+    """Error of the last mesh, from the number of temperatures and the part in its span, coarsest mesh first.
+
+    With two meshes, or differences that do not fall, the error is taken for the largest difference.
+    """
+    reach = meshes[-1].reach
+    along = within.material["expansion_coefficient"] * reach / np.linalg.norm(reach)
+    found = np.array([along @ heat.outputs[:3] @ warmed(heat, within) for heat in meshes])
+    steps = np.diff(found, axis=0)
+    error, order, ratio = np.abs(steps).max(axis=0), None, COARSER[1]
+    if len(meshes) > 2 and (fall := float(steps[-2, -1] / steps[-1, -1])) > 1:
+        order = float(np.log(fall) / np.log(ratio))
+        if order >= LEAST_ORDER:
+            error = np.abs(steps[-1]) / (ratio ** min(order, LARGEST_ORDER) - 1)
+    return MeshError(counts, found, error, order)
 
 
 def _error_gain(gains: Array, groups: int) -> Array:
-    """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`."""
-    kinds = np.array(
-        [np.linalg.norm(gains[:3], axis=0), np.linalg.norm(gains[3:6], axis=0), gains[6:].max(axis=0)]
-    )
-    inputs, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
-    return np.column_stack([inputs, np.maximum(inputs[:, 2:], profiles.max(axis=2))])
-
-
-def range_of(
-    material: str,
-    convection: tuple[float, float] = (2.0, 60.0),
-    conductivity: tuple[float, float] | None = None,
-) -> Range:
-    """Range about a material by its name; the conductivity is 25 % about the material's where none is given.
-
-    Raises
-    ------
-    InputError
-        There is no such material.
-    """
-    if material not in materials():
-        raise InputError(f"--material {material}: no such material; {instead(material, materials())}")
-    values = {name: in_si(materials()[material][name], unit) for name, unit in PROPERTIES.items()}
-    nominal = values["conductivity"]
-    return Range(values, conductivity or (0.75 * nominal, 1.25 * nominal), convection)
-
-
-def task_on(solid: Solid, wanted: Wanted) -> Task:
-    """Faces and points on a mesh; raises InputError where a face does not exist or is used twice."""
-    heated = solid.chosen(wanted.heated, "--heat-face")
-    place = point(wanted.tool_point, "--tool-point")
-    tool = solid.chosen(wanted.tool, "--tool-face") if wanted.tool else (solid.nearest(place),)
-    if set(tool) & set(heated):
-        raise InputError(
-            f"--tool-point {wanted.tool_point}: lies on the heated face, to which motion is relative; "
-            "give a point on another face, or --tool-face"
-        )
-    groups = [solid.chosen(text.split(";"), "--cooled") for text in wanted.cooled]
-    twice = [face for group in groups for face in group]
-    if len(set(twice)) < len(twice):
-        raise InputError(f"--cooled: face #{max(twice, key=twice.count).number} is named twice; name it once")
-    if len(wanted.sensors) > SENSORS:
-        raise InputError(f"--sensor: {len(wanted.sensors)} are given; a link has {SENSORS}")
-    areas = np.array([face.area for face in heated])
-    base = np.average([face.centre for face in heated], axis=0, weights=areas)
-    shares = np.array([0.0, 0.5, 1.0, *(np.arange(1, SENSORS - 2) / (SENSORS - 2))])
-    sensors = base + shares[:, None] * (place - base)
-    for i, text in enumerate(wanted.sensors):
-        sensors[i] = point(text, "--sensor")
-    return Task(
-        heated,
-        tool,
-        groups or [[face for face in solid.faces if face not in heated]],
-        place,
-        sensors,
-        wanted.poissons_ratio,
-    )
-
-
-def _rises(elements: Elements, task: Task) -> Array:
-    """Temperatures for a rise of 1 K at each sensor, linear between them along the link, shape (N, 8)."""
-    along = elements.heat.reach / np.linalg.norm(elements.heat.reach)
-    places, sensors = along @ elements.places, task.sensors @ along
-    order = np.argsort(sensors, kind="stable")
-    found = np.zeros((len(places), SENSORS))
-    for i, unit in zip(order, np.eye(SENSORS), strict=True):
-        found[:, i] = np.interp(places, sensors[order], unit)
-    return found
+    """Errors of displacement, rotation and temperature as in `ReducedModel.error_gain`, made safe."""
+    whole = np.linalg.norm(gains[:6].reshape(2, 3, -1), axis=1)
+    kinds = SAFETY * np.vstack([whole, gains[6:].max(axis=0)])
+    loads, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
+    return np.column_stack([loads, np.maximum(loads[:, 2:], profiles.max(axis=2))])

@@ -8,47 +8,40 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.surface import (
-    Integers,
-    boundary_patches,
-    connected,
-    facet_normals,
-    nearest,
-)
 from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.text_files import is_file
 
-MESHES = (".msh", ".inp")
-SOLIDS = (".step", ".stp")
+Integers = NDArray[np.int64]
+
+SOLIDS, MESHES = (".step", ".stp"), (".msh", ".inp")
+
 AROUND = 24.0
 """Elements around a bore, whose size they would otherwise change from mesh to mesh."""
+
+EDGE_ANGLE = 30.0
+"""degrees between the normals of neighbouring facets, above which an edge of a mesh parts two faces."""
 
 MOST_TETRAHEDRA = 1_000_000
 
 SMALLEST, LARGEST = 0.02, 5.0
 """m, between which a link's largest extent is believed."""
 
-LENGTH, WIDTH, THICKNESS = 330.2, 25.4, 6.35
-"""mm, those of Poonyapak, Hayes and McDill, for the example of a part."""
-
-BORE_AT, BORE = 25.4, 6.0
-"""mm from the proximal end, and radius, of the shaft's bore."""
-
-RIB_FROM, RIB_LENGTH, RIB_WIDTH, RIB_HEIGHT = 60.0, 220.0, 3.0, 8.0
-"""mm; on one side alone, so that the link bends as it warms up."""
-
-HEAT_FACE = "25.4, 6, 0 mm"
-TOOL_POINT = "330.2, 0, 0 mm"
+HEAT_FACE, TOOL_POINT = "25.4, 6, 0 mm", "330.2, 0, 0 mm"
+"""Of the example."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,38 +68,31 @@ class Solid:
     faces: Sequence[Face]
     size: float = 0.0
 
-    def chosen(self, texts: Sequence[str], option: str) -> tuple[Face, ...]:
-        """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
-
-        Raises
-        ------
-        InputError
-            There is no such face.
-        """
-        return tuple(dict.fromkeys(face for text in texts for face in self._named(text.strip(), option)))
-
     def nearest(self, place: Array) -> Face:
         """Face nearest to a point [m]."""
-        distances = [
-            nearest(place, self.mesh.p[:, self.mesh.facets[:, face.facets]]).distance for face in self.faces
-        ]
-        return self.faces[int(np.argmin(distances))]
+        corners = self.mesh.p[:, self.mesh.facets]
+        return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets])[0])
 
-    def facets(self, faces: Sequence[Face]) -> Integers:
-        """Facets of several faces."""
-        return np.unique(np.concatenate([face.facets for face in faces]))
+    def chosen(self, texts: Sequence[str], option: str) -> list[Face]:
+        """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
 
-    def _named(self, text: str, option: str) -> list[Face]:
-        if "," in text:
-            return [self.nearest(point(text, option))]
-        known = [f"#{face.number}" for face in self.faces] + sorted({f.name for f in self.faces if f.name})
-        found = [face for face in self.faces if text in (f"#{face.number}", face.name)]
-        if not found:
-            raise InputError(
-                f"{option} {text}: no such face; {instead(text, known, 'or give a point on it')} "
-                "(--list-faces shows them)"
-            )
-        return found
+        InputError where there is no such face; `option` says what they are for.
+        """
+        found: list[Face] = []
+        for text in map(str.strip, texts):
+            if "," in text:
+                found.append(self.nearest(point(text, option)))
+                continue
+            named = [face for face in self.faces if text and text in (f"#{face.number}", face.name)]
+            if not named:
+                known = [f"#{face.number}" for face in self.faces]
+                known += sorted({face.name for face in self.faces} - {""})
+                raise InputError(
+                    f"{option} {text}: no such face; {instead(text, known, 'or give a point on it')} "
+                    "(--list-faces shows them)"
+                )
+            found += named
+        return list(dict.fromkeys(found))
 
 
 def point(text: str, option: str) -> Array:
@@ -120,7 +106,7 @@ def point(text: str, option: str) -> Array:
 
 
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
-    """Mesh of a part.
+    """Mesh of a part; InputError where its file is none of one closed solid of a believable size.
 
     Parameters
     ----------
@@ -128,11 +114,6 @@ def read_solid(path: Path, unit: str | None = None, size: float | None = None, c
     unit : of a mesh's lengths, as `mm`; a STEP file says it
     size : of the elements in m; the thickness of thin walls where none is given
     coarser : factor on all sizes of elements, those around bores included
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, holds no closed solid or several, or is of no believable size.
     """
     if not is_file(path):
         raise InputError(f"{path}: no such file; give a STEP file or a mesh")
@@ -156,10 +137,8 @@ def read_solid(path: Path, unit: str | None = None, size: float | None = None, c
 
 
 def _library(name: str) -> ModuleType:
-    import importlib
-
     try:
-        return importlib.import_module(name)
+        return import_module(name)
     except (ImportError, OSError) as fault:  # gmsh also wants libraries of the system
         raise MissingExtraError(f"reduce ({fault})", "cad") from None
 
@@ -194,14 +173,13 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
         gmsh.model.occ.synchronize()
         bodies, surfaces = gmsh.model.getEntities(3), gmsh.model.getEntities(2)
         _one_body(path, len(bodies), f"{len(surfaces)} faces that close no solid")
-        volume = 1e-9 * gmsh.model.occ.getMass(*bodies[0])
-        area = 1e-6 * sum(gmsh.model.occ.getMass(*surface) for surface in surfaces)
-        size = size or 2 * volume / area  # the thickness of a thin wall
-        count = 8 * volume / (coarser * size) ** 3
+        volume, *areas = (gmsh.model.occ.getMass(*each) for each in (*bodies, *surfaces))
+        size = size or 2e-3 * volume / sum(areas)  # the thickness of a thin wall
+        count = 8e-9 * volume / (coarser * size) ** 3
         if count > MOST_TETRAHEDRA:
             raise InputError(
                 f"--mesh-size: elements of {1e3 * size:.3g} mm would be about {count:.1g} in the part's "
-                f"{1e6 * volume:.3g} cm3; give larger ones"
+                f"{1e-3 * volume:.3g} cm3; give larger ones"
             )
         for dimension, tag in (*bodies, *surfaces):
             gmsh.model.addPhysicalGroup(dimension, [tag], name=str(tag) if dimension == 2 else "body")
@@ -220,11 +198,11 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
 def _from_mesh(path: Path, scale: float) -> Solid:
     mesh = _tetrahedra(path, scale)
     inner = mesh.f2t[:, mesh.f2t[1] >= 0]
-    _one_body(path, int(connected(inner[0], inner[1], mesh.nelements).max()) + 1, "no tetrahedra")
+    _one_body(path, len(np.unique(_connected(inner[0], inner[1], mesh.nelements))), "no tetrahedra")
     named = mesh.boundaries or {}
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate([[], *named.values()])).astype(np.int64)
-    patches = [*named.items(), *(("", patch) for patch in boundary_patches(mesh, rest))]
-    return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(patches, 1)])
+    faces = [*named.items(), *(("", patch) for patch in _patches(mesh, rest))]
+    return Solid(mesh, [_face(mesh, i, name, facets) for i, (name, facets) in enumerate(faces, 1)])
 
 
 def _tetrahedra(path: Path, scale: float) -> Any:
@@ -235,38 +213,25 @@ def _tetrahedra(path: Path, scale: float) -> Any:
     except (Exception, SystemExit):  # meshio raises what its readers raise, and ends the process for some
         raise InputError(f"{path}: is broken, or no mesh; write it anew as .msh 4.1 or .inp") from None
     linear = {"tetra10": ("tetra", 4), "triangle6": ("triangle", 3)}
-    cells = []
-    for block in held.cells:
-        kind, corners = linear.get(block.type, (block.type, None))
-        cells.append((kind, block.data[:, :corners]))
+    blocks = [(*linear.get(block.type, (block.type, None)), block.data) for block in held.cells]
+    cells = [(kind, data[:, :corners]) for kind, corners, data in blocks]
     if "tetra" not in dict(cells):
         raise InputError(f"{path}: holds no tetrahedra, as a shell does; mesh the solid with tetrahedra")
-    points = scale * held.points.astype(float)
-    straight = meshio.Mesh(points, cells, cell_sets=held.cell_sets)
-    _refuse_strays(path, straight)
+    straight = meshio.Mesh(scale * held.points.astype(float), cells, cell_sets=held.cell_sets)
+    places = len(straight.points) ** np.arange(3)  # one number for each triangle, by its corners
+    each_face = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    faces = np.sort(straight.cells_dict["tetra"][:, each_face].astype(np.int64)) @ places
+    for name, members in straight.cell_sets_dict.items():
+        if "triangle" not in members or name.startswith("gmsh:"):
+            continue
+        triangles = straight.cells_dict["triangle"][members["triangle"]].astype(np.int64)
+        if not np.isin(np.sort(triangles) @ places, faces).all():
+            raise InputError(
+                f"{path}: the group {name} has triangles that are no faces of tetrahedra, as those of a "
+                "plane beside the part; take them out of it"
+            )
     mesh = convert.from_meshio(straight, force_meshio_type="tetra", ignore_orientation=True)
     return mesh.remove_unused_nodes()
-
-
-def _refuse_strays(path: Path, mesh: Any) -> None:
-    """Raise InputError where a triangle of a named group is no face of a tetrahedron."""
-    count = len(mesh.points)
-
-    def numbered(triangles: Integers) -> Integers:
-        """One number for each triangle, whatever the order of its corners."""
-        low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
-        return np.asarray((low * count + middle) * count + high)
-
-    each_face = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
-    faces = numbered(mesh.cells_dict["tetra"][:, each_face].reshape(-1, 3))
-    for name, members in mesh.cell_sets_dict.items():
-        if "triangle" in members and not name.startswith("gmsh:"):
-            triangles = mesh.cells_dict["triangle"][members["triangle"]]
-            if not np.isin(numbered(triangles), faces).all():
-                raise InputError(
-                    f"{path}: the group {name} has triangles that are no faces of tetrahedra, as those of a "
-                    "plane beside the part; take them out of it"
-                )
 
 
 def _one_body(path: Path, bodies: int, otherwise: str) -> None:
@@ -278,20 +243,61 @@ def _one_body(path: Path, bodies: int, otherwise: str) -> None:
 
 def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
     corners = mesh.p[:, mesh.facets[:, facets]]
-    area = np.linalg.norm(facet_normals(corners), axis=0) / 2
+    area = np.linalg.norm(_normals(corners), axis=0) / 2
     return Face(number, name, facets, float(area.sum()), corners.mean(axis=1) @ area / area.sum())
 
 
-def ribbed_link(path: Path) -> None:
-    """Write an example, a link with a bore and a rib, as a STEP file in mm.
+def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
+    """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
 
-    Its middle plane is z = 0, its length lies along x.
+    They are given by corners, shape (3, 3 or 4, n) [m]. Inside a simplex the place is exact; beside it,
+    weights below 0 are set to 0.
+    """
+    first = corners[:, 0]
+    edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
+    shares = np.einsum("nij,jn->in", np.linalg.pinv(edges), place[:, None] - first)
+    weights = np.maximum(np.vstack([1 - shares.sum(axis=0), shares]), 0.0)
+    weights /= weights.sum(axis=0)
+    distance = np.linalg.norm(np.einsum("kin,in->kn", corners, weights) - place[:, None], axis=0)
+    index = int(np.argmin(distance))
+    return float(distance[index]), index, weights[:, index]
+
+
+def _patches(mesh: Any, facets: Integers) -> list[Integers]:
+    """Boundary facets of an `skfem.MeshTet`, parted into faces at sharp edges."""
+    normals = _normals(mesh.p[:, mesh.facets[:, facets]])
+    normals /= np.linalg.norm(normals, axis=0)
+    edges = mesh.f2e[:, facets].ravel()
+    order = np.argsort(edges, kind="stable")
+    shared = np.flatnonzero(np.diff(edges[order]) == 0)
+    a, b = order[shared] % len(facets), order[shared + 1] % len(facets)
+    # Corners are in no particular order, so that normals point either way.
+    smooth = np.abs(np.sum(normals[:, a] * normals[:, b], axis=0)) > np.cos(np.radians(EDGE_ANGLE))
+    patch = _connected(a[smooth], b[smooth], len(facets))
+    return [facets[patch == i] for i in np.unique(patch)]
+
+
+def _connected(a: Integers, b: Integers, count: int) -> Integers:
+    """Number of the group, from 0 on, of each of so many things, of which a[i] and b[i] are joined."""
+    joined = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
+def _normals(corners: Array) -> Array:
+    """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+
+
+def ribbed_link(path: Path) -> None:
+    """Write an example as a STEP file in mm: the link of Poonyapak, Hayes and McDill with a bore and a rib.
+
+    Its middle plane is z = 0, its length lies along x. The rib is on one side alone, so that it bends.
     """
     with TemporaryDirectory() as work, gmsh_session(path) as gmsh:
         build = gmsh.model.occ
-        plate = build.addBox(0, -WIDTH / 2, -THICKNESS / 2, LENGTH, WIDTH, THICKNESS)
-        bore = build.addCylinder(BORE_AT, 0, -THICKNESS, 0, 0, 2 * THICKNESS, BORE)
-        rib = build.addBox(RIB_FROM, -RIB_WIDTH / 2, THICKNESS / 2, RIB_LENGTH, RIB_WIDTH, RIB_HEIGHT)
+        plate = build.addBox(0, -12.7, -3.175, 330.2, 25.4, 6.35)
+        bore = build.addCylinder(25.4, 0, -6.35, 0, 0, 12.7, 6)
+        rib = build.addBox(60, -1.5, 3.175, 220, 3, 8)
         bored, _ = build.cut([(3, plate)], [(3, bore)])
         build.fuse(bored, [(3, rib)])
         build.synchronize()

@@ -6,6 +6,8 @@ a design of a controller takes for unknown (`Unknown`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
@@ -25,62 +27,43 @@ MODES = 12
 """Slowest modes of motor and link, which the filter is made of."""
 
 
-class Observer:
-    """Steady errors of the tool point, by the thermometers that are read.
+def tool_error(model: ReducedModel) -> Callable[[Array], float]:
+    """Error of the tool point in m (1 sigma) by rows that give, from a link's patterns, what is read in K."""
+    joined = join("Plant", {"motor": MOTOR, "link": reduced_link("Link", model)}, WIRES)
+    plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
+    root = np.sqrt(plant.heat_capacity)
+    rates, modes = np.linalg.eigh(root[:, None] * plant.A / root)
+    slowest = np.argsort(-rates)[:MODES]
+    rates, modes = rates[slowest], modes[:, slowest]
+    heat = Unknown()
+    size = np.array([heat.shaft_heat, heat.link_heat])
+    time = np.array([heat.shaft_heat_time, heat.link_heat_time])
+    heats = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
+    state = np.diag([*rates, *(-1 / time)])
+    state[:-2, -2:] = (modes.T * root) @ heats
+    driven = np.diag([*np.zeros(len(rates)), *(2 * size**2 / time)])
+    # From the link's patterns to the modes, and to the unknown heat that no row sees.
+    link = np.pad((modes / root[:, None])[-model.order :], ((0, 0), (0, 2)))
+    tool = model.material["expansion_coefficient"] * model.outputs[:3] @ link
 
-    Parameters
-    ----------
-    model : of the link
-    """
-
-    def __init__(self, model: ReducedModel) -> None:
-        link = reduced_link("Link", model)
-        joined = join("Plant", {"motor": MOTOR, "link": link}, WIRES)
-        plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
-        root = np.sqrt(plant.heat_capacity)
-        rates, modes = np.linalg.eigh(root[:, None] * plant.A / root)
-        slowest = np.argsort(-rates)[:MODES]
-        rates, modes = rates[slowest], modes[:, slowest]
-        self._link = (modes / root[:, None])[-model.order :]
-        unknown = Unknown()
-        size = np.array([unknown.shaft_heat, unknown.link_heat])
-        time = np.array([unknown.shaft_heat_time, unknown.link_heat_time])
-        heats = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
-        self._state = np.diag([*rates, *(-1 / time)])
-        self._state[: rates.size, rates.size :] = (modes.T * root) @ heats
-        self._driven = np.diag([*np.zeros_like(rates), *(2 * size**2 / time)])
-        self._tool = self._rows(model.material["expansion_coefficient"] * model.displacement_rows)
-
-    def error(self, rows: Array) -> float:
-        """Error of the tool point in m (1 sigma), from rows that give temperatures at thermometers."""
-        seen = self._rows(rows)
+    def error(rows: Array) -> float:
         noise = NOISE**2 * SAMPLE_TIME * np.eye(len(rows))
-        covariance = solve_continuous_are(self._state.T, seen.T, self._driven, noise)
-        return float(np.sqrt(np.trace(self._tool @ covariance @ self._tool.T)))
+        covariance = solve_continuous_are(state.T, (rows @ link).T, driven, noise)
+        return float(np.sqrt(np.trace(tool @ covariance @ tool.T)))
 
-    def _rows(self, link: Array) -> Array:
-        """Rows for the modes and the unknown heat, from rows for the link's patterns."""
-        return np.hstack([link @ self._link, np.zeros((len(link), 2))])
+    return error
 
 
-def best_pair(observer: Observer, rows: Array) -> tuple[list[int], float]:
-    """Pair of thermometers with the least error, one exchanged after the other until none helps.
+def best_pair(error: Callable[[Array], float], rows: Array) -> tuple[list[int], float]:
+    """Numbers of the two places with the least error, and that error, one exchanged until none helps.
 
-    Parameters
-    ----------
-    observer : that reads them
-    rows : temperature at each place where a thermometer may sit for the link's patterns, shape (n, order)
-
-    Returns
-    -------
-    pair, error
-        Numbers of the two places, and the error of the tool point that they leave, 1 sigma, in m.
+    `error` is as of `tool_error`, `rows` are for each place where a thermometer may sit, shape (n, order).
     """
     chosen, least = [0, 0], np.inf
     while True:
         before = least
         for i in range(2):
-            errors = [observer.error(rows[[chosen[1 - i], k]]) for k in range(len(rows))]
+            errors = [error(rows[[chosen[1 - i], k]]) for k in range(len(rows))]
             chosen[i], least = int(np.argmin(errors)), min(errors)
         if least > 0.999 * before:
             return chosen, least

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
-from warmlink.orchestration.diagnosis.next_files import DUTY, SCENARIO, write_next
+from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.report.diagnosis import write_report
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.reduction.mesh_error import HEAT_FLOW, TIMES, warmed
-from warmlink.orchestration.reduction.order import SAFETY
-from warmlink.orchestration.reduction.part import Part
-from warmlink.orchestration.reduction.solid import Solid
-from warmlink.orchestration.reduction.surface import Integers, coarsened
-from warmlink.orchestration.reduction.thermometers import NOISE, Observer, best_pair
+from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
+from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
+from warmlink.orchestration.reduction.solid import Integers, Solid
+from warmlink.orchestration.reduction.thermometers import NOISE, best_pair, tool_error
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, write_page
 
@@ -28,42 +27,83 @@ THERMOMETER_PLACES = 100
 """Most corners of the surface at which a thermometer is tried."""
 
 
+def remarks(part: Part, name: str) -> str:
+    """What the documentation of a part's FMU says of it, in Markdown; `name` is that of its file."""
+    said = [f"## This part: {name}"]
+    for section in facts(part):
+        assert section.table is not None
+        lines = [section.table.headings, ["---"] * len(section.table.headings), *section.table.rows]
+        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        said += [f"### {section.heading}", section.text, table]
+    return "\n\n".join(said)
+
+
+def facts(part: Part) -> list[Section]:
+    """What is known of a part: how it is used, its error against the order, and against the mesh."""
+    within, mesh, (heated, tool, *cooled) = part.within, part.mesh, part.elements.faces
+    use = {"heated": heated, "tool": tool}
+    use |= {f"cooled, `convection_factor[{i}]`": group for i, group in enumerate(cooled, 1)}
+    met = "not met: the order was given" if part.error > 1 else "met"
+    conductivity, convection = (
+        f"{low:.4g} to {high:.4g}" for low, high in (within.conductivity, within.convection)
+    )
+    elongations = [
+        (str(count), *(f"{1e6 * each:.4f}" for each in row))
+        for count, row in zip(mesh.unknowns, mesh.elongation, strict=True)
+    ]
+    return [
+        Section(
+            "Use and range",
+            f"Mesh: {part.size}. Thermometers [mm]: {in_mm(part.elements.sensors)}. Range: conductivity "
+            f"{conductivity} W/(m.K); convection and linearised radiation {convection} W/(m2.K). Tolerance "
+            f"({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
+            f"{within.heat_flow:g} W at the base, {TIP_HEAT_FLOW:g} W at the tip or surroundings "
+            f"{AMBIENT_CHANGE:g} K warmer, one at a time. Bounds contain a factor of safety of {SAFETY:g}.",
+            Table(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
+        ),
+        Section(
+            "Error against order",
+            f"Order {part.model.order}, reduced from {len(part.dense.loads)} patterns that span the "
+            "responses. Largest estimated error of displacement, rotation and temperatures over its "
+            "tolerance, as the search went:",
+            Table(
+                ("order", "error / tolerance"),
+                [(str(tried.basis.shape[1]), f"{tried.error:.3g}") for tried in part.search],
+            ),
+        ),
+        Section(
+            "Mesh",
+            f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in "
+            f"use last ({mesh.observed}), and its estimated error [nm]. For a mesh file the first line is "
+            "that of temperatures that are linear in each tetrahedron.",
+            Table(
+                ("temperatures", *(f"{time:g} s" for time in TIMES)),
+                [*elongations, ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error))],
+            ),
+        ),
+    ]
+
+
 def write_report(part: Part, name: str, path: Path) -> None:
     """Write the page of a reduced part; `name` is that of its file."""
-    mesh = part.mesh
+    solid, (use, order, mesh) = part.elements.solid.mesh, facts(part)
     lead = (
-        f"{part.heat.unknowns} temperatures of the finite elements become {part.model.order}, with an "
-        f"estimated error of {100 * part.chosen.error:.0f} % of the tolerance. The mesh's own error is "
-        f"{1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm."
+        f"{len(part.patterns)} temperatures of the finite elements become {part.model.order}, with an "
+        f"estimated error of {100 * part.error:.0f} % of the tolerance. The mesh's own error is "
+        f"{1e9 * part.mesh.error[-1]:.2g} nm of {1e6 * part.mesh.elongation[-1, -1]:.4g} µm."
     )
-    surface = part.solid.mesh.facets[:, part.solid.mesh.boundary_facets()]
-    places, _ = coarsened(part.solid.mesh.p, surface, THERMOMETER_PLACES)
-    observer = Observer(part.model)
-    pair, error = best_pair(observer, part.patterns[places] @ part.basis)
-    best = part.solid.mesh.p[:, places[pair]].T
+    tried = {"x": [each.basis.shape[1] for each in part.search], "y": [each.error for each in part.search]}
     orders = chart(
-        {
-            "x": [tried.order for tried in part.search],
-            "y": [tried.error for tried in part.search],
-            "mode": "lines+markers",
-        },
+        {**tried, "mode": "lines+markers"},
         x={"title": "order", "dtick": 2},
         y={"title": "error / tolerance", "type": "log", "exponentformat": "power"},
         height=320,
     )
     orders.add_hline(y=1.0, line_dash="dash", annotation_text="tolerance")
-    sections = [
-        _warming(part, surface, best),
-        _thermometers(part, observer, best, error, len(places)),
-        Section(
-            "Error against order",
-            "Largest estimated error of displacement, rotation and temperatures over its tolerance, with a "
-            f"factor of safety of {SAFETY:g}, as the search went.",
-            figure=orders,
-        ),
-        Section("Mesh", mesh.sentence, table=Table(*mesh.table)),
-    ]
-    write_page(path, f"{name}, reduced", lead, sections)
+    surface = solid.facets[:, solid.boundary_facets()]
+    thermometers, best = _thermometers(part, surface)
+    shown = [_warming(part, surface, best), thermometers, use, replace(order, figure=orders), mesh]
+    write_page(path, f"{name}, reduced", lead, shown)
 
 
 def write_faces(solid: Solid, name: str, path: Path) -> None:
@@ -71,15 +111,16 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
     traces, marks, all_corners = [], [], solid.mesh.p
     for face in solid.faces:
         facets = solid.mesh.facets[:, face.facets]
-        kept, triangles = coarsened(all_corners, facets, max(MOST_CORNERS // len(solid.faces), 50))
-        label = f"{face.label} {1e6 * face.area:.4g} mm2"
-        colour = COLOURS[(face.number - 1) % len(COLOURS)]
-        look = {"color": colour, "hovertext": label, "hoverinfo": "text"}
+        kept, triangles = _coarsened(all_corners, facets, max(MOST_CORNERS // len(solid.faces), 50))
+        look = {
+            "color": COLOURS[(face.number - 1) % len(COLOURS)],
+            "hovertext": f"{face.label} {1e6 * face.area:.4g} mm2",
+            "hoverinfo": "text",
+        }
         traces.append(_surface(all_corners[:, kept], triangles, **look))
         # The centre need not lie on the face: its number stands at the corner nearest to it.
-        corners = all_corners[:, np.unique(facets)]
-        away = np.linalg.norm(corners - face.centre[:, None], axis=0)
-        marks.append(corners[:, np.argmin(away)])
+        corners = all_corners[:, np.unique(facets)].T
+        marks.append(corners[np.argmin(np.linalg.norm(corners - face.centre, axis=1))])
     labels = [f"#{face.number}" for face in solid.faces]
     traces.append(_points(np.array(marks), labels, COLOURS[5], "faces"))
     section = Section("Turn it with the mouse", figure=_turned(traces))
@@ -88,15 +129,17 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
 
 def _warming(part: Part, surface: Integers, best: Array) -> Section:
     """The surface after a step of heat flow, from its elements and its heat in their span."""
+    elements = part.elements
     rises = (part.patterns @ warmed(part.dense, part.within)).T
-    moved = part.within.material["expansion_coefficient"] * part.elements.displacements(rises)
+    moved = part.within.material["expansion_coefficient"] * elements.displacements(rises)
     # Corners come before the middles of edges.
-    kept, triangles = coarsened(part.solid.mesh.p, surface, MOST_CORNERS)
-    corners, rises, moved = part.solid.mesh.p[:, kept], rises[:, kept], moved[:, :, kept]
-    extent, largest = float(np.ptp(corners, axis=1).max()), float(np.linalg.norm(moved, axis=1).max())
+    kept, triangles = _coarsened(elements.solid.mesh.p, surface, MOST_CORNERS)
+    corners, rises, moved = elements.solid.mesh.p[:, kept], rises[:, kept], moved[:, :, kept]
+    largest = float(np.linalg.norm(moved, axis=1).max())
     # One, two or five times a power of ten.
-    power = 10 ** np.floor(np.log10(SHOWN * extent / largest))
-    times = power * max(each for each in (1, 2, 5) if each * power <= SHOWN * extent / largest)
+    wanted = SHOWN * float(np.ptp(corners, axis=1).max()) / largest
+    power = 10 ** np.floor(np.log10(wanted))
+    times = power * max(each for each in (1, 2, 5) if each * power <= wanted)
     traces = [
         _surface(
             corners + times * displaced,
@@ -111,11 +154,11 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
         )
         for time, rise, displaced in zip(TIMES, rises, moved, strict=True)
     ]
-    task = part.task
+    numbers = [str(i) for i in range(1, len(elements.sensors) + 1)]
     points = [
-        _points(task.sensors, list(map(str, range(1, len(task.sensors) + 1))), COLOURS[7], "thermometers"),
+        _points(elements.sensors, numbers, COLOURS[7], "thermometers"),
         _points(best, ["best", "best"], COLOURS[2], "best two thermometers"),
-        _points(task.tool_point[None], ["tool point"], COLOURS[0], "tool point"),
+        _points(elements.tool_point[None], ["tool point"], COLOURS[0], "tool point"),
     ]
     steps = [
         {
@@ -125,48 +168,71 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
         }
         for time in TIMES
     ]
+    sliders = [{"active": len(TIMES) - 1, "steps": steps, "pad": {"t": 10}}]
     return Section(
         "The part as it warms up",
         f"After a step of {HEAT_FLOW:g} W into the heated face of the cold part, at the middle of the range "
         f"of convection. Displacements, at most {1e6 * largest:.3g} µm, are relative to the heated face and "
         f"drawn {times:,.0f} times as large as they are.",
-        figure=_turned(
-            [*traces, *points], sliders=[{"active": len(TIMES) - 1, "steps": steps, "pad": {"t": 10}}]
-        ),
+        figure=_turned([*traces, *points], sliders=sliders),
     )
 
 
-def _thermometers(part: Part, observer: Observer, best: Array, error: float, tried: int) -> Section:
-    ends = np.array([part.model.base_row, part.model.tip_row])
-    at = "; ".join(", ".join(f"{1e3 * x:.4g}" for x in place) for place in best.round(7))
-    rows = [
-        ("the best two", at, error),
-        ("means over the heated face and the tool's", "", observer.error(ends)),
-        ("the heated face alone", "", observer.error(ends[:1])),
-    ]
-    return Section(
+def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
+    """What thermometers tell of the tool point, and where the best two are, shape (2, 3) [m]."""
+    corners = part.elements.solid.mesh.p
+    places, _ = _coarsened(corners, surface, THERMOMETER_PLACES)
+    error, ends = tool_error(part.model), part.model.loads[:, :2].T
+    pair, least = best_pair(error, part.patterns[places] @ part.basis)
+    best = corners[:, places[pair]].T
+    compared = (
+        ("the best two", in_mm(best), least),
+        ("means over the heated face and the tool's", "", error(ends)),
+        ("the heated face alone", "", error(ends[:1])),
+    )
+    section = Section(
         "Where two thermometers tell most of the tool point",
         "Error of the tool point (1 sigma) that an observer is left with whose thermometers have a noise of "
         f"{NOISE:g} K, and which knows the motor's heat and the air as little as `warmlink design` assumes. "
-        f"Tried: pairs of {tried} places on the surface.",
-        table=Table(
+        f"Tried: pairs of {len(places)} places on the surface.",
+        Table(
             ("thermometers", "at [mm]", "tool point"),
-            [(what, places, f"{1e6 * error:.3g} µm") for what, places, error in rows],
+            [(what, at, f"{1e6 * left:.3g} µm") for what, at, left in compared],
         ),
     )
+    return section, best
+
+
+def _coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
+    """Surface with fewer corners: those in one cell of a grid become one.
+
+    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
+    *Modeling in Computer Graphics*, Springer 1993.
+
+    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
+    many corners that stay, and triangles by the number among these.
+    """
+    used, place = np.unique(triangles, return_inverse=True)
+    cell = float(np.ptp(corners, axis=1).max()) / 1e4
+    while True:
+        cells = np.round(corners[:, used] / cell).astype(np.int64)
+        _, first, owner = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        if len(first) <= most:
+            a, b, c = merged = owner.ravel()[place].reshape(triangles.shape)
+            return used[first], merged[:, (a != b) & (b != c) & (a != c)]
+        cell *= 1.2
 
 
 def _surface(corners: Array, triangles: Integers, **look: Any) -> dict[str, Any]:
     x, y, z = (1e3 * corners).astype(np.float32)
     i, j, k = triangles.astype(np.int32)
-    places = {"x": x, "y": y, "z": z, "i": i, "j": j, "k": k}
-    return {"type": "mesh3d", **places, "flatshading": True, **look}
+    return dict(type="mesh3d", x=x, y=y, z=z, i=i, j=j, k=k, flatshading=True, **look)
 
 
 def _points(places: Array, labels: Sequence[str], colour: str, name: str) -> dict[str, Any]:
     x, y, z = 1e3 * places.T
-    marks = {"text": list(labels), "mode": "markers+text", "marker": {"size": 4, "color": colour}}
-    return {"type": "scatter3d", "x": x, "y": y, "z": z, **marks, "name": name}
+    look = {"mode": "markers+text", "marker": {"size": 4, "color": colour}}
+    return dict(type="scatter3d", x=x, y=y, z=z, text=list(labels), name=name, **look)
 
 
 def _turned(traces: Sequence[dict[str, Any]], **layout: Any) -> Any:
@@ -174,3 +240,8 @@ def _turned(traces: Sequence[dict[str, Any]], **layout: Any) -> Any:
     camera = {"projection": {"type": "orthographic"}, "eye": {"x": 0.4, "y": -1.0, "z": 0.6}}
     scene = {"aspectmode": "data", "camera": camera, "xaxis": axis, "yaxis": axis, "zaxis": axis}
     return chart(*traces, height=560, scene=scene, **layout)
+
+
+def in_mm(places: Array) -> str:
+    """Places, shape (n, 3) [m], in mm as text."""
+    return "; ".join(", ".join(f"{x:.4g}" for x in place) for place in 1e3 * places.round(8) + 0.0)

@@ -8,9 +8,9 @@ says what is wrong and the remedy; `written` puts the place in the file before i
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -92,13 +92,11 @@ class Number(Entry):
     at_most: float = math.inf
 
     def _read(self, value: Any) -> float:
-        number = math.nan
-        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300:
-            number = float(value)
-        if not self.above < number <= self.at_most:
+        given = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+        if not given or not self.above < value <= self.at_most:
             bounds = "" if math.isinf(self.above) else f" above {self.above:g}, at most {self.at_most:g}"
             raise InputError(f"{shown(value)} is no {self.what}; give a number{bounds}")
-        return number
+        return float(value)
 
     def _schema(self) -> dict[str, Any]:
         bounds = {"exclusiveMinimum": self.above, "maximum": self.at_most}
@@ -123,28 +121,20 @@ class Quantity(Entry):
     difference: bool = False
 
     def _read(self, value: Any) -> float:
-        number = in_si(value, self.unit, difference=self.difference)
+        number, unit, least = in_si(value, self.unit, difference=self.difference), self.unit, self.least
         if self.positive and number <= 0:
-            raise InputError(not_positive(value, self.unit))
-        if number < self.least:
-            raise InputError(
-                f"{number:g} {self.unit} is below {self.least:g} {self.unit}; give that or more"
-                if self.least
-                else f"{number:g} {self.unit} is negative; give 0 or above"
-            )
+            raise InputError(not_positive(value, unit))
+        if number < least:
+            below = f"below {least:g} {unit}; give that or more" if least else "negative; give 0 or above"
+            raise InputError(f"{number:g} {unit} is {below}")
         return number
 
     def _schema(self) -> dict[str, Any]:
-        bound = (
-            "above 0, " if self.positive else f"at least {self.least:g}, " if self.least > -math.inf else ""
-        )
-        written = _WRITTEN[f"{self.unit} apart" if self.difference else self.unit]
+        least = f"at least {self.least:g}, " if self.least > -math.inf else ""
         bare = "" if self.unit == "1" else f" in {self.unit}"
-        return {
-            "type": ["string", "number"],
-            "description": f"{bound}with its unit, or a bare number{bare}",
-            "examples": [written],
-        }
+        about = f"{'above 0, ' if self.positive else least}with its unit, or a bare number{bare}"
+        written = _WRITTEN[f"{self.unit} apart" if self.difference else self.unit]
+        return {"type": ["string", "number"], "description": about, "examples": [written]}
 
 
 @dataclass(frozen=True)
@@ -156,10 +146,9 @@ class Quantities(Entry):
     least: float = -math.inf
 
     def _read(self, value: Any) -> tuple[float, ...]:
-        if not isinstance(value, list) or len(value) != self.count:
-            raise InputError(
-                f"{shown(value)} is no list of {self.count}; give {self.count} values with their units"
-            )
+        count = self.count
+        if not isinstance(value, list) or len(value) != count:
+            raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
         numbers = tuple(in_si(each, self.unit) for each in value)
         for i, number in enumerate(numbers, start=1):
             if number < self.least:
@@ -207,6 +196,10 @@ class Value(Entry):
     def _schema(self) -> dict[str, Any]:
         about = "A number with its unit, or a bare number in the SI unit of the variable"
         return {"type": ["string", "number"], "description": about, "examples": ["330 mm"]}
+
+
+Values = Mapping[str, Annotated[str | float, Value()]]
+"""Values as they are written, under `instance.variable`."""
 
 
 @dataclass(frozen=True)

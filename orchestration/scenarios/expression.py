@@ -33,10 +33,8 @@ LONGEST = 2000
 class Expression:
     """Sum, difference, product, quotient, power, `sqrt` and `abs` of variables and numbers; else InputError.
 
-    Attributes
-    ----------
-    text : the expression as written; variables are `instance.variable`, with `[1]` for an element of a vector
-    where : place of the expression, put before an error message
+    In the text variables are `instance.variable`, with `[1]` for an element of a vector; `where` it stands is
+    put before an error message.
     """
 
     text: str
@@ -97,9 +95,8 @@ class Expression:
 
         Raises InputError if the expression is not linear, or has a constant part.
         """
-        zero = dict.fromkeys(self.variables, 0.0)
+        zero, probe = dict.fromkeys(self.variables, 0.0), {n: 2.0 + i for i, n in enumerate(self.variables)}
         found = {name: float(self.value({**zero, name: 1.0}.__getitem__)) for name in self.variables}
-        probe = {name: 2.0 + i for i, name in enumerate(self.variables)}
         expected = sum(found[name] * value for name, value in probe.items())
         if not abs(self.value(probe.__getitem__) - expected) <= 1e-9 * (1 + abs(expected)):
             raise InputError(f"{self.where}: {self.text} is not linear in its variables; give a weighted sum")

@@ -11,38 +11,34 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.entries import Number, Text, Value
+from warmlink.orchestration.scenarios.entries import Number, Text, Values
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.text_files import is_file, read_toml
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.scenarios.scenario import Scenario
+    from warmlink.orchestration.scenarios.setup import Setup
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
 NOMINAL = "nominal"
 
 THERMAL_PARAMETERS = (
-    "motor.winding_heat_capacity",
-    "motor.shaft_heat_capacity",
-    "motor.winding_conductance",
-    "motor.housing_conductance",
-    "motor.joint_conductance",
-    "link.conductivity",
-    "link.specific_heat",
-    "link.convection_still",
-    "link.convection_per_speed",
+    *("motor.winding_heat_capacity", "motor.shaft_heat_capacity", "motor.winding_conductance"),
+    *("motor.housing_conductance", "motor.joint_conductance", "link.conductivity", "link.specific_heat"),
+    *("link.convection_still", "link.convection_per_speed"),
 )
 EXPANSION = "link.expansion_coefficient"
 THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03
 """Largest relative error of a drawn thermal parameter, and of the expansion coefficient."""
 
-LARGEST_FACTOR = 1e6
+Factor = Number("factor", above=0, at_most=1e6)
 
 PLANT = ("duty", "motor", "link")
 """Instances that determine the true elongation."""
@@ -57,10 +53,8 @@ class MismatchFile:
     __pydantic_config__ = TABLE
 
     about: Annotated[str | None, Text()] = None
-    scale: Mapping[str, Annotated[float, Number("factor", above=0, at_most=LARGEST_FACTOR)]] = field(
-        default_factory=dict
-    )
-    parameters: Mapping[str, Annotated[str | float, Value()]] = field(default_factory=dict)
+    scale: Mapping[str, Annotated[float, Factor]] = field(default_factory=dict)
+    parameters: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -86,15 +80,15 @@ class Mismatch:
 
         Raises InputError if the mismatch names a variable that does not exist, or a value that is no number.
         """
-        where, components = f"mismatch {self.name}", scenario.declared
+        where, components, setup = f"mismatch {self.name}", scenario.declared, scenario.setup
         changed = dict(scenario.parameters)
         for name, value in self.parameters.items():
-            changed |= dict.fromkeys(_corresponding(name, scenario.setup), value)
+            changed |= dict.fromkeys(_corresponding(name, setup), value)
         for name, factor in self.scale.items():
-            for full in _corresponding(name, scenario.setup):
+            for full in _corresponding(name, setup):
                 instance, _, variable = full.rpartition(".")
                 declared = scalar(full, components, where).start or 0.0
-                base = float(scenario.setup.values.get(instance, {}).get(variable, declared))
+                base = float(setup.values.get(instance, {}).get(variable, declared))
                 if full in changed:
                     base = start_value(full, changed[full], components, where)
                 changed[full] = factor * base

@@ -15,22 +15,12 @@ from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
-_TYPES: Mapping[VariableType, type[float] | type[int] | type[bool]] = {
-    "Real": float,
-    "Integer": int,
-    "Boolean": bool,
-}
+_TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
 @dataclass(frozen=True)
 class StartValueSet:
-    """Start values that were given together.
-
-    Attributes
-    ----------
-    origin : the option they came with
-    values : values with units, or in SI units, under `instance.variable`
-    """
+    """Start values with units or in SI, under `instance.variable`, that were given together by an option."""
 
     origin: str
     values: Mapping[str, str | float]
@@ -39,24 +29,18 @@ class StartValueSet:
 def start_values(
     written: Mapping[str, str | float], components: Mapping[str, Component], where: str
 ) -> dict[str, dict[str, Value]]:
-    """Start values in SI units by instance and variable.
+    """Start values in SI units by instance and variable, of those with units under `instance.variable`.
 
-    Parameters
-    ----------
-    written : values with units under `instance.variable`
-    components : declaration behind each instance
-    where : what the values are for, put before an error message
-
-    Raises
-    ------
-    InputError
-        If an instance or variable does not exist, a unit does not fit, or the component refuses a value.
+    `components` has the declaration behind each instance; `where`, what the values are for, stands before an
+    error message. InputError is raised if an instance or variable does not exist, a unit does not fit, or the
+    component refuses a value.
     """
     values: dict[str, dict[str, Value]] = {}
     for name, text in written.items():
         instance, _, variable = name.rpartition(".")
-        value = start_value(name, text, components, where)
-        typed = _TYPES[scalar(name, components, where).variable.type](value)
+        known = scalar(name, components, where)
+        value = to_si(text, known, f"{where}: {name}")
+        typed = _TYPES[known.variable.type](value)
         values.setdefault(instance, {})[variable] = typed if typed == value else value
     for instance, chosen in values.items():
         limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})
@@ -87,10 +71,10 @@ def scalar(name: str, components: Mapping[str, Component], where: str) -> Scalar
         raise InputError(f"{where}: names no component; {known}")
     if instance not in components:
         raise InputError(f"{where}: there is no component {instance}; {instead(instance, components)}")
-    known_scalars, kind = settable(components[instance]), components[instance].name
-    if variable not in known_scalars:
-        raise InputError(f"{where}: {kind} has no such variable; {instead(variable, known_scalars)}")
-    return known_scalars[variable]
+    found, kind = settable(components[instance]), components[instance].name
+    if variable not in found:
+        raise InputError(f"{where}: {kind} has no such variable; {instead(variable, found)}")
+    return found[variable]
 
 
 def settable(component: Component) -> dict[str, Scalar]:

@@ -73,9 +73,8 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
-    components, foreign = parts_of(system, roles.controller)
-    values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
-    wires = [(each.source, each.target) for each in system.connections]
+    blueprint, foreign = blueprint_of(system, roles.controller)
+    components = blueprint.components
     driven = _driven(system, roles, where)
     if driven:
         components = {DUTY: DRIVER, **components}
@@ -84,20 +83,17 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
         )
-    experiment = system.default_experiment
-    blueprint = Blueprint(
-        system.name,
-        f"system of {path.name}",
-        components,
-        (*wires, *driven),
-        experiment.stop_time or 3600.0,
-        experiment.step_size or 1.0,
-    )
+    wires, about = (*blueprint.wires, *driven), f"system of {path.name}"
+    blueprint = replace(blueprint, about=about, components=components, wires=wires)
+    values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
     return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
 
 
-def parts_of(system: System, controllers: Collection[str] = ()) -> tuple[dict[str, str], dict[str, Path]]:
-    """Component behind each instance, empty for a controller's, and the files of those that are not ours."""
+def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blueprint, dict[str, Path]]:
+    """Blueprint of a system, and the files of its parts that are not ours, by what the blueprint calls them.
+
+    The instances that are `controllers` have no component in it.
+    """
     components: dict[str, str] = {}
     foreign: dict[str, Path] = {}
     for name, held in system.components.items():
@@ -106,7 +102,12 @@ def parts_of(system: System, controllers: Collection[str] = ()) -> tuple[dict[st
         components[name] = "" if name in controllers else model if own else f"{name} of {system.name}"
         if components[name] and not own:
             foreign[components[name]] = held.fmu
-    return components, foreign
+    wires, proposed = (
+        tuple((each.source, each.target) for each in system.connections),
+        system.default_experiment,
+    )
+    times = proposed.stop_time or 3600.0, proposed.step_size or 1.0
+    return Blueprint(system.name, "", components, wires, *times), foreign
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:
@@ -122,10 +123,8 @@ def is_ours(fmu: Path, declared: Component | None) -> bool:
 
 def _roles(roles: RolesTable, system: System, where: str) -> Roles:
     corrections = [f"{name}.correction" for name in roles.controller]
-    score = Expression(roles.score, f"{where}.score")
-    without = score.without(corrections)
-    if roles.uncompensated is not None:
-        without = Expression(roles.uncompensated, f"{where}.uncompensated")
+    score, bare = Expression(roles.score, f"{where}.score"), roles.uncompensated
+    without = score.without(corrections) if bare is None else Expression(bare, f"{where}.uncompensated")
     for expression in (score, without):
         for name in expression.variables:
             if name not in corrections:
@@ -161,14 +160,14 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
 
     Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
-    setup, fmus = scenario.setup, replacements.fmus
+    setup, fmus, shipped = scenario.setup, replacements.fmus, catalogue.components()
     kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)
     if not fmus:
         return scenario
     for instance, path in fmus.items():
-        known = catalogue.components().get(kinds.get(instance, ""))
+        known = shipped.get(kinds.get(instance, ""))
         if known is None:
-            ours = [name for name, kind in kinds.items() if kind in catalogue.components()]
+            ours = [name for name, kind in kinds.items() if kind in shipped]
             raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
         kinds[instance] = f"{instance} of {path.name}"
         foreign[kinds[instance]] = replacements.fmu(instance, _asked(setup, instance, known), known.name)

@@ -34,18 +34,10 @@ def not_positive(text: str | float, unit: str) -> str:
 
 
 def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
-    """Value in an SI unit.
+    """Value in an SI unit, which is given in Modelica's notation, of `"22 degC"` or of a bare number in it.
 
-    Parameters
-    ----------
-    text : `"22 degC"`, or a bare number, which is taken to be in `unit`
-    unit : SI unit of the result, in Modelica's notation
-    difference : whether the value is a temperature difference, so that 5 degC are 5 K
-
-    Raises
-    ------
-    InputError
-        If the text is no number with a unit, the number is not finite, or the unit does not fit.
+    `difference` says that it is one of temperatures, so that 5 degC are 5 K. InputError is raised if the text
+    is no number with a unit, the number is not finite, or the unit does not fit.
     """
     found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
     if found is None:

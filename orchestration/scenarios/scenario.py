@@ -1,20 +1,29 @@
-"""Scenarios: a system, what drives it, what is scored, and how it is run."""
+"""Scenarios: a system, what drives it, what is scored, how it is run, and what a file may say of that."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
+from typing import Annotated
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.own_law import controller_named
+from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
+from warmlink.orchestration.text_files import read_toml
+
+MATERIALS = Path(__file__).parent / "materials.toml"
+_WORDS = ("about", "source")
 
 DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
@@ -76,9 +85,8 @@ class Scenario:
     @property
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
-        own, usual = self.sensors, self.setup.sensors
-        noise = usual.noise if own.noise is None else own.noise
-        return Sensors(noise, usual.used if own.used is None else own.used)
+        said = {name: value for name, value in vars(self.sensors).items() if value is not None}
+        return replace(self.setup.sensors, **said)
 
     @property
     def design(self) -> StartValues | None:
@@ -117,20 +125,18 @@ class Scenario:
             start_values(self.parameters, self.declared, self.name),
             self.duty.start_values(),
         )
-        for instance in self.setup.controllers:
-            if "tolerance" in self.controller.component.p.index:
-                chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
+        for instance in self.setup.controllers if "tolerance" in self.controller.component.p.index else ():
+            chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
 
     def _check_extent(self) -> None:
         """Refuse a run that is too long, or of more communication points than fit into memory."""
-        stop, step = self.stop_time, self.step_size
+        stop, step, most = self.stop_time, self.step_size, MOST_POINTS // max(1, len(self.setup.controllers))
         if stop > LONGEST:
             raise InputError(
                 f"{self.name}: the stop time {stop:g} s is more than a year ({LONGEST:g} s), in which every "
                 "cell has long been warm; give a shorter one"
             )
-        most = MOST_POINTS // max(1, len(self.setup.controllers))
         if stop / step > most:
             raise InputError(
                 f"{self.name}: {stop:g} s in steps of {step:g} s are {stop / step:.3g} "
@@ -165,3 +171,48 @@ class Scenario:
             )
         chosen = self.values() if values is None else values
         return self._blueprint.joined(self.controller.component, chosen)
+
+
+@cache
+def materials() -> dict[str, dict[str, str]]:
+    """Materials by name: `about`, `source` and the values of their properties with units."""
+    return read_toml(MATERIALS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What any scenario file may say."""
+
+    system: Annotated[str, Text(CELL.name)] = CELL.name
+    title: Annotated[str | None, Text()] = None
+    about: Annotated[str | None, Text()] = None
+    step_size: Annotated[float | None, Quantity("s", positive=True)] = None
+    master: Annotated[str | None, Text("gauss_seidel")] = None
+    controller: Annotated[str | None, Text("observer")] = None
+    tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
+    coupling_tolerance: Annotated[float | None, Quantity("m", positive=True)] = None
+    materials: Mapping[str, Annotated[str, OneOf(tuple(materials()))]] = field(default_factory=dict)
+    parameters: Values = field(default_factory=dict)
+    mismatches: Annotated[tuple[str, ...], Names("draw_1")] = ()
+    sensors: Sensors = AS_THEY_ARE
+
+    def applied(self, default: Scenario) -> Scenario:
+        """The scenario changed as the file says; what the file leaves out stays.
+
+        Raises InputError if the controller or a mismatch does not exist.
+        """
+        names = ("title", "about", "step_size", "master", "tolerance", "coupling_tolerance")
+        given = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if self.controller is not None:
+            given["controller"] = controller_named(self.controller)
+        parameters: dict[str, str | float] = {
+            f"{instance}.{name}": figure
+            for instance, material in self.materials.items()
+            for name, figure in materials()[material].items()
+            if name not in _WORDS
+        }
+        parameters |= self.parameters
+        scenario = replace(default, **given, parameters=parameters, sensors=self.sensors)
+        for name in self.mismatches:
+            scenario = mismatch.load(name).applied(scenario)
+        return scenario

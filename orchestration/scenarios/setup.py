@@ -26,13 +26,10 @@ THERMOMETERS, CHANNELS = "TemperatureSensors", 8
 
 @dataclass(frozen=True)
 class Roles:
-    """Roles of a system's variables.
+    """Roles of a system's variables: their `score` is the error of the tool point in m.
 
-    Attributes
-    ----------
-    score : error of the tool point in m, an expression over the system's variables
-    uncompensated : the same error without a controller
-    plant : variables whose coupling error is computed; the largest of the errors is reported
+    `uncompensated` is the same error without a controller; of the coupling errors of the `plant`'s variables
+    the largest is reported.
     """
 
     score: Expression
@@ -126,14 +123,10 @@ class Setup:
         return {each: {**channels, "seed": i} for i, each in enumerate(self.called("sensors"), start=1)}
 
 
-CELL = Setup(
-    WARMUP_CELL,
-    Roles(
-        Expression(f"link.elongation - {COMPENSATOR}.correction"),
-        Expression("link.elongation", "uncompensated"),
-        ("link.elongation",),
-    ),
-)
+_GROWTH = "link.elongation"
+_CORRECTED = Expression(f"{_GROWTH} - {COMPENSATOR}.correction")
+
+CELL = Setup(WARMUP_CELL, Roles(_CORRECTED, Expression(_GROWTH, "uncompensated"), (_GROWTH,)))
 """The warm-up cell: one motor, one link."""
 
 

@@ -26,19 +26,10 @@ Table = TypeVar("Table")
 
 
 def read_table(kind: type[Table], given: Any, name: str) -> Table:
-    """Read the content of a file as a dataclass of a kind.
+    """Read the content of a file, as the TOML parser returns it, as a dataclass of a kind.
 
-    Parameters
-    ----------
-    kind : dataclass
-        With `__pydantic_config__ = TABLE` and entries as annotations.
-    given : the tables as the TOML parser returns them
-    name : name of the file, put before an error message
-
-    Raises
-    ------
-    InputError
-        If an entry is missing, unknown or wrong; the sentence says where, its value, and the remedy.
+    The kind has `__pydantic_config__ = TABLE` and entries as annotations. InputError is raised if an entry is
+    missing, unknown or wrong; the sentence says where, with the name of the file, its value, and the remedy.
     """
     asked = f"{kind.__module__}.{kind.__qualname__}", given
     return remembered("tables", asked, lambda: _checked(kind, given, name))
@@ -108,22 +99,18 @@ def _sentence(error: Any, schema: dict[str, Any], name: str) -> str:
         known = sorted(_at(schema, way[:-1]).get("properties", ()))
         key = shortened(way[-1])
         return f"{_place(name, way[:-1])}: {key} is not known; {instead(way[-1], known)}"
-    if kind == "missing":
-        shape, key = _at(schema, way), way[-1]
-        remedy = (
-            f"write {key} = {_toml(shape['examples'][0])}" if "examples" in shape else _heading(way, shape)
-        )
-        return f"{_place(name, way[:-1])}: {key} is missing; {remedy}"
     place = _place(name, way)
     if kind == "value_error":
         return f"{place}: {error['ctx']['error']}"
     shape = _at(schema, way)
+    if kind == "missing":
+        given = f"write {way[-1]} = {_toml(shape['examples'][0])}" if "examples" in shape else ""
+        return f"{_place(name, way[:-1])}: {way[-1]} is missing; {given or _heading(way, shape)}"
     if "properties" in shape:
         return f"{place}: {shown(value)} is no table; give it {listed(sorted(shape['properties']))}"
     if "type" in shape.get("items", ()):
-        return (
-            f"{place}: {shown(value)} is no list; write {way[-1]} = {_toml([shape['items']['examples'][0]])}"
-        )
+        example = _toml([shape["items"]["examples"][0]])
+        return f"{place}: {shown(value)} is no list; write {way[-1]} = {example}"
     what = "list of tables" if shape.get("type") == "array" else "table"
     return f"{place} is not a {what}; {_heading(way, shape)}"
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -16,8 +16,10 @@ from warmlink.orchestration.files import locked_folder, stamped, temporary_folde
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.local import LocalWorkers, check_jobs
-from warmlink.orchestration.studies.workers import DEFAULT_JOBS, FmuSet, Workers, agreeing, joined_systems
+from warmlink.orchestration.studies.processes import DEFAULT_JOBS, ClusterWorkers, LocalWorkers, check_jobs
+from warmlink.orchestration.studies.workers import FmuSet, Remark, Workers, agreeing, joined_systems
+
+FILE = "runs.jsonl"
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,10 @@ def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None 
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = joined_systems(scenarios, said.append)
                 fmus = replace(fmus, rollouts=agreeing(scenarios, fmus, whole, said.append))
-            workers = stack.enter_context(_workers(fmus, means))
+            if means.scheduler is None:
+                workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
+            else:
+                workers = stack.enter_context(ClusterWorkers(fmus, means.scheduler))
             yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
@@ -81,19 +86,6 @@ def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None 
                     if path.is_file():
                         path.unlink()
             raise
-
-
-def _workers(fmus: FmuSet, means: Means) -> AbstractContextManager[Workers]:
-    if means.scheduler is None:
-        return LocalWorkers(fmus, means.jobs)
-    from warmlink.orchestration.studies.cluster import ClusterWorkers
-
-    return ClusterWorkers(fmus, means.scheduler)
-
-
-FILE = "runs.jsonl"
-
-Remark = Callable[[str], None]
 
 
 class Ledger:
@@ -124,27 +116,22 @@ class Ledger:
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
         """Give what is known, then run the rest, equal cases once, each written down as it ends."""
-        keys = [self._key(case) for case in cases]
         waiting: dict[str, list[int]] = {}
-        for place, key in enumerate(keys):
+        for place, case in enumerate(cases):
+            key = hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
             if key in self._known:
                 yield place, self._known[key]
             else:
                 waiting.setdefault(key, []).append(place)
-        first = [places[0] for places in waiting.values()]
-        if first:
-            for sentence in self._news:
-                self._remark(sentence)
+        for sentence in self._news if waiting else ():
+            self._remark(sentence)
             self._news = ()
-        for found, outcome in self._workers.run([cases[place] for place in first]):
-            key = keys[first[found]]
+        keys = list(waiting)
+        for found, outcome in self._workers.run([cases[waiting[key][0]] for key in keys]):
             if outcome.stopped is None:
-                self._keep(key, outcome)
-            for place in waiting[key]:
+                self._keep(keys[found], outcome)
+            for place in waiting[keys[found]]:
                 yield place, outcome
-
-    def _key(self, case: Case) -> str:
-        return hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
 
     def _keep(self, key: str, outcome: Outcome) -> None:
         line = _line(key, outcome)
@@ -168,16 +155,16 @@ class Ledger:
         if lines and not lines[-1].endswith(b"\n"):
             lines.pop()
         parsed = [_parsed(line) for line in lines]
-        good = [line for line, found in zip(lines, parsed, strict=True) if found is not None]
+        good = b"".join(line for line, found in zip(lines, parsed, strict=True) if found is not None)
         damaged = [number for number, found in enumerate(parsed, start=1) if found is None]
         self._known.update(found for found in parsed if found is not None)
         if damaged:
             more = f" and {len(damaged) - 1} more" if len(damaged) > 1 else ""
             self._remark(f"{self._path}: line {damaged[0]}{more}: damaged; what was run there is run again")
             mended = self._path.with_suffix(".mended")
-            mended.write_bytes(b"".join(good))
+            mended.write_bytes(good)
             mended.replace(self._path)
-        self._end = sum(map(len, good))
+        self._end = len(good)
 
 
 def _line(key: str, outcome: Outcome) -> bytes:

@@ -22,7 +22,7 @@ from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
 from warmlink.orchestration.scenarios.written import TABLE
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import Value
 
 WARM_UP_GRID_S = 60.0
 """Time between the moments at which the end of a warm-up is tried, in s."""
@@ -129,15 +129,19 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
 
     `unpacked` is a folder that keeps the unpacked FMUs from run to run.
     """
-    setup = case.setup
+    setup, chosen = case.setup, algorithm(case.master)
     system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
-    result = _simulated(case, system, case.step_size, recorded(setup), unpacked)
+
+    def simulated(step: float, record: Sequence[str]) -> Result:
+        return simulate(system, case.stop_time, step, chosen, record=record, balances=(), unpacked=unpacked)
+
+    result = simulated(case.step_size, recorded(setup))
     if result.reason is not None:
         return failed(result.reason)
     coupling = None
     if case.with_budget:
-        fine = _simulated(case, system, case.step_size / 2, setup.roles.plant, unpacked)
-        coupling = coupling_um(result, fine, algorithm(case.master).order, setup)
+        fine = simulated(case.step_size / 2, setup.roles.plant)
+        coupling = coupling_um(result, fine, chosen.order, setup)
     return figures(setup, result, case.tolerance, coupling)
 
 
@@ -152,15 +156,16 @@ def recorded(setup: Setup) -> tuple[str, ...]:
 def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:
     """Figures of a complete run."""
     time, error = result.times, remaining_error(setup, result)
-    errors = error_metrics(time, error, tolerance)
-    rates = [np.max(np.abs(np.diff(result[name])) / np.diff(time), initial=0.0) for name in setup.corrections]
+    errors, spans = error_metrics(time, error, tolerance), np.diff(time)
+    rates = [np.max(np.abs(np.diff(result[name])) / spans, initial=0.0) for name in setup.corrections]
     without = np.asarray(setup.roles.uncompensated.value(result.__getitem__))
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
         rms_um=errors.rms_um,
         time_to_tolerance_s=errors.time_to_tolerance_s,
-        within_tolerance_min=_minutes(np.abs(error) <= tolerance, time),
+        # Of the steps that begin within it.
+        within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= tolerance])) / 60,
         warm_up_first_min=warm_up_first(time, without, tolerance),
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
@@ -176,39 +181,30 @@ def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
     """
     stride = max(1, round(WARM_UP_GRID_S / 6 / float(time[1] - time[0])))
     at, growth = time[::stride], elongation[::stride]
-    ends = np.arange(0, at.size, 6)
-    best, spans = 0.0, np.diff(at)
-    for first in range(0, ends.size, 64):  # as many at once as fit into a processor's cache
-        some = ends[first : first + 64, None]
-        good = (np.abs(growth[:-1] - growth[some]) <= tolerance) & (np.arange(spans.size) >= some)
-        best = max(best, float(np.max(good @ spans)) / 60)
-    return best
-
-
-def _minutes(good: np.ndarray[Any, np.dtype[np.bool_]], time: Series) -> float:
-    """Total time in min of the communication steps that begin within the tolerance."""
-    return float(np.sum(np.diff(time)[good[:-1]])) / 60
-
-
-def _simulated(
-    case: Case, system: System, step_size: float, record: Sequence[str], unpacked: Path | None
-) -> Result:
-    chosen = algorithm(case.master)
-    return simulate(system, case.stop_time, step_size, chosen, record=record, balances=(), unpacked=unpacked)
+    ends, spans, numbers = np.arange(0, at.size, 6), np.diff(at), np.arange(at.size - 1)
+    best = 0.0
+    for first in range(0, ends.size, 16):  # as many at once as fit into a processor's cache
+        begin = ends[first]
+        if at[-1] - at[begin] <= best:  # nor would any that begins later
+            break
+        some = ends[first : first + 16, None]
+        away = growth[begin:-1] - growth[some]
+        good = np.abs(away, out=away) <= tolerance
+        good[:, : some[-1, 0] - begin] &= numbers[begin : some[-1, 0]] >= some
+        best = max(best, float(np.max(good @ spans[begin:], initial=0.0)))
+    return best / 60
 
 
 Metric = Callable[[Outcome, Case], float]
-
-
-def _time_to_tolerance(outcome: Outcome, case: Case) -> float:
-    return case.stop_time if outcome.time_to_tolerance_s is None else outcome.time_to_tolerance_s
 
 
 METRICS: dict[str, Metric] = {
     "max_abs_um": lambda outcome, case: outcome.max_abs_um,
     "p95_abs_um": lambda outcome, case: outcome.p95_abs_um,
     "rms_um": lambda outcome, case: outcome.rms_um,
-    "time_to_tolerance_s": _time_to_tolerance,
+    "time_to_tolerance_s": lambda outcome, case: (
+        case.stop_time if outcome.time_to_tolerance_s is None else outcome.time_to_tolerance_s
+    ),
     "outside_tolerance_min": lambda outcome, case: case.stop_time / 60 - outcome.within_tolerance_min,
     "correction_rate_um_s": lambda outcome, case: outcome.correction_rate_um_s,
 }

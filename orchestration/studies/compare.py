@@ -23,14 +23,8 @@ if TYPE_CHECKING:
     import pandas
 
 COLUMNS = (
-    "controller",
-    "duty_cycle",
-    "mismatch",
-    "max_abs_um",
-    "p95_abs_um",
-    "time_to_tolerance_s",
-    "removed_percent",
-    "equal_within_um",
+    *("controller", "duty_cycle", "mismatch", "max_abs_um", "p95_abs_um"),
+    *("time_to_tolerance_s", "removed_percent", "equal_within_um"),
 )
 """Columns of `compare.csv`."""
 
@@ -115,9 +109,7 @@ class Comparison(Answer):
         """Every row with its figures by name, as JSON has them."""
         return [
             {
-                "controller": row.controller,
-                "duty_cycle": row.duty_cycle,
-                "mismatch": row.mismatch,
+                **dict(zip(COLUMNS, key, strict=False)),
                 **row.outcome.to_dict(),
                 "removed_percent": row.removed_percent,
                 "equal_within_um": row.equal_within_um,
@@ -125,7 +117,7 @@ class Comparison(Answer):
                 "equal_to_best": self.equal_to_best(row),
                 "defeated": row.controller != NO_CONTROLLER and row.defeated,
             }
-            for row in self.rows.values()
+            for key, row in self.rows.items()
         ]
 
     def equal_to_best(self, row: Row) -> bool:
@@ -189,28 +181,25 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) 
         done += cases[place].hours
         progress(done / total)
     controllers, duties, mismatches = (
-        tuple(dict.fromkeys(case.label[i] for case in cases)) for i in range(3)
+        tuple(dict.fromkeys(each)) for each in zip(*(case.label for case in cases), strict=True)
     )
     rows = {}
     for case in cases:
         name, duty, mismatch = case.label
-        without = outcomes[NO_CONTROLLER, duty, mismatch]
+        outcome, without = outcomes[case.label], outcomes[NO_CONTROLLER, duty, mismatch]
         budget = without
-        if budget.coupling_um is None and (NO_CONTROLLER, duty, NOMINAL) in outcomes:
-            budget = outcomes[NO_CONTROLLER, duty, NOMINAL]
-        rows[name, duty, mismatch] = _row(case, outcomes[case.label], without, budget)
+        if budget.coupling_um is None:
+            budget = outcomes.get((NO_CONTROLLER, duty, NOMINAL), without)
+        equal = None if budget.coupling_um is None else budget.coupling_um + budget.discretisation_um
+        removed = None
+        if outcome.stopped is None and without.stopped is None and without.max_abs_um > 0:
+            removed = 100 * (1 - outcome.max_abs_um / without.max_abs_um)
+        rows[name, duty, mismatch] = Row(
+            name, duty, mismatch, outcome, without.max_abs_um, removed, equal, 1e6 * case.tolerance
+        )
     return Comparison(controllers, duties, mismatches, rows)
 
 
 def write_csv(comparison: Comparison, path: Path) -> None:
     """Write `compare.csv`, one row for each run; unknown values are left empty."""
     comparison.to_frame()[[*COLUMNS]].round(6).to_csv(path, index=False, lineterminator="\n")
-
-
-def _row(case: Case, outcome: Outcome, without: Outcome, budget: Outcome) -> Row:
-    removed = None
-    if outcome.stopped is None and without.stopped is None and without.max_abs_um > 0:
-        removed = 100 * (1 - outcome.max_abs_um / without.max_abs_um)
-    equal = None if budget.coupling_um is None else budget.coupling_um + budget.discretisation_um
-    name, duty, mismatch = case.label
-    return Row(name, duty, mismatch, outcome, without.max_abs_um, removed, equal, 1e6 * case.tolerance)

@@ -40,7 +40,7 @@ from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System
+from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
@@ -224,7 +224,7 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
 
 def plant_of(system: System) -> Plant:
     """What differs from nominal in a system's one motor and one link, in SI units; InputError otherwise."""
-    return cell_plant(_differing(system, MOTOR), _differing(system, LINK))
+    return cell_plant(*(_differing(each, _values_in(system, each)) for each in (MOTOR, LINK)))
 
 
 def plant_in(scenario: Scenario) -> Plant:
@@ -275,26 +275,25 @@ def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
         if not isinstance(scalar(name, components, "--set").variable, Declared):
             raise InputError(f"--set {name}: is an input, which a design does not depend on; leave it out")
     values = start_values({**plant.given, **given}, components, "--set")
-    differing: list[dict[str, float]] = []
-    for name, component in components.items():
-        starts = {each.name: each.start for each in component.scalars()}
-        chosen = {key: float(value) for key, value in values.get(name, {}).items()}
-        differing.append({key: value for key, value in chosen.items() if value != starts[key]})
-    return cell_plant(*differing)
+    return cell_plant(*(_differing(each, values.get(name, {})) for name, each in components.items()))
 
 
-def _differing(system: System, component: Component) -> dict[str, float]:
-    found = [
-        held for held in system.components.values() if read_description(held.fmu).model_name == component.name
-    ]
+def _values_in(system: System, component: Component) -> Mapping[str, Value | None]:
+    """Start values of a system's one FMU of a component; InputError where there is not exactly one."""
+    described = [(held, read_description(held.fmu)) for held in system.components.values()]
+    found = [(held, told) for held, told in described if told.model_name == component.name]
     if len(found) != 1:
-        have = ", ".join(held.name for held in found) or "none"
+        have = ", ".join(held.name for held, _ in found) or "none"
         raise InputError(
             f"{system.name}: a design needs one {component.name}, and the system has {have}; give a system "
             "with one motor and one link"
         )
-    starts = {name: each.start for name, each in read_description(found[0].fmu).variables.items()}
-    values = {**starts, **found[0].values}
-    declared = {each.name: each.start for each in component.scalars() if isinstance(each.variable, Declared)}
-    given = {name: values.get(name) for name in declared}
-    return {n: float(v) for n, v in given.items() if v is not None and float(v) != declared[n]}
+    ((held, told),) = found
+    return {**{name: each.start for name, each in told.variables.items()}, **held.values}
+
+
+def _differing(component: Component, values: Mapping[str, Value | None]) -> dict[str, float]:
+    """Parameters that are not as declared, in SI units."""
+    starts = {each.name: each.start for each in component.scalars() if isinstance(each.variable, Declared)}
+    given = {name: values.get(name) for name in starts}
+    return {n: float(v) for n, v in given.items() if v is not None and float(v) != starts[n]}

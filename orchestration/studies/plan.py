@@ -25,15 +25,8 @@ from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 DEFAULT_MISMATCHES = (
-    NOMINAL,
-    "thermal_high",
-    "thermal_low",
-    "insulated",
-    "ventilated",
-    "draw_1",
-    "draw_2",
-    "noisy_sensors",
-    "camera_absent",
+    *(NOMINAL, "thermal_high", "thermal_low", "insulated", "ventilated"),
+    *("draw_1", "draw_2", "noisy_sensors", "camera_absent"),
 )
 SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
 """Systems that can be compared, each with its default mismatches."""
@@ -57,16 +50,17 @@ class Plan(NamedTuple):
         The error budget of the elongation depends on the plant alone, so `none` finds it for all. InputError
         if a scenario or mismatch names what does not exist, or a component refuses a value.
         """
-        cases = []
         alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
-        for scenario in self.scenarios:
-            name = scenario.controller.name
-            for mismatch in self.mismatches:
-                needed = alone or mismatch.name == NOMINAL or mismatch.touches_plant
-                label = (name, scenario.name, mismatch.name)
-                budget = name == NO_CONTROLLER and needed
-                cases.append(case_of(mismatch.applied(scenario), label, with_budget=budget))
-        return cases
+        return [
+            case_of(
+                mismatch.applied(scenario),
+                (scenario.controller.name, scenario.name, mismatch.name),
+                with_budget=scenario.controller.name == NO_CONTROLLER
+                and (alone or mismatch.name == NOMINAL or mismatch.touches_plant),
+            )
+            for scenario in self.scenarios
+            for mismatch in self.mismatches
+        ]
 
 
 def plan(
@@ -162,16 +156,16 @@ def assigned(
     sets: Sequence[StartValueSet], controllers: Mapping[str, Component]
 ) -> dict[str, dict[str, str | float]]:
     """Start values for each controller; later sets outdo earlier ones. Raises as `takers`."""
-    values: dict[str, dict[str, str | float]] = {name: {} for name in controllers}
-    for given in sets:
-        taking = takers(given, controllers)
-        for name in controllers:
-            values[name] |= {
-                key: value
-                for key, value in given.values.items()
-                if name in taking or key.rpartition(".")[0] != COMPENSATOR
-            }
-    return values
+    taking = [(given.values, takers(given, controllers)) for given in sets]
+    return {
+        name: {
+            key: value
+            for values, having in taking
+            for key, value in values.items()
+            if name in having or key.rpartition(".")[0] != COMPENSATOR
+        }
+        for name in controllers
+    }
 
 
 def reached_controllers(given: StartValueSet, controllers: Mapping[str, Component]) -> str | None:

@@ -17,6 +17,12 @@ from warmlink.orchestration.studies.case import METRICS, Case, Outcome
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
 from warmlink.orchestration.studies.workers import Workers
 
+AT_ONCE = 1000
+"""Points whose runs are laid out in memory, some 10 kB for each run."""
+
+Progress = Callable[[int], None]
+"""Called with the number of points done."""
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -28,9 +34,9 @@ class Judged:
     objective : NaN where there is none
     excess : by how much each constraint is exceeded, 0 or below where it is kept
     reason : why there is no objective, None where there is one
-    second : the second objective, where the study has one
     outcomes : of its runs in the order of `Study.runs`; none where a component refused the point, nor
         of trials read back from a storage
+    second : the second objective, where the study has one
     """
 
     number: int
@@ -45,6 +51,11 @@ class Judged:
     def feasible(self) -> bool:
         """Whether there is an objective and every constraint is kept."""
         return self.reason is None and all(excess <= 0 for excess in self.excess)
+
+    @property
+    def objectives(self) -> tuple[float, float]:
+        """Both; the second is 0 where there is one alone."""
+        return self.objective, self.second or 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -64,8 +75,8 @@ def front(found: Sequence[Judged]) -> list[Judged]:
     With one objective that is the best alone, the earliest of equals.
     """
     kept: list[Judged] = []
-    for each in sorted((each for each in found if each.feasible), key=lambda each: _objectives(each)):
-        if not kept or _objectives(each)[1] < _objectives(kept[-1])[1]:
+    for each in sorted((each for each in found if each.feasible), key=lambda each: each.objectives):
+        if not kept or each.objectives[1] < kept[-1].objectives[1]:
             kept.append(each)
     return kept
 
@@ -79,28 +90,22 @@ def best(found: Sequence[Judged]) -> Judged | None:
     kept = front(found)
     if len(kept) < 3:
         return kept[0] if kept else None
-    (low, high), (most, least) = _objectives(kept[0]), _objectives(kept[-1])
-    return min(
-        kept,
-        key=lambda e: math.hypot(
-            (e.objective - low) / (most - low), (_objectives(e)[1] - least) / (high - least)
-        ),
-    )
+    (low, high), (most, least) = kept[0].objectives, kept[-1].objectives
 
+    def distance(each: Judged) -> float:
+        first, second = each.objectives
+        return math.hypot((first - low) / (most - low), (second - least) / (high - least))
 
-def _objectives(judged: Judged) -> tuple[float, float]:
-    return judged.objective, judged.second or 0.0
+    return min(kept, key=distance)
 
 
 @dataclass(frozen=True, repr=False)
 class Searched(Answer):
-    """A study and what its points came to, by number."""
+    """A study and what its points came to, by number; `word` is what one of them is called."""
 
     study: Study
     found: list[Judged]
-
     word: ClassVar[str] = "point"
-    """What one of them is called."""
 
     @property
     def best(self) -> Judged | None:
@@ -110,11 +115,8 @@ class Searched(Answer):
     def summary(self) -> str:
         """What came of the study, in a few lines."""
         study, poisoned = self.study, [each for each in self.found if each.reason is not None]
-        lines = [
-            f"{study.title} · {study.controller.name} · {len(self.found)} {self.word}s "
-            f"of {len(study.runs)} runs",
-            *self._best_lines(),
-        ]
+        head = f"{study.title} · {study.controller.name} · {len(self.found)} {self.word}s "
+        lines = [f"{head}of {len(study.runs)} runs", *self._best_lines()]
         if poisoned:
             because = f"the first because of: {poisoned[0].reason}"
             lines.append(f"{len(poisoned)} {self.word}s gave no objective, {because}")
@@ -142,41 +144,26 @@ class Searched(Answer):
         }
 
 
-def latin_hypercube(study: Study, count: int) -> list[Point]:
-    """So many points spread over the bounds: along each axis one in each of `count` equal shares."""
-    from scipy.stats import qmc
-
-    shares = qmc.LatinHypercube(len(study.axes), seed=study.seed).random(count)
-    return [
-        {axis.name: axis.at(float(share)) for axis, share in zip(study.axes, row, strict=True)}
-        for row in shares
-    ]
-
-
 def evaluate(study: Study, points: Sequence[Point], workers: Workers, first: int = 0) -> Iterator[Judged]:
     """Run points, numbered from the first, and give what each came to, in the order in which they end."""
-    cases: list[Case] = []
-    owner: list[int] = []
-    found: dict[int, dict[int, Outcome]] = {}
-    for i, point in enumerate(points):
+    planned: dict[int, list[Case]] = {}
+    for number, point in enumerate(points, first):
         try:
-            mine = study.cases(point, f"point {first + i}")
+            planned[number] = study.cases(point, f"point {number}")
         except InputError as fault:
-            yield Judged(first + i, point, reason=str(fault))
-            continue
-        owner += [i] * len(mine)
-        cases += mine
-    for place, outcome in workers.run(cases):
-        i = owner[place]
-        found.setdefault(i, {})[place] = outcome
-        if len(found[i]) == len(study.runs):
-            outcomes = found.pop(i)
-            places = sorted(outcomes)
-            ended = tuple(outcomes[each] for each in places)
-            yield judged(study, first + i, points[i], ended, [cases[each] for each in places])
+            yield Judged(number, point, reason=str(fault))
+    places = [(number, run) for number, mine in planned.items() for run in range(len(mine))]
+    found: dict[int, dict[int, Outcome]] = {}
+    for place, outcome in workers.run([planned[number][run] for number, run in places]):
+        number, run = places[place]
+        mine = found.setdefault(number, {})
+        mine[run] = outcome
+        if len(mine) == len(planned[number]):
+            outcomes = tuple(mine[run] for run in sorted(found.pop(number)))
+            yield _judged(study, number, points[number - first], outcomes, planned[number])
 
 
-def judged(
+def _judged(
     study: Study, number: int, point: Point, outcomes: tuple[Outcome, ...], cases: Sequence[Case]
 ) -> Judged:
     """Objective and constraints of a point whose runs are done."""
@@ -192,26 +179,29 @@ def judged(
     return Judged(number, point, objective, excess, None, outcomes, second)
 
 
-AT_ONCE = 1000
-"""Points whose runs are laid out in memory, some 10 kB for each run."""
+def latin_hypercube(study: Study, count: int) -> list[Point]:
+    """So many points spread over the bounds: along each axis one in each of `count` equal shares."""
+    from scipy.stats import qmc
 
-Progress = Callable[[int], None]
-"""Called with the number of points done."""
+    shares = qmc.LatinHypercube(len(study.axes), seed=study.seed).random(count)
+    return [
+        {axis.name: axis.at(float(at)) for axis, at in zip(study.axes, row, strict=True)} for row in shares
+    ]
 
 
 def points_of(study: Study) -> list[Point]:
     """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
+    if study.sweep.kind != "grid":
+        return latin_hypercube(study, study.sweep.points)
+    levels = [axis.levels(study.sweep.points) for axis in study.axes]
+    count = math.prod(len(level) for level in levels)
+    if count > MOST_POINTS:
+        raise InputError(
+            f"{study.name}: a grid of {count} points; give fewer points for each parameter, "
+            "or a latin_hypercube"
+        )
     names = [axis.name for axis in study.axes]
-    if study.sweep.kind == "grid":
-        levels = [axis.levels(study.sweep.points) for axis in study.axes]
-        count = math.prod(len(level) for level in levels)
-        if count > MOST_POINTS:
-            raise InputError(
-                f"{study.name}: a grid of {count} points; give fewer points for each parameter, "
-                "or a latin_hypercube"
-            )
-        return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
-    return latin_hypercube(study, study.sweep.points)
+    return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
 
 
 def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Judged]:
@@ -244,21 +234,18 @@ def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
 
     figures = [*(name for name in METRICS if name != "outside_tolerance_min"), "within_tolerance_min"]
     text, number = pyarrow.string(), pyarrow.float64()
-    schema = pyarrow.schema(
-        [
-            ("point", pyarrow.int64()),
-            *((axis.heading, number) for axis in study.axes),
-            *(("duty_cycle", text), ("mismatch", text)),
-            *((name, number) for name in (*figures, "objective")),
-            *(("feasible", pyarrow.bool_()), ("reason", text)),
-        ]
-    )
+    columns = {
+        "point": pyarrow.int64(),
+        **{axis.heading: number for axis in study.axes},
+        **{"duty_cycle": text, "mismatch": text},
+        **dict.fromkeys([*figures, "objective"], number),
+        **{"feasible": pyarrow.bool_(), "reason": text},
+    }
     rows = [
         {
             "point": each.number,
             **{axis.heading: each.point[axis.name] for axis in study.axes},
-            "duty_cycle": duty,
-            "mismatch": mismatch,
+            **{"duty_cycle": duty, "mismatch": mismatch},
             **(each.outcomes[k].to_dict() if each.outcomes else {}),
             **each.to_dict(),
         }
@@ -266,4 +253,4 @@ def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
         for k, (duty, mismatch) in enumerate(study.runs)
     ]
     with path.open("wb") as stream:
-        parquet.write_table(pyarrow.Table.from_pylist(rows, schema), stream)
+        parquet.write_table(pyarrow.Table.from_pylist(rows, pyarrow.schema(list(columns.items()))), stream)

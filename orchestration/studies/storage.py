@@ -1,16 +1,20 @@
-"""Where a tuning study's trials are kept: a database by its URL, SQLite by default, or a file that grows."""
+"""Optuna: where the trials of a tuning study are kept, and what chooses the next ones."""
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.points import Judged
-from warmlink.orchestration.studies.study import Study
+from warmlink.orchestration.studies.study import Point, Study
 
 if TYPE_CHECKING:
     import optuna
@@ -47,17 +51,16 @@ class Storage:
 
         self.name = f"{study.name}-{study.digest(fmus)}"
         self.place = shown_place(url)
-        self._distributions = distributions(study)
+        self._distributions = _distributions(study)
         try:
+            storage: Any = url
             if url.startswith("sqlite"):
                 arguments = {"connect_args": {"timeout": LOCK_TIMEOUT_S}}
-                storage: Any = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
+                storage = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
             elif url.startswith(JOURNAL):
                 storage = _journal(url.removeprefix(JOURNAL))
-            else:
-                storage = optuna.storages.get_storage(url)
             self.study = optuna.create_study(
-                storage=storage, study_name=self.name, load_if_exists=True, directions=directions(study)
+                storage=storage, study_name=self.name, load_if_exists=True, directions=_directions(study)
             )
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
@@ -67,32 +70,100 @@ class Storage:
                 "or choose another"
             ) from fault
 
-    def trials(self) -> list[optuna.trial.FrozenTrial]:
+    def trials(self) -> list[Judged]:
         """Finished trials by number; InputError if the storage cannot be read."""
         with _answering("cannot be read"):
-            return list(self.study.get_trials(deepcopy=False))
+            trials = self.study.get_trials(deepcopy=False)
+        found = []
+        for trial in trials:
+            point = {name: float(value) for name, value in trial.params.items()}
+            objective, *second = trial.values or [math.nan]
+            excess, reason = tuple(trial.user_attrs.get(EXCESS) or ()), trial.user_attrs.get(REASON)
+            found.append(Judged(trial.number, point, objective, excess, reason, (), *second))
+        return found
 
-    def add(self, evaluation: Judged) -> None:
+    def add(self, judged: Judged) -> None:
         """Add the trial that comes next; InputError if the storage takes it no more, or has it already."""
         import optuna
         from optuna.trial import TrialState
 
         trial = optuna.trial.create_trial(
-            state=TrialState.COMPLETE if evaluation.reason is None else TrialState.FAIL,
-            values=told(evaluation) if evaluation.reason is None else None,
-            params=internal(evaluation.point, self._distributions),
+            state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
+            values=_told(judged) if judged.reason is None else None,
+            params=_internal(judged.point, self._distributions),
             distributions=dict(self._distributions),
-            user_attrs={REASON: evaluation.reason, EXCESS: list(evaluation.excess)},
+            user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
         )
         with _answering("takes no more trials"):
             there = len(self.study.get_trials(deepcopy=False))
-            if there == evaluation.number:
+            if there == judged.number:
                 self.study.add_trial(trial)
-        if there != evaluation.number:
+        if there != judged.number:
             raise InputError(
                 f"storage {self.place}: somebody else works on {self.name}, which has {there} trials where "
-                f"{evaluation.number} were expected; end one of the two, and run again to go on"
+                f"{judged.number} were expected; end one of the two, and run again to go on"
             )
+
+
+class Chooser:
+    """Optuna in memory: it knows the trials of all batches before, and nothing of wall time.
+
+    The first points are given; each trial is drawn from a seed of its own.
+    """
+
+    def __init__(self, study: Study, first: Sequence[Point]) -> None:
+        import optuna
+
+        self._study, self._number = study, 0
+        self._distributions = _distributions(study)
+        self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
+        self._asked: list[optuna.trial.Trial] = []
+        for point in first:
+            self._optuna.enqueue_trial(_internal(point, self._distributions))
+
+    def ask(self, count: int) -> list[Point]:
+        """Choose the next points."""
+        for _ in range(count):
+            self._optuna.sampler = _sampler(self._study, self._number)
+            self._number += 1
+            self._asked.append(self._optuna.ask(dict(self._distributions)))
+        return [{name: float(trial.params[name]) for name in self._distributions} for trial in self._asked]
+
+    def tell(self, batch: list[Judged]) -> None:
+        """Take the results of the points last chosen."""
+        from optuna.trial import TrialState
+
+        for asked, trial in zip(self._asked, batch, strict=True):
+            if _sets_constraints():
+                for i, value in enumerate(trial.excess):
+                    asked.set_constraint(str(i), value)
+            else:
+                asked.set_user_attr(EXCESS, list(trial.excess))
+            if trial.reason is None:
+                self._optuna.tell(asked, _told(trial))
+            else:
+                self._optuna.tell(asked, state=TrialState.FAIL)
+        self._asked = []
+
+
+def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
+    import optuna
+
+    seed = int(np.random.SeedSequence([study.seed, number]).generate_state(1)[0])
+    if study.tune.sampler == "random":
+        return optuna.samplers.RandomSampler(seed=seed)
+    asked = study.constraints and not _sets_constraints()
+    excess = (lambda trial: list(trial.user_attrs.get(EXCESS, []))) if asked else None
+    return optuna.samplers.TPESampler(
+        seed=seed, multivariate=True, constant_liar=True, constraints_func=excess
+    )
+
+
+def _sets_constraints() -> bool:
+    """Whether a trial is told its constraints, as from Optuna 5 on; before, the sampler asks for them."""
+    import optuna
+
+    return hasattr(optuna.trial.Trial, "set_constraint")
 
 
 def _journal(path: str) -> optuna.storages.JournalStorage:
@@ -121,41 +192,37 @@ def _answering(complaint: str) -> Iterator[None]:
         ) from fault
 
 
-def distributions(study: Study) -> dict[str, BaseDistribution]:
+def _distributions(study: Study) -> dict[str, BaseDistribution]:
     """What Optuna chooses from, by the axis' name."""
     from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
-    found: dict[str, BaseDistribution] = {}
-    for axis in study.axes:
+    def of(axis: Axis) -> BaseDistribution:
         if axis.choice:
-            found[axis.name] = CategoricalDistribution(axis.choice)
-        elif axis.integer:
-            found[axis.name] = IntDistribution(int(axis.low), int(axis.high), log=axis.log)
-        else:
-            found[axis.name] = FloatDistribution(axis.low, axis.high, log=axis.log)
-    return found
+            return CategoricalDistribution(axis.choice)
+        if axis.integer:
+            return IntDistribution(int(axis.low), int(axis.high), log=axis.log)
+        return FloatDistribution(axis.low, axis.high, log=axis.log)
+
+    return {axis.name: of(axis) for axis in study.axes}
 
 
-def internal(point: Mapping[str, float], chosen: Mapping[str, BaseDistribution]) -> dict[str, float]:
+def _internal(point: Point, chosen: dict[str, BaseDistribution]) -> dict[str, float]:
     """A point's values as Optuna has them: whole numbers as such."""
     from optuna.distributions import IntDistribution
 
-    return {
-        name: int(point[name]) if isinstance(distribution, IntDistribution) else point[name]
-        for name, distribution in chosen.items()
-    }
+    return {n: int(point[n]) if isinstance(each, IntDistribution) else point[n] for n, each in chosen.items()}
 
 
-def directions(study: Study) -> list[optuna.study.StudyDirection]:
+def _directions(study: Study) -> list[optuna.study.StudyDirection]:
     """That each objective is to be small."""
     from optuna.study import StudyDirection
 
     return [StudyDirection.MINIMIZE] * (1 if study.second is None else 2)
 
 
-def told(evaluation: Judged) -> list[float]:
+def _told(judged: Judged) -> list[float]:
     """The objectives as Optuna hears them."""
-    return [each for each in (evaluation.objective, evaluation.second) if each is not None]
+    return [each for each in (judged.objective, judged.second) if each is not None]
 
 
 def default_url(folder: Path) -> str:

@@ -206,12 +206,9 @@ def _scenario(duty: str, file: StudyFile, controller: Controller, cell: Scenario
     scenario = load_scenario(duty) if cell is None else driven(cell, load_scenario(duty))
     if file.master is not None:
         algorithm(file.master)
-    return replace(
-        scenario,
-        controller=controller,
-        step_size=scenario.step_size if file.step_size is None else file.step_size,
-        master=scenario.master if file.master is None else file.master,
-    )
+        scenario = replace(scenario, master=file.master)
+    step = scenario.step_size if file.step_size is None else file.step_size
+    return replace(scenario, controller=controller, step_size=step)
 
 
 def _beside(place: str, folder: Path) -> str:

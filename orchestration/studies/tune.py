@@ -7,7 +7,6 @@ storage, so that an interrupted study ends like one that was not.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,23 +17,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
-from warmlink.orchestration.studies.storage import (
-    EXCESS,
-    REASON,
-    Storage,
-    default_url,
-    directions,
-    distributions,
-    import_optuna,
-    internal,
-    told,
-)
+from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Point, Study, load_study
 from warmlink.orchestration.studies.winner import polish
 from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
-    import optuna
     import pandas
 
 
@@ -85,9 +73,6 @@ class Tuned(Searched):
         """A row for each trial, as in `trials.csv`."""
         import pandas
 
-        def of_two(trial: Judged) -> dict[str, float | int | None]:
-            return {"second_objective": trial.second, "in_front": int(trial in kept)} if two else {}
-
         two, kept = self.study.second is not None, front(self.found)
         excesses = [f"{c.metric} above {c.at_most:g}" for c in self.study.constraints]
         rows = [
@@ -95,12 +80,12 @@ class Tuned(Searched):
                 "number": trial.number,
                 **{axis.heading: trial.point[axis.name] for axis in self.study.axes},
                 "objective": trial.objective if trial.reason is None else None,
-                **of_two(trial),
+                **({"second_objective": trial.second, "in_front": int(trial in kept)} if two else {}),
                 "feasible": int(trial.feasible),
                 **dict(zip(excesses, trial.excess or [None] * len(excesses), strict=True)),
                 "reason": trial.reason,
             }
-            for trial in self.trials
+            for trial in self.found
         ]
         return pandas.DataFrame(rows)
 
@@ -119,15 +104,15 @@ def tune(
 
     InputError if the first point gives no objective, or the storage's trials do not follow from the study.
     """
-    done = [_of_storage(trial) for trial in storage.trials()][: study.tune.trials]
-    _probe(study, workers, done)
-    chooser = _Chooser(study)
+    done = storage.trials()[: study.tune.trials]
+    if not done:
+        _probe(study, workers)
+    chooser = Chooser(study, _first_points(study))
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
         first = len(trials)
-        count = min(study.tune.batch, study.tune.trials - first)
-        points = chooser.ask(count)
-        batch = done[first : first + count]
+        points = chooser.ask(min(study.tune.batch, study.tune.trials - first))
+        batch = done[first : first + len(points)]
         for trial, point in zip(batch, points, strict=False):
             if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
                 raise InputError(
@@ -206,57 +191,13 @@ def _run(
             stored += 1
 
 
-def _probe(study: Study, workers: Workers, done: list[Judged]) -> None:
+def _probe(study: Study, workers: Workers) -> None:
     """Refuse a study whose first point gives no objective: hardly any other would."""
-    if done:
-        return
     point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
     for probe in evaluate(study, [point], workers):
         if probe.reason is not None:
             where = "as shipped" if study.shipped else "in the middle of its bounds"
             raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")
-
-
-class _Chooser:
-    """Optuna in memory: it knows the trials of all batches before, and nothing of wall time."""
-
-    def __init__(self, study: Study) -> None:
-        import optuna
-
-        self._study = study
-        self._distributions = distributions(study)
-        self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=directions(study))
-        self._asked: list[optuna.trial.Trial] = []
-        self._number = 0
-        for point in _first_points(study):
-            self._optuna.enqueue_trial(internal(point, self._distributions))
-
-    def ask(self, count: int) -> list[Point]:
-        """Choose the next points."""
-        points: list[Point] = []
-        for _ in range(count):
-            self._optuna.sampler = _sampler(self._study, self._number)
-            self._number += 1
-            trial = self._optuna.ask(dict(self._distributions))
-            self._asked.append(trial)
-            points.append({name: float(trial.params[name]) for name in self._distributions})
-        return points
-
-    def tell(self, batch: list[Judged]) -> None:
-        """Take the results of the points last chosen."""
-        from optuna.trial import TrialState
-
-        for asked, trial in zip(self._asked, batch, strict=True):
-            if _sets_constraints():
-                for i, value in enumerate(trial.excess):
-                    asked.set_constraint(str(i), value)
-            else:
-                asked.set_user_attr(EXCESS, list(trial.excess))
-            if trial.reason is None:
-                self._optuna.tell(asked, told(trial))
-            else:
-                self._optuna.tell(asked, state=TrialState.FAIL)
-        self._asked = []
 
 
 def _first_points(study: Study) -> list[Point]:
@@ -265,39 +206,4 @@ def _first_points(study: Study) -> list[Point]:
     Optuna would draw these at random. Few random points cluster: of 48 trials a third went into one corner.
     """
     first = [] if study.shipped is None else [study.shipped]
-    spread = study.tune.sampler == "tpe"
-    return first + (latin_hypercube(study, SPREAD - len(first)) if spread else [])
-
-
-def _sampler(study: Study, number: int) -> optuna.samplers.BaseSampler:
-    import numpy as np
-    import optuna
-
-    seed = int(np.random.SeedSequence([study.seed, number]).generate_state(1)[0])
-    if study.tune.sampler == "random":
-        return optuna.samplers.RandomSampler(seed=seed)
-    function = None
-    if study.constraints and not _sets_constraints():
-        function = lambda trial: list(trial.user_attrs.get(EXCESS, []))  # noqa: E731
-    return optuna.samplers.TPESampler(
-        seed=seed, multivariate=True, constant_liar=True, constraints_func=function
-    )
-
-
-def _sets_constraints() -> bool:
-    """Whether a trial is told its constraints, as from Optuna 5 on; before, the sampler asks for them."""
-    import optuna
-
-    return hasattr(optuna.trial.Trial, "set_constraint")
-
-
-def _of_storage(trial: optuna.trial.FrozenTrial) -> Judged:
-    attributes = trial.user_attrs
-    return Judged(
-        trial.number,
-        {name: float(value) for name, value in trial.params.items()},
-        trial.values[0] if trial.values else math.nan,
-        tuple(attributes.get(EXCESS) or ()),
-        attributes.get(REASON),
-        second=trial.values[1] if trial.values and len(trial.values) > 1 else None,
-    )
+    return first + (latin_hypercube(study, SPREAD - len(first)) if study.tune.sampler == "tpe" else [])

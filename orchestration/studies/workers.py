@@ -1,22 +1,20 @@
-"""Who runs the cases of a study: their FMUs, or the joined system, in this process and in others."""
+"""What runs the cases of a study in a process: FMUs one by one, or joined systems side by side."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
-import pickle
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Protocol
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.packaging.cache import cache_folder, kept, source_digest
+from warmlink.fmus.files import whole_file
+from warmlink.fmus.packaging.cache import cache_folder, kept, remembered, used
 from warmlink.fmus.packaging.native.lanes import processor
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.closed_loop.outcome import coupling_um
@@ -27,6 +25,30 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed, figures, recorded, run_case
+
+Remark = Callable[[str], None]
+
+MOST_POINTS = 200_000
+"""Communication points of a joined run; those of all lanes are in memory at once."""
+
+CASE_S, JOINED_HOURS_A_SECOND, FMU_HOURS_A_SECOND = 1e-3, 1000.0, 50.0
+"""What a run takes in itself, and the closed-loop hours of joined systems and of FMUs in a second, about."""
+
+COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
+"""Figures in µm that a study may rank by."""
+
+_KEPT = "the finished runs are kept, and the same command continues"
+
+
+class Workers(Protocol):
+    """Whoever runs cases."""
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Run cases and give each one's place and outcome, in the order in which they end.
+
+        A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
+        once loses nothing. InputError where the workers cannot go on.
+        """
 
 
 @dataclass(frozen=True)
@@ -58,52 +80,25 @@ class FmuSet:
 
     @property
     def unpacked(self) -> Path:
-        """Folder in which runs on this machine unpack them, once."""
-        return _folder(self.digest) / "unpacked"
+        """Folder in which runs on this machine unpack them, once; their files lie beside it."""
+        return cache_folder() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
         """Files of the FMUs on this machine, written where they are missing."""
-        return _written(self.digest, tuple(sorted(self.contents.items())))
+        return _written(self.unpacked.parent, tuple(sorted(self.contents.items())))
 
 
 @lru_cache(maxsize=4)
-def _written(digest: str, contents: Iterable[tuple[str, bytes]]) -> dict[str, Path]:
-    folder = _folder(digest)
+def _written(folder: Path, contents: tuple[tuple[str, bytes], ...]) -> dict[str, Path]:
     folder.mkdir(parents=True, exist_ok=True)
-    files = {}
+    used(folder)
+    files = {name: folder / f"{name}.fmu" for name, _ in contents}
     for name, content in contents:
-        files[name] = folder / f"{name}.fmu"
+        # Several workers may do this at once: each writes its own file, and any of the files will do.
         if not files[name].is_file():
-            # Several workers may do this at once: each writes its own file, and any of the files will do.
-            handle, scratch = tempfile.mkstemp(dir=folder)
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-            Path(scratch).replace(files[name])
+            with whole_file(files[name]) as scratch:
+                scratch.write_bytes(content)
     return files
-
-
-def _folder(digest: str) -> Path:
-    return cache_folder() / "studies" / digest
-
-
-DEFAULT_JOBS = 2
-
-ATTEMPTS = 3
-"""Times that a run is tried whose worker dies, before it is recorded as the cause."""
-
-
-class Workers(Protocol):
-    """Whoever runs cases."""
-
-    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Run cases and give each one's place and outcome, in the order in which they end.
-
-        A run that stops, or whose worker dies each time, has an outcome that says why; a worker that dies
-        once loses nothing. InputError where the workers cannot go on.
-        """
-
-
-_KEPT = "the finished runs are kept, and the same command continues"
 
 
 def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
@@ -111,10 +106,9 @@ def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
     outcomes: dict[int, Outcome | None] = {}
     for places in side_by_side(cases, fmus):
         mine = [cases[place] for place in places]
-        rollout = None if lane_of(mine[0], fmus.rollouts) is None else fmus.rollouts[mine[0].law]
-        found = [None] * len(mine) if rollout is None else joined_outcomes(mine, rollout)
-        outcomes |= zip(places, found, strict=True)
-    return [outcomes[place] or attempt(case, fmus) for place, case in enumerate(cases)]
+        if lane_of(mine[0], fmus.rollouts) is not None:
+            outcomes |= zip(places, joined_outcomes(mine, fmus.rollouts[mine[0].law]), strict=True)
+    return [outcomes.get(place) or attempt(case, fmus) for place, case in enumerate(cases)]
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
@@ -125,12 +119,10 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
         raise NoRoomError(f"{fault}; {_KEPT}") from None
     except InputError as fault:
         return failed(str(fault))
-    except OSError as fault:
-        if fault.errno in FULL_DISK:
+    except Exception as fault:
+        if isinstance(fault, OSError) and fault.errno in FULL_DISK:
             where = fault.filename or "a temporary file"
             raise NoRoomError(f"{where}: cannot be written ({fault.strerror}); free space; {_KEPT}") from None
-        return failed(f"{type(fault).__name__}: {fault}")
-    except Exception as fault:
         return failed(f"{type(fault).__name__}: {fault}")
 
 
@@ -143,25 +135,56 @@ def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
     open_share: dict[object, list[int]] = {}
     for place in sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i)):
         lane = lane_of(cases[place], fmus.rollouts)
-        share = open_share.get(lane) if lane is not None else None
-        if share is None:
-            open_share[lane] = share = []
-            shares.append(share)
-        share.append(place)
-        if lane is not None and len(share) == fmus.rollouts[cases[place].law].lanes:
+        if lane not in open_share:
+            open_share[lane] = []
+            shares.append(open_share[lane])
+        open_share[lane].append(place)
+        if lane is None or len(open_share[lane]) == fmus.rollouts[cases[place].law].lanes:
             del open_share[lane]
     return shares
 
 
-def died(case: Case) -> Outcome:
-    """Outcome of a case whose worker died at every attempt."""
-    return failed(f"{', '.join(case.label)}: the worker died at each of {ATTEMPTS} attempts")
+def seconds(case: Case, fmus: FmuSet) -> float:
+    """About how long a run takes."""
+    joined = lane_of(case, fmus.rollouts) is not None
+    return CASE_S + case.hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
 
 
-Remark = Callable[[str], None]
+def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
+    """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
+    rollout = rollouts.get(case.law)
+    if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
+        return None
+    return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
 
-MOST_POINTS = 200_000
-"""Communication points of a run; those of all lanes are in memory at once."""
+
+def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
+    """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
+    first = cases[0]
+    coarse = _results(cases, rollout, first.step_size)
+    fine = _results(cases, rollout, first.step_size / 2) if first.with_budget else [None] * len(cases)
+    order = algorithm(first.master).order
+    return [
+        None
+        if result is None
+        else figures(
+            case.setup,
+            result,
+            case.tolerance,
+            None if finer is None else coupling_um(result, finer, order, case.setup),
+        )
+        for case, result, finer in zip(cases, coarse, fine, strict=True)
+    ]
+
+
+def _results(cases: Sequence[Case], rollout: Rollout, step: float) -> list[Result | None]:
+    points = CommunicationPoints.between(0.0, cases[0].stop_time, step)
+    values, well = rollout.run([case.values for case in cases], points.count, step)
+    units = dict.fromkeys(rollout.recorded)
+    return [
+        Result(Table(rollout.recorded, units, points, mine.T), "completed") if good else None
+        for mine, good in zip(values, well, strict=True)
+    ]
 
 
 def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
@@ -175,67 +198,22 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
         by_law.setdefault(scenario.controller.component.name, []).append(scenario)
     found: dict[str, Rollout] = {}
     for law, mine in by_law.items():
-        first = mine[0]
         usual = all(each.master == DEFAULT_MASTER and not each.setup.foreign for each in mine)
-        if not usual or any(each.made_from != first.made_from for each in mine):
+        if not usual or any(each.made_from != mine[0].made_from for each in mine):
             continue
         try:
-            found[law] = _kept(first)
+            found[law] = _compiled(mine[0])
         except (InputError, OSError) as fault:
             remark(f"{law}: runs on its FMUs, since its system cannot be joined: {fault}")
     return found
 
 
-def _kept(scenario: Scenario) -> Rollout:
+def _compiled(scenario: Scenario) -> Rollout:
     names = recorded(scenario.setup)
-    made_from = (source_digest(), *scenario.made_from, names, processor())
-    content = kept("rollouts", made_from, lambda: pickle.dumps(compiled(scenario.joined({}), names)))
-    rollout: Rollout = pickle.loads(content)
+    made_from = (*made_here(), *scenario.made_from, names, processor())
+    rollout = remembered("rollouts", made_from, lambda: compiled(scenario.joined({}), names))
     loaded(rollout.library)
     return rollout
-
-
-def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
-    """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
-    rollout = rollouts.get(case.law)
-    if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
-        return None
-    periods = rollout.periods(_flat(case))
-    return case.law, case.stop_time, case.step_size, case.with_budget, periods
-
-
-def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
-    """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
-    first = cases[0]
-    coarse = _results(cases, rollout, first.step_size)
-    fine = _results(cases, rollout, first.step_size / 2) if first.with_budget else [None] * len(cases)
-    order = algorithm(first.master).order
-    found: list[Outcome | None] = []
-    for case, result, finer in zip(cases, coarse, fine, strict=True):
-        if result is None:
-            found.append(None)
-            continue
-        coupling = None if finer is None else coupling_um(result, finer, order, case.setup)
-        found.append(figures(case.setup, result, case.tolerance, coupling))
-    return found
-
-
-def _results(cases: Sequence[Case], rollout: Rollout, step: float) -> list[Result | None]:
-    points = CommunicationPoints.between(0.0, cases[0].stop_time, step)
-    values, well = rollout.run([_flat(case) for case in cases], points.count, step)
-    units = dict.fromkeys(rollout.recorded)
-    return [
-        Result(Table(rollout.recorded, units, points, mine.T), "completed") if good else None
-        for mine, good in zip(values, well, strict=True)
-    ]
-
-
-def _flat(case: Case) -> dict[str, float]:
-    return {f"{key}.{name}": float(value) for key, of in case.values.items() for name, value in of.items()}
-
-
-COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
-"""Figures in µm that a study may rank by."""
 
 
 def agreeing(

@@ -28,7 +28,7 @@ def test_the_stated_bounds_hold(part: Part, seed: int) -> None:
 
 
 def test_the_bounds_hold_where_the_speed_changes_of_a_link_that_is_warm(part: Part) -> None:
-    lever = float(np.linalg.norm(part.heat.reach)) / 2
+    lever = float(np.linalg.norm(part.elements.heat.reach)) / 2
     parameters = {
         "conductivity": part.within.conductivity[0],
         "density": part.within.material["density"],

@@ -21,7 +21,7 @@ from warmlink.orchestration.cli import COMMANDS, application
 from warmlink.orchestration.command_line.init import kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.scenarios.duties.duty_csv import DEMANDS
+from warmlink.orchestration.scenarios.duties.duty_files import RECORDED
 from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
@@ -53,8 +53,8 @@ def columns(name: str) -> dict[str, str]:
 
 def test_every_column_of_files_that_are_read_is_described() -> None:
     duty, run = columns("duty.csv"), columns("run.csv")
-    assert duty.keys() == DEMANDS.keys()
-    for name, unit in DEMANDS.items():
+    assert duty.keys() == RECORDED.keys()
+    for name, unit in RECORDED.items():
         assert parse_unit(duty[name]).exponents == parse_unit(unit).exponents
     inputs = {end.removeprefix("motor.") for end in rig("WarmupCell").externals if "motor." in end} - {
         "pad_mode"

@@ -29,7 +29,8 @@ def bar_model(order: int) -> ReducedModel:
     cooling = PERIMETER * mass + SECTION * (np.outer(base, base) + np.outer(tip, tip))
     # Patterns whose mean square over the bar is 1, with conduction in none but each of them.
     rates, patterns = eigh(stiffness, mass / LENGTH)
-    surface, zeros = cooling.sum(axis=0) @ patterns, np.zeros((3, order))
+    patterns[:, 0] = np.abs(patterns[:, 0])
+    growth = mass.sum(axis=0)
     places, nodes = np.array([0, 0.5, 1, 1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6]), np.linspace(0, 1, order)
     sensors = np.array([[np.interp(place, nodes, node) for node in np.eye(order)] for place in places])
     return ReducedModel(
@@ -37,15 +38,10 @@ def bar_model(order: int) -> ReducedModel:
         volume=SECTION * LENGTH,
         conduction=SECTION * rates,
         cooling=(patterns.T @ cooling @ patterns)[None],
-        base_row=base @ patterns,
-        tip_row=tip @ patterns,
-        sensor_rows=sensors @ patterns,
-        surface_rows=surface[None],
-        area=np.array([cooling.sum()]),
-        displacement_rows=np.array([mass.sum(axis=0) @ patterns, *zeros[:2]]),
-        rotation_rows=zeros,
+        loads=patterns.T @ np.column_stack([base, tip, cooling.sum(axis=0)]),
+        outputs=np.vstack([growth, np.zeros((5, order)), sensors]) @ patterns,
         reach=np.array([LENGTH, 0.0, 0.0]),
-        initial_rows=np.outer(np.linalg.solve(patterns, np.ones(order)), np.full(8, 1 / 8)),
+        initial=np.outer(np.linalg.solve(patterns, np.ones(order)), np.full(8, 1 / 8)),
         error_gain=ERROR_GAIN,
         discretisation=1e-3,
         conductivity_range=(100.0, 250.0),

@@ -61,21 +61,22 @@ def test_it_takes_the_links_place_in_the_cell() -> None:
 
 def test_what_hub_and_tip_carry_is_a_change_of_rank_two() -> None:
     model, component = bar_model(5), bar_link(5)
+    base_row, tip_row, surface_row = model.loads.T
     p, u = component.start_values({**CARRIED, **DUTY})
     settled = component.settled(p)
     amplitudes = np.array([3.0, -2.0, 1.0, 0.5, 0.2])
     x = np.concatenate([amplitudes, np.zeros(component.x.size - 5)])
     found = component.rates_of(x, u, settled, 0.0)[:5]
     held = 2713.0 * 892.0 * model.volume * np.eye(5)
-    held += CARRIED["hub_heat_capacity"] * np.outer(model.base_row, model.base_row)
-    held += CARRIED["tip_heat_capacity"] * np.outer(model.tip_row, model.tip_row)
+    held += CARRIED["hub_heat_capacity"] * np.outer(base_row, base_row)
+    held += CARRIED["tip_heat_capacity"] * np.outer(tip_row, tip_row)
     ambient = DUTY["ambient_temperature"] + CARRIED["ambient_offset"] - COLD
     h = 4.55 + 6.4 * 2.0 * LENGTH / 2
-    base = DUTY["heat_flow"] - CARRIED["hub_conductance"] * (model.base_row @ amplitudes - ambient)
+    base = DUTY["heat_flow"] - CARRIED["hub_conductance"] * (base_row @ amplitudes - ambient)
     sink = COLD - DUTY["ambient_temperature"] + ambient
-    tip = DUTY["tip_heat_flow"] - CARRIED["tip_conductance"] * (model.tip_row @ amplitudes - sink)
-    gain = model.base_row * base + model.tip_row * tip
-    gain += model.surface_rows[0] * (h * ambient + CARRIED["absorbed_flux"])
+    tip = DUTY["tip_heat_flow"] - CARRIED["tip_conductance"] * (tip_row @ amplitudes - sink)
+    gain = base_row * base + tip_row * tip
+    gain += surface_row * (h * ambient + CARRIED["absorbed_flux"])
     gain -= (167.0 * np.diag(model.conduction) + h * model.cooling[0]) @ amplitudes
     assert found == pytest.approx(np.linalg.solve(held, gain), rel=1e-12)
 

@@ -35,7 +35,7 @@ def cell(request: pytest.FixtureRequest) -> System:
     """Stop and go, so that speeds change on the way, with a controller in the loop."""
     law = controller("lag")
     files = FmuStore(request.param).files(WARMUP_CELL.components_with(law.name).values())
-    duty = load_scenario("stop_and_go").duty.component_parameters()
+    duty = load_scenario("stop_and_go").duty.component_parameters
     duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return WARMUP_CELL.system(files, law.name, {"duty": duty})
 

@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder
+from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder, temporary_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
 
 HOLDS = """
 import sys, time
 from pathlib import Path
-from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder
+from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder, temporary_folder
 with {holder} as folder:
     print(folder, flush=True)
     time.sleep(60)
@@ -93,6 +93,21 @@ def test_what_a_killed_process_was_writing_is_removed_but_not_what_another_is_wr
     assert Path(kept).is_dir()
     kill(alive)
     assert (tmp_path / "results").read_text() == "1"
+
+
+def test_the_file_that_a_killed_process_was_writing_goes_but_not_what_another_is_writing(
+    tmp_path: Path,
+) -> None:
+    dead, left = holding(f"fresh_file(Path({str(tmp_path / 'a.csv')!r}))")
+    alive, kept = holding(f"fresh_file(Path({str(tmp_path / 'a.csv')!r}))")
+    kill(dead)
+    assert Path(left).is_file()
+    with fresh_file(tmp_path / "b.csv") as scratch:
+        scratch.write_text("1")
+    assert not Path(left).exists()
+    assert Path(kept).is_file()
+    kill(alive)
+    assert (tmp_path / "b.csv").read_text() == "1"
 
 
 def test_temporary_folders_of_killed_runs_are_removed(

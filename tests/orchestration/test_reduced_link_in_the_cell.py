@@ -51,7 +51,7 @@ def test_an_observer_is_designed_for_it_as_for_the_slender_link_that_it_is(repla
     assert found.reduced.link_loss == pytest.approx(expected.link_loss, rel=1e-4)
     assert found.reduced.error.elongation_step < 1e-7
     assert "sensor_position" not in found.summary(), "a reduced link has none"
-    uniform = bar_model(ORDER).initial_rows.sum(axis=1)
+    uniform = bar_model(ORDER).initial.sum(axis=1)
     assert plant_model(found.plant).uniform == pytest.approx([1.0, 1.0, *uniform], abs=1e-6)
 
 

@@ -43,10 +43,10 @@ class Symbols:
         vectors = {name: kind.sym(name, size) for name, size in sizes.items()}
         return cls(**vectors, time=kind.sym("time"), step=kind.sym("step"))
 
-
-def sampling_symbols(component: Component) -> Symbols:
-    """Symbols for what runs when a component begins and samples."""
-    return Symbols.of(component, calls=component.sampled)
+    @property
+    def now(self) -> list[Expression]:
+        """States, inputs, settled parameters and time."""
+        return [self.x, self.u, self.d, self.time]
 
 
 def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
@@ -55,7 +55,7 @@ def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
 
     if not component.states:
         return
-    s = sampling_symbols(component)
+    s = Symbols.of(component, calls=component.sampled)
     yield f"begin{suffix}", [s.u, s.d], component.states_at_start(s.u, s.d)
     s = Symbols.of(component)
     begun, along = component.states_at_start(s.u, s.d), casadi.SX.sym("also", component.u.size)
@@ -64,9 +64,9 @@ def beginning(component: Component, suffix: str = "") -> Iterator[Function]:
 
 def sampling(component: Component, clock: int, name: str = "sample") -> Function:
     """States of a clock after a sample; the function's name ends with the clock's number."""
-    s = sampling_symbols(component)
+    s = Symbols.of(component, calls=component.sampled)
     updated = component.updated(s.x, s.u, s.d, s.time, s.step, component.clocks[clock])
-    return f"{name}_{clock}", [s.x, s.u, s.d, s.time, s.step], updated
+    return f"{name}_{clock}", [*s.now, s.step], updated
 
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")

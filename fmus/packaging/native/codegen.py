@@ -1,10 +1,13 @@
 """From a component's declaration to C: its functions by CasADi, its variables as a table."""
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Any
 
-from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Input, Parameter, Scalar, limits
+import numpy as np
+
+from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
 from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
@@ -21,7 +24,15 @@ from warmlink.fmus.packaging.native.joint_code import (
     starting_parts,
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
-from warmlink.fmus.packaging.native.output_groups import output_groups
+
+MOST_SHOWN = 8
+"""Parameters that the sentence of a check may name, as `model.h` has it."""
+
+_SHARED_WORK = 0.25
+"""Share of the lesser output's operations above which two outputs are computed together."""
+
+LARGEST_COUNT = 64
+"""Groups that one word of flags can hold."""
 
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:
@@ -38,28 +49,30 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
         Texts of `component.h` (sizes), of `starting.c` and `running.c` (by CasADi: what runs once and what
         runs all the time) and of `variables.c` (a table).
     """
-    groups = output_groups(component)
-    name = component.name
-    starting = functions_file(f"{name}_starting", starting_functions(component))
-    running = functions_file(f"{name}_running", running_functions(component, groups))
-    if component.joint is not None:
-        starting += starting_glue(component, component.joint)
-        running += sample_glue(component, component.joint)
+    groups, name, joint = output_groups(component), component.name, component.joint
+    starting = functions_file(f"{name}_starting", _starting_functions(component))
+    running = functions_file(f"{name}_running", _running_functions(component, groups))
+    if joint is not None:
+        starting += starting_glue(component, joint)
+        running += sample_glue(component, joint)
     if component.continuous.size:
         running += choice_of_step(component, ("x", "u", "later", "d", "time", "step"))
+    running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
+    running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
-        "component.h": sizes_header(component, arrays),
+        "component.h": _sizes_header(component, arrays),
         "starting.c": starting,
-        "running.c": running
-        + _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
-        + _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks)),
+        "running.c": running,
         "variables.c": _variables_file(component, groups, arrays),
     }
 
 
-def sizes_header(component: Component, arrays: bool) -> str:
+def _sizes_header(component: Component, arrays: bool) -> str:
     """Write `component.h`: sizes, and the prefix of the component's functions."""
     sizes = {
+        "PREFIX": f"{component.name}_",
+        "MICRO_STEP": float(component.micro_step),
+        "MOST_IN_A_STEP": MOST_IN_A_STEP,
         "PARAMETERS": component.p.size,
         "INPUTS": component.u.size,
         "OUTPUTS": component.output_count,
@@ -72,35 +85,21 @@ def sizes_header(component: Component, arrays: bool) -> str:
         "ARRAYS": int(arrays),
         "EXCHANGES": int(bool(exchanged_states(component))),
     }
-    lines = [
-        "/* Sizes of one component; generated. */",
-        f"#define WL_PREFIX {component.name}_",
-        f"#define WL_MICRO_STEP {float(component.micro_step)!r}",
-        f"#define WL_MOST_IN_A_STEP {MOST_IN_A_STEP}",
-        *(f"#define WL_{name} {value}" for name, value in sizes.items()),
-    ]
-    return "\n".join(lines) + "\n"
+    return _header("Sizes of one component", sizes)
 
 
 def identity_header(component: Component, token: str, state: str) -> str:
-    """Write `identity.h`.
-
-    Parameters
-    ----------
-    component : the declaration
-    token : GUID or instantiation token that the FMU answers to
-    state : what a serialised state must have been made by
-    """
-    lines = [
-        "/* What one FMU is known by; generated. */",
-        f"#define WL_NAME {_string(component.name)}",
-        f"#define WL_TOKEN {_string(token)}",
-        f"#define WL_STATE_ID {_string(state)}",
-    ]
-    return "\n".join(lines) + "\n"
+    """Write `identity.h`: the token that the FMU answers to, and what must have made a serialised state."""
+    known = {"NAME": component.name, "TOKEN": token, "STATE_ID": state}
+    return _header("What one FMU is known by", {name: _string(text) for name, text in known.items()})
 
 
-def starting_functions(component: Component) -> Iterator[Any]:
+def _header(about: str, values: Mapping[str, object]) -> str:
+    lines = "".join(f"#define WL_{name} {value}\n" for name, value in values.items())
+    return f"/* {about}; generated. */\n{lines}"
+
+
+def _starting_functions(component: Component) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
@@ -108,50 +107,92 @@ def starting_functions(component: Component) -> Iterator[Any]:
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
     yield function("margins", [s.p], casadi.vertcat(*margins))
     if component.joint is not None:
-        for part in starting_parts(component, component.joint, [s.x, s.u, s.d, s.time]):
-            yield function(*part)
-        return
-    yield function("settle", [s.p], component.settled(s.p))
-    for part in beginning(component):
-        yield function(*part)
+        parts = starting_parts(component, component.joint, s.now)
+    else:
+        yield function("settle", [s.p], component.settled(s.p))
+        parts = beginning(component)
+    yield from (function(*part) for part in parts)
 
 
-def running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
+def _running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
     """Yield the CasADi functions that run all the time, as the C wrapper calls them."""
     import casadi
 
     s = Symbols.of(component)
-    now = [s.x, s.u, s.d, s.time]
-    if component.joint is not None:
-        for part in running_parts(component, component.joint, now):
-            yield function(*part)
-    else:
-        for number in range(len(component.clocks)):
-            yield function(*sampling(component, number))
+    sampled = (sampling(component, number) for number in range(len(component.clocks)))
+    joint = component.joint
+    for part in sampled if joint is None else running_parts(component, joint, s.now):
+        yield function(*part)
     if component.continuous.size:
-        later = _like(s.u)
-        for part in stepping(component, s, later):
+        for part in stepping(component, s, _like(s.u)):
             yield function(*part)
         if not component.sampled:  # what samples gives no output derivatives
-            yield from _with_tangent("rates", s, component.rates_of(*now))
-
-    y = casadi.SX(component.outputs_of(*now))
+            rates = casadi.SX(component.rates_of(*s.now))
+            yield function("rates", s.now, rates)
+            yield _tangent("rates_tangent", s, rates)
+    y = casadi.SX(component.outputs_of(*s.now))
     for number, group in enumerate(groups):
-        yield function(f"outputs_{number}", now, y[group])
-    yield list(_with_tangent("", s, y[: component.output_count]))[1]
+        yield function(f"outputs_{number}", s.now, y[group])
+    yield _tangent("tangent", s, y[: component.output_count])
 
 
-def _with_tangent(name: str, s: Symbols, expression: Expression) -> Iterator[Any]:
-    """Yield a function of the present, and its derivative along a direction of states, inputs and time."""
+def output_groups(component: Component) -> list[list[int]]:
+    """Indices of the outputs, in groups to be computed together: those that share much of their work.
+
+    A host asks for a few outputs of many; the others need not be computed, nor the local variables.
+
+    Returns
+    -------
+    list of list of int
+        Every output once; at most `LARGEST_COUNT` groups, the last of which are the local variables.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count = component.output_count
+    used = np.array([[i in outputs for i in range(count)] for outputs in _operations(component)], dtype=int)
+    shared = used.reshape(-1, count).T @ used.reshape(-1, count)
+    lesser = np.minimum.outer(shared.diagonal(), shared.diagonal())
+    number, labels = connected_components(shared > _SHARED_WORK * lesser, directed=False)
+    groups = [np.flatnonzero(labels == label).tolist() for label in range(number)]
+    local = [list(range(count, component.y.size))] if count < component.y.size else []
+    alone = LARGEST_COUNT - 1 - len(local)
+    rest = [i for group in groups[alone:] for i in group]
+    return [*groups[:alone], *([rest] if rest else []), *local]
+
+
+def _operations(component: Component) -> list[frozenset[int]]:
+    """For each operation of the outputs' expressions, the outputs that use its result."""
+    import casadi
+
+    now = Symbols.of(component).now
+    y = casadi.cse(casadi.SX(component.outputs_of(*now))[: component.output_count])
+    function = casadi.Function("outputs", now, [y])
+    row = function.sparsity_out(0).row()
+    leaves = {casadi.OP_INPUT, casadi.OP_CONST, casadi.OP_PARAMETER}
+    wanted: dict[int, frozenset[int]] = defaultdict(frozenset)
+    operations = []
+    for k in reversed(range(function.n_instructions())):
+        kind = function.instruction_id(k)
+        taken, given = function.instruction_input(k), function.instruction_output(k)
+        if kind == casadi.OP_OUTPUT:
+            wanted[taken[0]] |= {row[given[1]]}
+            continue
+        users = wanted.pop(given[0], frozenset())
+        if kind not in leaves:
+            operations.append(users)
+            for slot in taken:
+                wanted[slot] |= users
+    return operations
+
+
+def _tangent(name: str, s: Symbols, expression: Expression) -> Any:
+    """Derivative of an expression along a direction of states, inputs and time, as a function."""
     import casadi
 
     moving = [s.x, s.u, s.time]
     along = [_like(each) for each in moving]
-    expression = casadi.SX(expression)
     slope = casadi.jtimes(expression, casadi.vertcat(*moving), casadi.vertcat(*along))
-    now = [s.x, s.u, s.d, s.time]
-    yield function(name or "values", now, expression)
-    yield function(f"{name}_tangent".lstrip("_"), [*now, *along], slope)
+    return function(name, [*s.now, *along], slope)
 
 
 def _like(symbols: Expression) -> Expression:
@@ -177,65 +218,60 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]], array
     first_output = component.p.size + component.u.size
     grouped = [(number, output) for number, group in enumerate(groups) for output in group]
     place = {first_output + output: (number, i) for i, (number, output) in enumerate(grouped)}
-    rows = "".join(
-        f"    {_row(scalar, arrays, place.get(scalar.reference, (0, 0)))},\n"
-        for scalar in component.scalars()
+    states = [(name, state) for state in component.states for name in state.scalar_names]
+    firsts = accumulate((clock.layout.size for clock in component.clocks), initial=component.continuous.size)
+    clocks = [
+        f"{{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}}"
+        for clock, first in zip(component.clocks, firsts, strict=False)
+    ]
+    tables = (
+        ("Variable", "variables", [_row(s, arrays, place.get(s.reference)) for s in component.scalars()]),
+        ("StateVariable", "state_variables", [f"{{{_string(n)}, {int(s.accepts_nan)}}}" for n, s in states]),
+        ("Sentence", "sentences", [_sentence(component, check.sentence) for check in component.checks]),
+        ("double", "nominals", [repr(each.state.variable.nominal) for each in exchanged_states(component)]),
+        ("int", "group_starts", accumulate(map(len, groups[:-1]), initial=0)),
+        ("Clock", "clocks", clocks),
     )
-    sentences = "".join(
-        f"    {_string(_numbered(component, check.sentence))},\n" for check in component.checks
-    )
-    states = "".join(
-        f"    {{{_string(name)}, {int(state.accepts_nan)}}},\n"
-        for state in component.states
-        for name in state.scalar_names
-    )
-    starts = ", ".join(map(str, accumulate(map(len, groups[:-1]), initial=0)))
-    clocks, first = "", component.continuous.size
-    for clock in component.clocks:
-        clocks += f"    {{{component.p.index[clock.sample_time]}, {first}, {clock.layout.size}}},\n"
-        first += clock.layout.size
-    nominals = ", ".join(repr(state.nominal) for state in exchanged_states(component)) or "0"
-    return (
-        "/* Variables of one component in the order of their value references; generated. */\n"
-        '#include "model.h"\n\n'
-        f"const Variable WL(variables)[] = {{\n{rows}}};\n\n"
-        f"const StateVariable WL(state_variables)[] = {{\n{states}    {{0, 0}}\n}};\n\n"
-        f"const char *const WL(sentences)[] = {{\n{sentences}    0\n}};\n\n"
-        f"const double WL(nominals)[] = {{{nominals}}};\n\n"
-        f"const int WL(group_starts)[] = {{{starts}}};\n\n"
-        f"const Clock WL(clocks)[] = {{\n{clocks}    {{0, 0, 0}}\n}};\n"
-    )
+    about = "/* Variables of one component in the order of their value references; generated. */\n"
+    return about + '#include "model.h"\n' + "".join(_table(*table) for table in tables)
 
 
-def _row(scalar: Scalar, arrays: bool, place: tuple[int, int]) -> str:
+def _table(kind: str, name: str, rows: Iterable[object]) -> str:
+    """C table; what would be empty has one row of zeros, since no array of C may be empty."""
+    listed = ",\n    ".join(map(str, rows)) or ("{0}" if kind[0].isupper() else "0")
+    return f"\nconst {kind} WL({name})[] = {{\n    {listed},\n}};\n"
+
+
+def _row(scalar: Scalar, arrays: bool, place: tuple[int, int] | None) -> str:
     variable = scalar.variable
     count = 1 if not arrays else 0 if scalar.element else variable.count
-    bounds = [variable.minimum, variable.maximum]
-    flags = [
-        name
-        for name, holds in (
-            ("HAS_MINIMUM", variable.minimum is not None),
-            ("HAS_MAXIMUM", variable.maximum is not None),
-            ("POSITIVE", isinstance(variable, Parameter) and variable.positive),
-            ("TUNABLE", isinstance(variable, Parameter) and variable.tunable),
-            ("ACCEPTS_NAN", isinstance(variable, Input) and variable.accepts_nan),
-        )
-        if holds
+    flags = {
+        "HAS_MINIMUM": variable.minimum is not None,
+        "HAS_MAXIMUM": variable.maximum is not None,
+        "POSITIVE": getattr(variable, "positive", False),
+        "TUNABLE": getattr(variable, "tunable", False),
+        "ACCEPTS_NAN": getattr(variable, "accepts_nan", False),
+    }
+    values = (scalar.start, variable.minimum, variable.maximum, limits.ordinary_size(variable))
+    cells = [
+        _string(scalar.name),
+        _string("" if variable.unit == "1" else f" {variable.unit}"),
+        *(float(value or 0) for value in values),
+        variable.type.upper() if variable.choice is None else "ENUMERATION",
+        " | ".join(name for name, holds in flags.items() if holds) or 0,
+        count,
+        *(place or (0, 0)),
     ]
-    numbers = ", ".join(
-        repr(float(value or 0)) for value in (scalar.start, *bounds, limits.ordinary_size(variable))
-    )
-    unit = "" if variable.unit == "1" else f" {variable.unit}"
-    kind = variable.type.upper() if variable.choice is None else "ENUMERATION"
-    return (
-        f"{{{_string(scalar.name)}, {_string(unit)}, {numbers}, "
-        f"{kind}, {' | '.join(flags) or 0}, {count}, {place[0]}, {place[1]}}}"
-    )
+    return f"{{{', '.join(map(str, cells))}}}"
 
 
-def _numbered(component: Component, sentence: str) -> str:
-    """Sentence whose `{length}` and `{sensor_position[1]}` are given by value reference: `{0}`."""
-    return FIELD.sub(lambda field: f"{{{component.p.index[field[1]]}}}", sentence)
+def _sentence(component: Component, sentence: str) -> str:
+    """Sentence of a check as a format, and the value references of the parameters that stand in it."""
+    shown = [str(component.p.index[name]) for name in FIELD.findall(sentence)]
+    if len(shown) > MOST_SHOWN:
+        raise ValueError(f"{component.name}: name at most {MOST_SHOWN} parameters in '{sentence}'")
+    text = "%.9g".join(FIELD.sub("\0", sentence).replace("%", "%%").split("\0"))
+    return f"{{{_string(f'.{text}')}, {{{', '.join(shown) or 0}}}}}"
 
 
 def _string(text: str) -> str:

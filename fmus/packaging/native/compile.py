@@ -20,6 +20,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
+from warmlink.fmus.packaging.native.library import FLAGS
 
 
 @dataclass(frozen=True)
@@ -30,61 +31,49 @@ class Platform:
     ----------
     name : its folder under `binaries/` in FMI 3.0, by which it is named everywhere
     fmi2 : its folder in FMI 2.0
-    suffix : of a shared library
     target : what zig calls it
     flags : for its compiler alone
     """
 
     name: str
     fmi2: str
-    suffix: str
     target: str
     flags: tuple[str, ...] = ()
 
+    @property
+    def suffix(self) -> str:
+        """What the name of a shared library ends with."""
+        system = self.name.partition("-")[2]
+        return {"linux": ".so", "windows": ".dll", "darwin": ".dylib", "wasi": ".wasm"}[system]
 
-PLATFORMS = {
-    each.name: each
-    for each in (
-        Platform("x86_64-linux", "linux64", ".so", "x86_64-linux-gnu.2.17"),
-        Platform("aarch64-linux", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17"),
-        Platform("x86_64-windows", "win64", ".dll", "x86_64-windows-gnu"),
-        Platform("x86_64-darwin", "darwin64", ".dylib", "x86_64-macos.11.0"),
-        Platform("aarch64-darwin", "darwin64", ".dylib", "aarch64-macos.11.0"),
-    )
-}
+
+def _by_name(*platforms: Platform) -> dict[str, Platform]:
+    return {each.name: each for each in platforms}
+
+
+PLATFORMS = _by_name(
+    Platform("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17"),
+    Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17"),
+    Platform("x86_64-windows", "win64", "x86_64-windows-gnu"),
+    Platform("x86_64-darwin", "darwin64", "x86_64-macos.11.0"),
+    Platform("aarch64-darwin", "darwin64", "aarch64-macos.11.0"),
+)
 """Platforms by name. FMI 2.0 has one folder for macOS; the library in it holds both architectures."""
 
 _SSE2 = ("-msse2", "-mfpmath=sse")  # the x87 computes with more digits, and so other numbers
 
-SMALL_PLATFORMS = {
-    each.name: each
-    for each in (
-        Platform("x86-linux", "linux32", ".so", "x86-linux-gnu.2.17", _SSE2),
-        Platform("x86-windows", "win32", ".dll", "x86-windows-gnu", _SSE2),
-        Platform("aarch32-linux", "aarch32-linux", ".so", "arm-linux-gnueabihf.2.17"),
-    )
-}
+SMALL_PLATFORMS = _by_name(
+    Platform("x86-linux", "linux32", "x86-linux-gnu.2.17", _SSE2),
+    Platform("x86-windows", "win32", "x86-windows-gnu", _SSE2),
+    Platform("aarch32-linux", "aarch32-linux", "arm-linux-gnueabihf.2.17"),
+)
 """Platforms of 32 bits, which are built where they are named: Linux, Windows, and ARM with hard floats."""
 
-BROWSER = Platform("wasm32-wasi", "", ".wasm", "wasm32-wasi")
+BROWSER = Platform("wasm32-wasi", "", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
-
-# Numbers are the same on every machine: no fused multiply-add, no liberties with NaN, no x87.
-FLAGS = (
-    "-std=c99",
-    "-O2",
-    "-fPIC",
-    "-g0",
-    "-fno-math-errno",
-    "-ffp-contract=off",
-    "-fvisibility=hidden",
-    "-falign-functions=64",  # where a function happens to begin is worth a tenth of the time
-)
 
 ONCE_RUN = ("starting.c",)
 """Units whose code runs once for each instance: large, and not worth a long optimisation."""
-
-_SYSTEM_NAMES = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
 
 
 @dataclass(frozen=True)
@@ -125,29 +114,20 @@ class Compiler:
             for unit, content in zip(units, objects, strict=True):
                 (folder / f"{unit}.o").write_bytes(content)
             target = name + self.platform.suffix
-            self.run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
+            self._run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
             return (folder / target).read_bytes()
 
     def _link_flags(self, target: str) -> list[str]:
-        if self.platform == BROWSER:
-            return ["-o", target, "-s", "-mexec-model=reactor"]
-        flags = ["-shared", "-o", target]
-        if self.platform.suffix == ".so":
-            flags += ["-s", "-Wl,--build-id=none", f"-Wl,-soname,{target}"]
-        elif self.platform.suffix == ".dll":
-            flags += ["-s"]
-        else:
-            flags += [f"-Wl,-install_name,@rpath/{target}"]
-        return flags
+        own = {
+            ".so": ["-shared", "-s", "-Wl,--build-id=none", f"-Wl,-soname,{target}"],
+            ".dll": ["-shared", "-s"],
+            ".dylib": ["-shared", f"-Wl,-install_name,@rpath/{target}"],
+            ".wasm": ["-s", "-mexec-model=reactor"],
+        }
+        return ["-o", target, *own[self.platform.suffix]]
 
-    def run(self, folder: Path, arguments: Sequence[str]) -> None:
-        """Call the compiler in a folder.
-
-        Raises
-        ------
-        InputError
-            If it fails.
-        """
+    def _run(self, folder: Path, arguments: Sequence[str]) -> None:
+        """Call the compiler in a folder; InputError if it fails."""
         command = [*self.command, *self.flags, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
         if done.returncode != 0:
@@ -158,10 +138,9 @@ class Compiler:
 
 def host_platform() -> Platform | None:
     """Platform of this machine, None where FMUs are not built for it."""
-    architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(
-        machine.machine().lower(), machine.machine().lower()
-    )
-    return PLATFORMS.get(f"{architecture}-{_SYSTEM_NAMES.get(sys.platform, sys.platform)}")
+    architecture = machine.machine().lower()
+    architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(architecture, architecture)
+    return PLATFORMS.get(f"{architecture}-{machine.system().lower()}")
 
 
 def platforms_named(names: str | None) -> tuple[Platform, ...]:
@@ -219,17 +198,6 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
     return tuple(chosen)
 
 
-def merged_libraries(libraries: Mapping[Platform, bytes]) -> dict[str, bytes]:
-    """Libraries by their FMI 2.0 folder and suffix; those of both macOS architectures become one file."""
-    merged: dict[str, bytes] = {}
-    for folder in dict.fromkeys(platform.fmi2 for platform in libraries):
-        members = [platform for platform in libraries if platform.fmi2 == folder]
-        contents = [libraries[platform] for platform in members]
-        key = f"{folder}/{members[0].suffix}"
-        merged[key] = contents[0] if len(contents) == 1 else universal_binary(contents)
-    return merged
-
-
 @cache
 def _object(
     compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
@@ -243,7 +211,7 @@ def _object(
             for file, text in texts:
                 (folder / file).write_text(text, encoding="utf-8")
             folders = [f"-I{path}" for path in include]
-            compiler.run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
+            compiler._run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
             return (folder / "unit.o").read_bytes()
 
     headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]
@@ -271,14 +239,8 @@ def _needed(unit: str, sources: Mapping[str, str]) -> tuple[tuple[str, str], ...
 
 
 def _machine_compiler() -> tuple[str, ...] | None:
-    named = os.environ.get("CC")
-    if named:
-        return tuple(shlex.split(named))
-    for name in ("cc", "gcc", "clang"):
-        found = shutil.which(name)
-        if found:
-            return (name,)
-    return None
+    found = os.environ.get("CC") or next(filter(shutil.which, ("cc", "gcc", "clang")), None)
+    return tuple(shlex.split(found)) if found else None
 
 
 UNIVERSAL, MACH_O_64 = 0xCAFEBABE, 0xFEEDFACF
@@ -298,15 +260,11 @@ def universal_binary(libraries: Sequence[bytes]) -> bytes:
         If one of them is not a thin 64-bit Mach-O file.
     """
     page = 1 << _ALIGNMENT
-    head = struct.pack(">II", UNIVERSAL, len(libraries))
-    body = b""
-    start = page
+    head, body = struct.pack(">II", UNIVERSAL, len(libraries)), b""
     for library in libraries:
         magic, processor, variant = struct.unpack_from("<III", library)
         if magic != MACH_O_64:
             raise ValueError("not a thin 64-bit Mach-O library")
-        head += struct.pack(">IIIII", processor, variant, start, len(library), _ALIGNMENT)
-        padded = library + bytes(-len(library) % page)
-        body += padded
-        start += len(padded)
+        head += struct.pack(">IIIII", processor, variant, page + len(body), len(library), _ALIGNMENT)
+        body += library + bytes(-len(library) % page)
     return head + bytes(page - len(head)) + body

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.attributes import document
+from warmlink.fmus.packaging.attributes import add, document
 from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import instantiation_token, model_description
@@ -22,8 +22,8 @@ from warmlink.fmus.packaging.native.compile import (
     Compiler,
     Platform,
     compilers,
-    merged_libraries,
     platforms_named,
+    universal_binary,
 )
 
 _WRITING = threading.Lock()
@@ -102,15 +102,13 @@ def native_fmu_files(
             component, fmi_version, implementation=implementation, sources=units, arrays=arrays
         )
         beside = files_beside(entry, fmi_version, arrays)
-    build_description = {}
     if fmi_version == "3.0":
-        build_description = {"sources/buildDescription.xml": _build_description(component, units)}
+        beside["sources/buildDescription.xml"] = _build_description(component, units)
     return {
         "modelDescription.xml": description,
         **beside,
         **_binaries(component, fmi_version, sources, chosen),
         **{f"sources/{name}": text.encode() for name, text in sources.items()},
-        **build_description,
     }
 
 
@@ -143,24 +141,22 @@ def header_folder() -> Path:
 def _binaries(
     component: Component, fmi_version: FmiVersion, sources: dict[str, str], chosen: Sequence[Compiler]
 ) -> dict[str, bytes]:
-    name = component.name
-    libraries = {each.platform: each.library(sources, name, [header_folder()]) for each in chosen}
-    if fmi_version == "2.0":
-        merged = merged_libraries(libraries)
-        return {
-            f"binaries/{place.rpartition('/')[0]}/{name}{place.rpartition('/')[2]}": merged[place]
-            for place in merged
-        }
-    return {f"binaries/{each.name}/{name}{each.suffix}": library for each, library in libraries.items()}
+    """Libraries by path inside the archive; in FMI 2.0 those of both macOS architectures are one file."""
+    libraries: dict[str, list[bytes]] = {}
+    for each in chosen:
+        platform, library = each.platform, each.library(sources, component.name, [header_folder()])
+        folder = platform.fmi2 if fmi_version == "2.0" else platform.name
+        libraries.setdefault(f"binaries/{folder}/{component.name}{platform.suffix}", []).append(library)
+    return {path: each[0] if len(each) == 1 else universal_binary(each) for path, each in libraries.items()}
 
 
 def _build_description(component: Component, units: Sequence[str]) -> bytes:
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=component.name)
-    files = ET.SubElement(configuration, "SourceFileSet", language="C99")
+    configuration = add(root, "BuildConfiguration", modelIdentifier=component.name)
+    files = add(configuration, "SourceFileSet", language="C99")
     for unit in units:
-        ET.SubElement(files, "SourceFile", name=unit)
-    ET.SubElement(configuration, "Library", name="m")
+        add(files, "SourceFile", name=unit)
+    add(configuration, "Library", name="m")
     return document(root)
 
 

@@ -3,7 +3,7 @@
 Most runs want nothing of what the rare parameters bring, which can take a fifth of a step.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -36,8 +36,8 @@ def elimination_order(coupled: list[set[int]]) -> list[int]:
     return order
 
 
-class Factorisation:
-    """Matrix of expressions, factorised symbolically; solves for any number of right-hand sides.
+def solver(matrix: Expression) -> Callable[[Expression], Expression]:
+    """Solution of a matrix for any right-hand side, shape (n,), as a function of that.
 
     The elimination is written out once, so that a C compiler sees plain arithmetic. Pivots are taken from the
     diagonal without exchange: the matrices are I - gamma h J of dissipative systems, whose diagonal dominates
@@ -47,57 +47,54 @@ class Factorisation:
     ----------
     matrix : square CasADi SX, shape (n, n)
     """
+    import casadi
 
-    def __init__(self, matrix: Expression) -> None:
-        size = matrix.shape[0]
-        rows: list[dict[int, Expression]] = [{} for _ in range(size)]
-        for i, j, element in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
-            rows[i][j] = element
-        coupled: list[set[int]] = [set() for _ in range(size)]
-        for i, row in enumerate(rows):
-            for j in row:
-                coupled[i].add(j)
-                coupled[j].add(i)
-        self._order = elimination_order(coupled)
-        self._rows = rows
-        self._lower: list[tuple[int, int, Expression]] = []
-        self._reciprocals: dict[int, Expression] = {}
-        remaining = set(range(size))
-        for pivot in self._order:
-            remaining.discard(pivot)
-            self._eliminate(pivot, remaining)
+    size = matrix.shape[0]
+    rows: list[dict[int, Expression]] = [{} for _ in range(size)]
+    coupled: list[set[int]] = [set() for _ in range(size)]
+    for i, j, element in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
+        rows[i][j] = element
+        coupled[i].add(j)
+        coupled[j].add(i)
+    order = elimination_order(coupled)
+    reciprocals: dict[int, Expression] = {}
+    lower: list[tuple[int, int, Expression]] = []
+    for k, pivot in enumerate(order):
+        reciprocals[pivot] = 1 / rows[pivot][pivot]
+        factors = _eliminate(rows, pivot, sorted(order[k + 1 :]), reciprocals[pivot])
+        lower += [(i, pivot, factor) for i, factor in factors]
 
-    def solve(self, right: Expression) -> Expression:
-        """Solution for one right-hand side, shape (n,)."""
-        import casadi
-
-        size = len(self._order)
+    def solved(right: Expression) -> Expression:
         known = [right[i] for i in range(size)]
-        for i, pivot, factor in self._lower:
+        for i, pivot, factor in lower:
             known[i] = known[i] - factor * known[pivot]
         solution: dict[int, Expression] = {}
-        for pivot in reversed(self._order):
+        for pivot in reversed(order):
             value = known[pivot]
-            for j, element in self._rows[pivot].items():
+            for j, element in rows[pivot].items():
                 if j in solution:
                     value = value - element * solution[j]
             with unsimplified():
-                solution[pivot] = value * self._reciprocals[pivot]
+                solution[pivot] = value * reciprocals[pivot]
         return casadi.vertcat(*(solution[i] for i in range(size)))
 
-    def _eliminate(self, pivot: int, remaining: set[int]) -> None:
-        row = self._rows[pivot]
-        self._reciprocals[pivot] = 1 / row[pivot]
-        for i in sorted(remaining):
-            below = self._rows[i].pop(pivot, None)
-            if below is None:
-                continue
-            with unsimplified():
-                factor = below * self._reciprocals[pivot]
-            self._lower.append((i, pivot, factor))
-            for j, element in row.items():
-                if j in remaining:
-                    self._rows[i][j] = self._rows[i].get(j, 0) - factor * element
+    return solved
+
+
+def _eliminate(
+    rows: list[dict[int, Expression]], pivot: int, remaining: list[int], reciprocal: Expression
+) -> Iterator[tuple[int, Expression]]:
+    """Take an unknown out of the remaining rows; yield those that held it, with the pivot row's factor."""
+    row = {j: element for j, element in rows[pivot].items() if j in remaining}
+    for i in remaining:
+        below = rows[i].pop(pivot, None)
+        if below is None:
+            continue
+        with unsimplified():
+            factor = below * reciprocal
+        for j, element in row.items():
+            rows[i][j] = rows[i].get(j, 0) - factor * element
+        yield i, factor
 
 
 _CHOICE = """
@@ -133,13 +130,14 @@ def stepping(component: Component, s: Symbols, later: Expression | None = None) 
     arguments = [s.x, s.u, *ends, s.d, s.time, s.step]
     at_end = s.u if later is None else later
     rare = _rare(component)
-    if not rare:
+    if rare:
+        zero = casadi.SX(0)
+        kept = (zero if i in rare else each for i, each in enumerate(casadi.vertsplit(s.d)))
+        without = replace(s, d=casadi.vertcat(*kept))
+        yield "advance_with_all", arguments, _micro_step(component, s, at_end)
+        yield "advance_without", arguments, _micro_step(component, without, at_end)
+    else:
         yield "advance", arguments, _micro_step(component, s, at_end)
-        return
-    yield "advance_with_all", arguments, _micro_step(component, s, at_end)
-    zero = casadi.SX(0)
-    without = casadi.vertcat(*(zero if i in rare else each for i, each in enumerate(casadi.vertsplit(s.d))))
-    yield "advance_without", arguments, _micro_step(component, replace(s, d=without), at_end)
 
 
 def choice_of_step(component: Component, arguments: Sequence[str]) -> str:
@@ -167,11 +165,10 @@ def _micro_step(component: Component, s: Symbols, later: Expression) -> Expressi
 
     size = component.continuous.size
     x, held = s.x[:size], s.x[size:]
-    slope = component.rates_of(s.x, s.u, s.d, s.time)
+    slope = component.rates_of(*s.now)
+    solve: Callable[[Expression], Expression] = partial(component.solved, p=s.d, step=GAMMA * s.step)
     if component.solve is None:
-        solve = Factorisation(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x)).solve
-    else:
-        solve = partial(component.solved, p=s.d, step=GAMMA * s.step)
+        solve = solver(casadi.SX.eye(size) - GAMMA * s.step * casadi.jacobian(slope, x))
 
     def slope_ahead(ahead: Expression) -> Expression:
         return component.rates_of(casadi.vertcat(ahead, held), later, s.d, s.time + s.step, since=s.time)

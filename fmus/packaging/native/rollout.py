@@ -3,7 +3,7 @@
 import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ from warmlink.fmus.packaging.native.lanes import runs_here
 from warmlink.fmus.packaging.native.library import loaded
 
 Array = NDArray[np.float64]
+
+Given = Mapping[str, Mapping[str, Any]]
+"""Parameters of a run, by part and name."""
 
 _CLOSE = 1e-9
 """Share of a micro step by which two instants may differ and be one."""
@@ -35,6 +38,7 @@ class Rollout:
     recorded : names of the outputs that are recorded
     sample_times : parameter of each clock
     micro_step : in s
+    given : how many numbers those parts give that nothing drives
     """
 
     library: bytes
@@ -45,24 +49,26 @@ class Rollout:
     recorded: tuple[str, ...]
     sample_times: tuple[str, ...]
     micro_step: float
+    given: int
 
     @property
     def runs_here(self) -> bool:
         """Whether this machine's processor knows the library's instructions."""
         return runs_here(self.level)
 
-    def periods(self, given: Mapping[str, float]) -> tuple[float, ...]:
+    def periods(self, given: Given) -> tuple[float, ...]:
         """Sample times in s of a run with such parameters; runs go side by side only if these are equal."""
-        return tuple(given.get(name, self.parameters[name]) for name in self.sample_times)
+        split = (name.rpartition(".") for name in self.sample_times)
+        return tuple(
+            given.get(part, {}).get(name, self.parameters[f"{part}.{name}"]) for part, _, name in split
+        )
 
-    def run(
-        self, given: Sequence[Mapping[str, float]], count: int, step: float
-    ) -> tuple[Array, NDArray[np.bool_]]:
+    def run(self, given: Sequence[Given], count: int, step: float) -> tuple[Array, NDArray[np.bool_]]:
         """Run from 0 s on.
 
         Parameters
         ----------
-        given : parameters of each run by name, at most `lanes` runs with equal `periods`
+        given : parameters of each run by part and name, at most `lanes` runs with equal `periods`
         count : number of communication steps
         step : communication step size in s
 
@@ -72,27 +78,43 @@ class Rollout:
             Recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that passed
             between the parts were finite and within their bounds, shape (runs,).
         """
-        tasks, times, steps = task_list(count, step, self.periods(given[0]), self.micro_step)
-        started = [self._started(values) for values in given]
-        started += [started[-1]] * (self.lanes - len(given))
-        *columns, refused = zip(*started, strict=True)
-        sources, settled, states = (self._side_by_side(column) for column in columns)
-        rows = aligned((count + 1, len(self.recorded) + 1, self.lanes))
-        arrays = (tasks, times, steps, sources, settled, states, rows)
+        schedule = count, step, self.periods(given[0]), self.micro_step
+        tasks, times, steps = task_list(*schedule)
+        free, driven, states, refused = self._started(given)
+        tables = [_table(self.library, self.given, self.lanes, each.tobytes(), schedule) for each in free.T]
+        pointers = (ctypes.c_void_p * self.lanes)(*(each.ctypes.data for each in tables))
+        rows = np.empty((self.lanes, len(self.recorded), count + 1))
+        arrays = (times, steps, pointers, driven, states, rows, refused)
         loaded(self.library).rollout(
-            ctypes.c_long(tasks.size), *(ctypes.c_void_p(each.ctypes.data) for each in arrays)
+            ctypes.c_long(tasks.size),
+            ctypes.c_long(count + 1),
+            *(_pointer(each) for each in (tasks, *arrays)),
         )
-        values = np.ascontiguousarray(rows.transpose(2, 1, 0)[: len(given)])
-        return values[:, :-1], np.all(values[:, -1] == 0, axis=1) & (np.ravel(refused)[: len(given)] == 0)
+        return rows[: len(given)], refused[0, : len(given)] == 0
 
-    def _started(self, given: Mapping[str, float]) -> list[Array]:
-        p = np.array([given.get(name, start) for name, start in self.parameters.items()])
-        return [np.array(each).ravel() for each in _function(self.starting)(p)]
+    @cached_property
+    def _places(self) -> dict[str, dict[str, int]]:
+        found: dict[str, dict[str, int]] = {}
+        for place, name in enumerate(self.parameters):
+            part, _, variable = name.rpartition(".")
+            found.setdefault(part, {})[variable] = place
+        return found
 
-    def _side_by_side(self, column: Sequence[Array]) -> Array:
-        held = aligned((column[0].size, self.lanes))
-        held[:] = np.stack(column, axis=1)
-        return held
+    def _started(self, given: Sequence[Given]) -> list[Array]:
+        """What each run starts from, side by side, the last run in the lanes that are left."""
+        p = np.tile(np.fromiter(self.parameters.values(), np.float64), (self.lanes, 1))
+        for row, values in zip(p, given, strict=False):
+            for part, of in values.items():
+                places = self._places.get(part, {})
+                known = {places[name]: value for name, value in of.items() if name in places}
+                row[[*known]] = [*known.values()]
+        p[len(given) :] = p[len(given) - 1]
+        started = []
+        for each in _function(self.starting)(p.T):
+            held = aligned((each.shape[0], self.lanes))
+            held[:] = each.toarray()
+            started.append(held)
+        return started
 
 
 @lru_cache(maxsize=8)
@@ -123,7 +145,26 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
     place = np.concatenate([place, np.repeat(np.arange(1, instants.size), micro)])
     rank = np.where(tasks == _ADVANCE, -1.0, np.where(tasks == _RECORD, np.inf, tasks))
     order = np.lexsort((times, rank, place))
-    return tasks[order].astype(np.int8), times[order].copy(), steps[order].copy()
+    return tasks[order].astype(np.int8), times[order], steps[order]
+
+
+@lru_cache(maxsize=32)
+def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tuple[Any, ...]) -> Array:
+    """What parts that nothing drives give, shape (instants, given), from what they settled."""
+    _, done, _ = task_list(*schedule)
+    instants = done[np.append(True, np.diff(done) != 0)]
+    blocks = -(-instants.size // lanes)
+    times, free = aligned((blocks, lanes)), aligned((len(settled) // 8, lanes))
+    times[:] = instants[-1]
+    times.flat[: instants.size] = instants
+    free[:] = np.frombuffer(settled)[:, None]
+    found = aligned((blocks, given, lanes))
+    loaded(library).table(ctypes.c_long(blocks), _pointer(times), _pointer(free), _pointer(found))
+    return np.ascontiguousarray(found.transpose(0, 2, 1).reshape(-1, given)[: instants.size])
+
+
+def _pointer(array: Any) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data if isinstance(array, np.ndarray) else ctypes.addressof(array))
 
 
 def aligned(shape: tuple[int, ...]) -> Array:

@@ -23,8 +23,6 @@ from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.model_description import model_description
 from warmlink.fmus.syntax import parsed
 
-PYTHON_FOLDER = "python"
-
 _PREFIX = "warmlink."
 _EXPORTER = "pythonfmu"
 _FOR_TYPES = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
@@ -62,7 +60,7 @@ def build_python_fmus(
     """
     built = []
     for entry in entries:
-        built.append(build_python_fmu(entry, out / PYTHON_FOLDER))
+        built.append(build_python_fmu(entry, out / "python"))
         progress(entry.component.name)
     return built
 

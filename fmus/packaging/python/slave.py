@@ -12,7 +12,6 @@ import hashlib
 import json
 import math
 import os
-import struct
 import sys
 import threading
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from functools import partial, partialmethod
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
@@ -64,8 +64,7 @@ class _Memory:
             and isinstance(self.unfit, str | None)
             and isinstance(self.refused, list)
             and all(isinstance(each, str) for each in self.refused)
-            and isinstance(self.discarded, bool)
-            and isinstance(self.lost, bool)
+            and type(self.discarded) is type(self.lost) is bool
         )
 
 
@@ -166,8 +165,7 @@ class ComponentSlave(Fmi2Slave):
             return _RUIN
         values = asdict(state)
         for name in VECTORS:
-            vector = values["snapshot"][name]
-            values["snapshot"][name] = struct.pack(f"<{len(vector)}d", *vector).hex()
+            values["snapshot"][name] = np.array(values["snapshot"][name], dtype="<f8").tobytes().hex()
         content = json.dumps(values).encode("utf-8")
         return b" ".join((cls.form.encode("utf-8"), _digest(content), content))
 
@@ -181,10 +179,9 @@ class ComponentSlave(Fmi2Slave):
             values = json.loads(content)
             snapshot = values.pop("snapshot")
             for name in VECTORS:
-                numbers = struct.iter_unpack("<d", bytes.fromhex(snapshot[name]))
-                snapshot[name] = [number for (number,) in numbers]
+                snapshot[name] = np.frombuffer(bytes.fromhex(snapshot[name]), dtype="<f8").tolist()
             found = _Memory(Snapshot(**snapshot), **values)
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, struct.error):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             found = _Memory()
         if digest != _digest(content) or not found.is_well(cls.component):
             return _Memory(refused=["the serialised state is damaged; serialise it anew"])
@@ -262,13 +259,12 @@ def _finish_at_exit(resources: str) -> None:
     """
     if not sys.platform.startswith("linux"):
         return
-    for library in Path(resources).parent.glob("binaries/*/*.so"):
-        if str(library) not in _known:
-            _known.add(str(library))
-            # A library that is not loaded, or has no such function, needs none of this.
-            with contextlib.suppress(OSError, AttributeError):
-                loaded = ctypes.CDLL(str(library), mode=os.RTLD_NOLOAD | os.RTLD_NOW)
-                atexit.register(_finish, loaded.finalizePythonInterpreter)
+    for library in set(map(str, Path(resources).parent.glob("binaries/*/*.so"))) - _known:
+        _known.add(library)
+        # A library that is not loaded, or has no such function, needs none of this.
+        with contextlib.suppress(OSError, AttributeError):
+            loaded = ctypes.CDLL(library, mode=os.RTLD_NOLOAD | os.RTLD_NOW)
+            atexit.register(_finish, loaded.finalizePythonInterpreter)
 
 
 def _finish(release: Any) -> None:

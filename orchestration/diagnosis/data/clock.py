@@ -74,8 +74,7 @@ def _seconds(cells: Any) -> Array:
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     values, lost = numbers(sheet, column)
-    if lost.size:
-        row = int(lost[0])
+    for row in lost.tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {sheet.cell(row, column)} is no time; correct it or remove the row"
         )
@@ -92,9 +91,8 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
     """Seconds of written dates or times of the day."""
-    empty = np.flatnonzero(text.to_numpy() == "")
-    if empty.size:
-        raise InputError(f"{sheet.at(empty[0], column)}: the time is missing")
+    for row in np.flatnonzero(text.to_numpy() == "").tolist():
+        raise InputError(f"{sheet.at(row, column)}: the time is missing")
     if form is not None and "%" in form:
         return _by_forms(sheet, column, text, [form])
     text = text.str.replace(r"(:\d\d),(\d+)", r"\1.\2", regex=True)
@@ -115,9 +113,8 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
         return _by_forms(sheet, column, text, ["ISO8601"])
     if "." not in look:
         text = text.str.replace(r"^(\w+)[-/ ](\w+)[-/ ]", r"\1-\2-", regex=True)
-    hours = "%I:%M:%S" if clock[-1] in "Mm" else "%H:%M:%S"
-    hours = hours.removesuffix(":%S") if clock.count(":") == 1 else hours
-    hours += " %p" if clock[-1] in "Mm" else ""
+    halves = clock[-1] in "Mm"
+    hours = ("%I:%M" if halves else "%H:%M") + ":%S" * (clock.count(":") > 1) + " %p" * halves
     return _by_forms(sheet, column, text, [f"{order}{stamp['between']}{hours}" for order in orders])
 
 
@@ -132,9 +129,8 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
         stamps = pd.to_datetime(text, format=form, errors="coerce", utc=iso)
         if not iso and "%f" not in form:
             stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
-        lacking = np.flatnonzero(stamps.isna().to_numpy())
-        if lacking.size:
-            worst = max(worst, int(lacking[0]))
+        if stamps.hasnans:
+            worst = max(worst, int(np.argmax(stamps.isna())))
         else:
             found[form] = _seconds(stamps)
     if not found:
@@ -156,12 +152,11 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool))
-    if wrong.size:
-        cell = text.iloc[wrong[0]]
+    right = text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool)
+    for row in np.flatnonzero(~right).tolist():
         raise InputError(
-            f"{sheet.at(wrong[0], column)}: {cell!r} is not of the form HH:MM:SS; write it so, or give its "
-            f'form, as --unit "{sheet.headers[column]}=%H:%M"'
+            f"{sheet.at(row, column)}: {text.iloc[row]!r} is not of the form HH:MM:SS; write it so, or give "
+            f'its form, as --unit "{sheet.headers[column]}=%H:%M"'
         )
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)
     midnights = np.diff(values, prepend=values[0]) < -DAY / 2
@@ -170,12 +165,9 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
-    empty = np.flatnonzero(~np.isfinite(values))
-    if empty.size:
-        raise InputError(f"{sheet.at(empty[0], column)}: the time is missing; give it or remove the row")
-    back = np.flatnonzero(np.diff(values) <= 0)
-    if back.size:
-        row = int(back[0]) + 1
+    for row in np.flatnonzero(~np.isfinite(values)).tolist():
+        raise InputError(f"{sheet.at(row, column)}: the time is missing; give it or remove the row")
+    for row in (np.flatnonzero(np.diff(values) <= 0) + 1).tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
             "increase, so sort the rows, and give fractions of a second where rows come faster"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 
@@ -58,14 +58,10 @@ def said(
     for text in names:
         if "=" not in text:
             raise InputError(f'--map {text}: no name; write --map "{text}=base_temperature"')
-    pairs = [text.rpartition("=") for text in names]
-    return Said(
-        {name.strip(): unit.strip() for name, equals, unit in (u.partition("=") for u in units) if equals},
-        [text.strip() for text in units if "=" not in text],
-        {name.strip(): meant.strip() for name, _, meant in pairs},
-        decimal,
-        replaced,
-    )
+    single = [text.strip() for text in units if "=" not in text]
+    pairs = [text.partition("=") for text in units if "=" in text], [text.rpartition("=") for text in names]
+    by_name, called = ({name.strip(): said.strip() for name, _, said in each} for each in pairs)
+    return Said(by_name, single, called, decimal, replaced)
 
 
 @dataclass(frozen=True)
@@ -85,7 +81,7 @@ class Place:
 
 
 class Assignment:
-    """Finds what each column of a sheet is: the `places` that are used, and the headers `unused`."""
+    """Finds what each column of a sheet is, and the headers that are `unused`."""
 
     def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
         self._sheet, self._rig, self._told = sheet, rig, told
@@ -96,32 +92,46 @@ class Assignment:
         bare = {header: name_and_unit(header) for header in named}
         self._units = dict(bare.values())
         self._named = {**{name: named[header] for header, (name, _) in bare.items()}, **mapped}
-        found = [place for place in map(self._place, range(len(sheet.headers))) if place is not None]
-        taken = {place.variable for place in found if place.chosen}
-        self.places = _with_one_time(
-            [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
-        )
-        self._refuse_two()
-        unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self.places})
+        self._used = self._found()
+        unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self._used.values()})
         self.unused = tuple(sheet.headers[i] for i in unused if sheet.headers[i].strip())
         if self._named.keys() <= told.names.keys():
             self._refuse_unknown(unused)
 
+    def _found(self) -> dict[str, Place]:
+        """Column of each variable, and the best of several times."""
+        found = [place for place in map(self._place, range(len(self._headings))) if place is not None]
+        taken = {place.variable for place in found if place.chosen}
+        found = [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
+        times = [place for place in found if place.variable == TIME]
+        best = [p for p in times if p.chosen] or [p for p in times if plain(p.name) == TIME] or times
+        used: dict[str, Place] = {}
+        for place in (each for each in found if each.variable != TIME or each in best):
+            other = used.setdefault(place.variable, place)
+            if other is not place:
+                one, two = self._sheet.headers[other.column], self._sheet.headers[place.column]
+                what = "times" if place.variable == TIME else place.variable
+                raise InputError(
+                    f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
+                    f'one out with --map "{two}="'
+                )
+        return used
+
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
-        found = {place.variable: place for place in self.places}
-        if TIME in found:
-            return found[TIME], found.get(_DATE)
-        if _DATE in found:
-            return found[_DATE], None
+        date = self._used.get(_DATE)
+        if TIME in self._used:
+            return self._used[TIME], date
+        if date is not None:
+            return date, None
         raise InputError(
             f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
             f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
         )
 
-    def signals(self) -> Iterator[Place]:
+    def signals(self) -> list[Place]:
         """Columns of variables."""
-        return (place for place in self.places if place.variable not in (TIME, _DATE))
+        return [place for variable, place in self._used.items() if variable not in (TIME, _DATE)]
 
     def _variable(self, header: str, name: str) -> str:
         """Variable that `--map` names; empty where the column is to be left out."""
@@ -179,8 +189,8 @@ class Assignment:
         if unit is None:
             unit, source = self._units.get(name), "channels"
         if unit is None:
-            unit = next((u for u in self._told.common if variable and converts(u, self._si(variable))), None)
-            source = "--unit"
+            fitting = (u for u in self._told.common if variable and converts(u, self._si(variable)))
+            unit, source = next(fitting, None), "--unit"
         return Place(column, name, unit, variable, source, chosen)
 
     def _si(self, variable: str) -> str:
@@ -200,26 +210,12 @@ class Assignment:
             return rig.shared[name][0]
         return name if name in (*rig.externals, *rig.columns.values()) else None
 
-    def _refuse_two(self) -> None:
-        first: dict[str, Place] = {}
-        for place in self.places:
-            other = first.setdefault(place.variable, place)
-            if other is not place:
-                one, two = self._sheet.headers[other.column], self._sheet.headers[place.column]
-                what = "times" if place.variable == TIME else place.variable
-                raise InputError(
-                    f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
-                    f'one out with --map "{two}="'
-                )
-
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
-        have = {place.variable for place in self.places}
-        absent = {name: v for name, v in self._rig.columns.items() if v not in have}
+        absent = {name: v for name, v in self._rig.columns.items() if v not in self._used}
         meant: dict[int, str] = {}
         for column in columns:
-            guess = self._guess(column, absent)
-            if guess is not None:
+            if guess := self._guess(column, absent):
                 meant[column] = guess
                 del absent[guess]
         if not meant:
@@ -243,15 +239,8 @@ class Assignment:
         best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
-        for other, variable in absent.items():
-            drives = variable in self._rig.externals and self._si(variable) != "K"
-            if unit and drives and converts(unit, self._si(variable)):
+        for other, variable in absent.items() if unit else ():
+            si = self._si(variable)
+            if variable in self._rig.externals and si != "K" and converts(unit or "", si):
                 return other
         return None
-
-
-def _with_one_time(places: Sequence[Place]) -> list[Place]:
-    """Columns with the best one of several times: that which the user chose, else the one called time."""
-    times = [place for place in places if place.variable == TIME]
-    best = [p for p in times if p.chosen] or [p for p in times if plain(p.name) == TIME] or times
-    return [place for place in places if place.variable != TIME or place in best]

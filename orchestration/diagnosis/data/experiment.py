@@ -1,4 +1,7 @@
-"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is."""
+"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is.
+
+Its file (TOML) is read into the tables that stand first here.
+"""
 
 from __future__ import annotations
 
@@ -6,32 +9,102 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
-from warmlink.orchestration.diagnosis.data.experiment_file import (
-    MEASURED,
-    PER_RUN,
-    CalibrateTable,
-    ExperimentFile,
-)
-from warmlink.orchestration.diagnosis.data.measured import Run, names_of, read_run
+from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.diagnosis.data.rigs import rig_of
-from warmlink.orchestration.diagnosis.data.signals import Column
+from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import read_table
-from warmlink.orchestration.text_files import is_file, measured_text, tables_of
+from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
+
+PER_RUN = "run"
+
+NOMINAL, MEASURED = "nominal", "measured"
+"""What the states start from: the declared start values, or the first minute of measurements."""
+
+
+class Label(Entry):
+    """The value of a label: a text, or a number that is taken for one."""
+
+    def _read(self, value: Any) -> str:
+        if not isinstance(value, str | int | float):
+            raise InputError(f"{shown(value)} is not a name; write it as text")
+        return str(value)
+
+    def _schema(self) -> dict[str, Any]:
+        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """One run: its measurements, and what holds for it alone."""
+
+    __pydantic_config__ = TABLE
+
+    data: Annotated[str, Text("FILE.csv")]
+    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
+    heldout: Annotated[bool, Flag()] = False
+    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
+    known: Values = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class CalibrateTable:
+    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
+
+    __pydantic_config__ = TABLE
+
+    min: Annotated[str | float, Value()]
+    max: Annotated[str | float, Value()]
+    start: Annotated[str | float | None, Value()] = None
+    per: Annotated[str | None, Text(PER_RUN)] = None
+
+
+@dataclass(frozen=True)
+class CausesTable:
+    """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
+
+    __pydantic_config__ = TABLE
+
+    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
+    file: Annotated[str | None, Text("causes.toml")] = None
+    shipped: Annotated[bool, Flag()] = True
+
+
+@dataclass(frozen=True)
+class ExperimentFile:
+    """An experiment: the runs on one system, what is known, and what is calibrated."""
+
+    __pydantic_config__ = TABLE
+
+    system: Annotated[str, Text("WarmupCell")]
+    run: tuple[RunTable, ...]
+    title: Annotated[str | None, Text()] = None
+    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
+    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
+    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
+    known: Values = field(default_factory=dict)
+    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
+    causes: CausesTable = field(default_factory=CausesTable)
+    noise: Values = field(default_factory=dict)
+    in_loop: Annotated[bool, Flag()] = False
+
+    def __post_init__(self) -> None:
+        if not self.run:
+            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')
 
 
 @dataclass(frozen=True)
@@ -57,8 +130,7 @@ class Experiment:
     noise : 1 sigma by output, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
-    declared : causes that were declared for this system
-    with_shipped : whether the shipped causes are thought of as well
+    declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
     """
 
     title: str
@@ -80,6 +152,11 @@ class Experiment:
         shipped = catalogue() if self.with_shipped else ()
         return tuple({each.name: each for each in (*shipped, *self.declared)}.values())
 
+    def understood(self) -> dict[str, Any]:
+        """What the files were understood to be, what is assumed and passed over, as JSON."""
+        runs, remarks = [run.understood() for run in self.runs], list(self.remarks)
+        return {"system": self.rig.name, "runs": runs, "known": dict(self.known), "remarks": remarks}
+
 
 def calibrating(experiment: Experiment) -> Experiment:
     """The same without any causes; raises InputError where nothing is calibrated."""
@@ -92,17 +169,10 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment file, or bare measurements as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
 
-    Parameters
-    ----------
-    source : path of an experiment (TOML) or of a file of measurements, or these as a DataFrame
-    told : units and names of columns that the user gave
-
-    Raises
-    ------
-    InputError
-        What does not fit, with file, row and column or with the table and key.
+    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
+    file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         if not is_file(source):
@@ -138,20 +208,14 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
     first = experiments[0]
     runs = [run for each in experiments for run in each.runs]
     names = [run.name for run in runs]
+    for i, run in enumerate(runs):
+        if names.count(run.name) > 1:
+            runs[i] = replace(run, name=f"{run.name} ({names[: i + 1].count(run.name)})")
     columns: dict[str, Column] = {}
     for column in (c for each in experiments for c in each.columns):
         columns.setdefault(column.variable, column)
-    return replace(
-        first,
-        title=" and ".join(each.title for each in experiments),
-        runs=tuple(
-            replace(run, name=f"{run.name} ({names[: i + 1].count(run.name)})")
-            if names.count(run.name) > 1
-            else run
-            for i, run in enumerate(runs)
-        ),
-        columns=tuple(columns.values()),
-    )
+    title = " and ".join(each.title for each in experiments)
+    return replace(first, title=title, runs=tuple(runs), columns=tuple(columns.values()))
 
 
 class _Reader:
@@ -167,35 +231,31 @@ class _Reader:
         self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
+        self.runs: list[Run] = []
 
     def experiment(self) -> Experiment:
-        file = self.file
-        runs: list[Run] = []
+        file, rig = self.file, self.rig
         for i, table in enumerate(file.run, 1):
-            path = self.folder / table.data
-            run = read_run(path, self.rig, self.channels, file.covariates, self.told)
+            run = read_run(self.folder / table.data, rig, self.channels, file.covariates, self.told)
             known = self._known(table.known, f"run {i}.known")
-            if run.name in [each.name for each in runs]:
+            if run.name in [each.name for each in self.runs]:
                 raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")
-            runs.append(
-                replace(run, labels=table.labels, known=known, heldout=table.heldout, adapt=table.adapt)
-            )
-        if all(run.heldout for run in runs):
+            run = replace(run, labels=table.labels, heldout=table.heldout, adapt=table.adapt)
+            self.runs.append(replace(run, known=known))
+        if all(run.heldout for run in self.runs):
             raise InputError(f"{self.name}: every run is held out; leave at least one to fit")
         for label in file.causes.per:
-            self._check_label(label, runs, "causes.per")
-        known = self._known(file.known, "known")
-        columns = runs[-1].measured
-        declared = causes_of(
-            self.declared, self.rig.scalar, known, names_of(columns), f"{self.name}: {file.causes.file}"
-        )
+            self._check_label(label, "causes.per")
+        known, columns = self._known(file.known, "known"), self.runs[-1].measured
+        where = f"{self.name}: {file.causes.file}"
+        declared = causes_of(self.declared, rig.scalar, known, names_of(columns), where)
         return Experiment(
             self.name if file.title is None else file.title,
-            self.rig,
-            tuple(runs),
+            rig,
+            tuple(self.runs),
             columns,
             known,
-            tuple(self._calibrated(name, table, runs) for name, table in file.calibrate.items()),
+            tuple(self._calibrated(name, table) for name, table in file.calibrate.items()),
             file.causes.per,
             {variable: self._noise(variable, text) for variable, text in file.noise.items()},
             file.initial == MEASURED,
@@ -213,7 +273,7 @@ class _Reader:
             known[variable] = to_si(text, scalar, place)
         return known
 
-    def _calibrated(self, name: str, table: CalibrateTable, runs: list[Run]) -> Calibration:
+    def _calibrated(self, name: str, table: CalibrateTable) -> Calibration:
         variable = self.moved.get(name, name)
         place = f"{self.name}: calibrate.{variable}"
         scalar = self.rig.scalar(variable, place)
@@ -224,7 +284,7 @@ class _Reader:
         if not lower <= start <= upper:
             raise InputError(f"{place}: start {start:g} lies outside {lower:g} to {upper:g}")
         if table.per is not None and table.per != PER_RUN:
-            self._check_label(table.per, runs, f"calibrate.{variable}.per")
+            self._check_label(table.per, f"calibrate.{variable}.per")
         return Calibration(variable, lower, upper, start, table.per)
 
     def _noise(self, variable: str, text: str | float) -> float:
@@ -234,8 +294,8 @@ class _Reader:
             raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
         return noise
 
-    def _check_label(self, label: str, runs: list[Run], where: str) -> None:
-        for run in runs:
+    def _check_label(self, label: str, where: str) -> None:
+        for run in self.runs:
             if label not in run.labels:
                 raise InputError(
                     f"{self.name}: {where}: run {run.name} has no label {label!r}; add it to its labels"

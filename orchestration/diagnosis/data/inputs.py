@@ -59,15 +59,8 @@ def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
 def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experiment:
     """Set parameters of the system for all runs, and check that what is known goes together.
 
-    Parameters
-    ----------
-    experiment : as it was read
-    settings : values with units by `instance.variable`, as `--set` gives them
-
-    Raises
-    ------
-    InputError
-        There is no such parameter, its unit does not fit, or the system cannot be like that.
+    `settings` are values with units by `instance.variable`, as `--set` gives them. InputError is raised where
+    there is no such parameter, its unit does not fit, or the system cannot be like that.
     """
     system = experiment.rig
     given = {name: start_value(name, text, system.components, "--set") for name, text in settings.items()}
@@ -77,44 +70,36 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
             raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
         if name in calibrated:
             raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
-    runs = tuple(
-        replace(run, known={n: v for n, v in run.known.items() if n not in given}) for run in experiment.runs
-    )
-    experiment = replace(experiment, runs=runs, known={**experiment.known, **given})
-    for run in runs:
-        known = {**experiment.known, **run.known}
+    known, runs = {**experiment.known, **given}, []
+    for run in experiment.runs:
+        of_run = {name: value for name, value in run.known.items() if name not in given}
+        runs.append(replace(run, known=of_run))
         for instance, component in system.components.items():
-            mine = {n[len(instance) + 1 :]: v for n, v in known.items() if system.part_of(n) == instance}
+            all_known = {**known, **of_run}.items()
+            mine = {n[len(instance) + 1 :]: v for n, v in all_known if system.part_of(n) == instance}
             try:
                 limits.checked(component, instance, mine)
             except InputError as fault:
                 raise InputError(f"{run.name}: {fault}") from None
-    return experiment
+    return replace(experiment, runs=tuple(runs), known=known)
 
 
 def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experiment:
     """Put assumed inputs into the runs that do not have them, and remark on those that are still absent.
 
-    Parameters
-    ----------
-    experiment : as it was read
-    assumed : `NAME=VALUE` by name of column or input, the value with its unit or in SI; a pad may be `off`
-
-    Raises
-    ------
-    InputError
-        An assumption names no input, contradicts the file or has no such value; nothing drives a run.
+    `assumed` are texts `NAME=VALUE` by name of column or input, the value with its unit or in SI; a pad may
+    be `off`. InputError is raised where one names no input, contradicts the file or has no such value, and
+    where nothing drives a run.
     """
     given = [_assumption(experiment, text) for text in assumed]
     runs = []
     for run in experiment.runs:
-        lacking = {name: value for name, value in given if not _is_given(experiment, run, name)}
-        constant = {name: np.full(run.time.size, value) for name, value in lacking.items()}
+        lacking = [each for each in given if not _is_given(experiment, run, each[0])]
+        constant = {name: np.full(run.time.size, value) for name, value in lacking}
         runs.append(replace(run, inputs={**run.inputs, **constant}))
     experiment = replace(experiment, runs=tuple(runs))
     _refuse_undriven(experiment)
-    remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks)]
-    remarks += _absent(experiment)
+    remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks), *_absent(experiment)]
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
         remarks.append(f'not used: {_few(unused)}; say what a column is with --map "COLUMN=base_temperature"')
@@ -162,14 +147,12 @@ def _absent(experiment: Experiment) -> list[str]:
     """Remarks on inputs that nobody logged, with the values they are given."""
     remarks = []
     for group in experiment.rig.driven_by:
-        without = [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]
-        if without:
+        if without := [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
             value, option = _neutral(experiment.rig, name)
             whose = f"{_few(without)}: " if len(experiment.runs) > 1 else ""
-            remarks.append(
-                f"{whose}no {name} column: taken as {value}; give --assume {name}={option} to say so"
-            )
+            told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
+            remarks.append(whose + told)
     return remarks
 
 
@@ -178,11 +161,10 @@ def _neutral(system: Rig, name: str) -> tuple[str, str]:
     if name.endswith("pad_temperature"):
         return OFF, OFF
     scalar = system.variables[system.columns.get(name, name)]
-    start = float(scalar.start or 0.0)
+    start, unit = float(scalar.start or 0.0), scalar.variable.unit
     if scalar.is_temperature:
         return f"{start - ZERO_CELSIUS:g} degC", f'"{start - ZERO_CELSIUS:g} degC"'
-    unit = "" if scalar.variable.unit == "1" else f" {scalar.variable.unit}"
-    return f"{start:g}{unit}", f"{start:g}"
+    return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"
 
 
 def _few(names: Sequence[str]) -> str:

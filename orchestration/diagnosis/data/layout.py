@@ -63,10 +63,9 @@ def is_unit(text: str) -> bool:
     if not bare or bare in _SPELLINGS:
         return bool(bare)
     try:
-        parse_unit(bare)
+        return bool(parse_unit(bare)) and not bare.isdigit()
     except InputError:
         return False
-    return not bare.isdigit()
 
 
 def _bare(unit: str) -> str:
@@ -96,26 +95,25 @@ def with_suffix(name: str) -> Iterator[tuple[str, str]]:
 def converts(unit: str, si_unit: str) -> bool:
     """Whether a unit measures the quantity of an SI unit."""
     try:
-        conversion_to(unit, si_unit, "", difference=False)
+        return bool(conversion_to(unit, si_unit, "", difference=False))
     except InputError:
         return False
-    return True
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
     """The separator by which most lines fall into single values, and the number of cells in a row."""
-    best, chosen = 0.0, ("", 0)
+    best, chosen, width = 0.0, "", 0
     for separator in SEPARATORS:
         rows = [split(line, separator) for line in lines]
-        width = most_common([len(cells) for cells in rows])
-        fitting = [cells for cells in rows if len(cells) == width]
+        usual = most_common([len(cells) for cells in rows])
+        fitting = (cell for cells in rows if len(cells) == usual for cell in cells)
         # Cells that are empty, a number, a time or a word, rather than several of them in one.
-        single = sum(not cell or _is_value(cell) or cell.isalpha() for cells in fitting for cell in cells)
-        whole = single / max(width * len(lines), 1)
-        if width > 1 and whole > best + 0.02:
-            best, chosen = whole, (separator, width)
-    if chosen[1]:
-        return chosen
+        single = sum(not cell or _is_value(cell) or cell.isalpha() for cell in fitting)
+        whole = single / max(usual * len(lines), 1)
+        if usual > 1 and whole > best + 0.02:
+            best, chosen, width = whole, separator, usual
+    if width:
+        return chosen, width
     if len(lines) == 1:
         raise InputError(f"{name}: there are no rows below its only line {shown(lines[0])}; measure again")
     raise InputError(
@@ -181,17 +179,15 @@ def _are_units(row: Sequence[str]) -> bool:
 def _is_data(row: Sequence[str], width: int) -> bool:
     """Whether most cells of a row are numbers or times, or the first is one and words fill the others."""
     said = [_is_value(cell) for cell in row if cell]
-    if not any(said):
-        return False
-    return (2 * sum(said) > len(said) and 5 * sum(said) > 2 * width) or (said[0] and len(said) >= width)
+    most = 2 * sum(said) > len(said) and 5 * sum(said) > 2 * width
+    return most or (any(said[:1]) and len(said) >= width)
 
 
 def decimal_of(cells: Sequence[str]) -> str:
     """Decimal mark of a file by what some cells say without doubt; the marked column is judged by cell."""
     numbers = [cell for cell in cells if NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-    sure = Counter(filter(None, map(_sure_decimal, numbers)))
-    if sure:
-        return sure.most_common(1)[0][0]
+    for mark, _ in Counter(filter(None, map(_sure_decimal, numbers))).most_common(1):
+        return mark
     return "point" if numbers and all("," not in cell for cell in numbers) else ""
 
 

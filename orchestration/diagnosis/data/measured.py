@@ -5,25 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component import limits
+from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Place, Said
 from warmlink.orchestration.diagnosis.data.layout import TIME
 from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
-from warmlink.orchestration.diagnosis.data.signals import (
-    Column,
-    held,
-    lost_remark,
-    signal,
-    without_repeats,
-)
+from warmlink.orchestration.diagnosis.data.signals import Column, held, signal, without_repeats
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,6 +27,9 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
+
+_GAP = 3.0
+"""Usual spacings of the rows from which on a pause counts as a gap."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +81,24 @@ class Run:
     def measured(self) -> tuple[Column, ...]:
         """Columns of readings, in the order of the file."""
         return tuple(column for column in self.columns if column.variable in self.readings)
+
+    def understood(self) -> dict[str, Any]:
+        """What the run was understood to be, as JSON."""
+        spacing = np.diff(self.time)
+        usual = float(np.median(spacing))
+        gaps = np.flatnonzero(spacing > _GAP * usual)
+        said = ("variable", "unit", "unit_from", "filled", "cells", "least", "largest")
+        return {
+            "name": self.name,
+            "form": self.form,
+            "rows": int(self.time.size),
+            "duration_s": float(self.time[-1]),
+            "spacing_s": usual,
+            "gaps": [{"at_s": float(self.time[i]), "lasts_s": float(spacing[i])} for i in gaps],
+            "held_out": self.heldout,
+            "columns": [{"column": c.header, **{k: getattr(c, k) for k in said}} for c in self.columns],
+            "not_used": list(self.unused),
+        }
 
     def row_at(self, times: NDArray[np.floating]) -> NDArray[np.intp]:
         """Row whose inputs act at each time in s, shape of `times`."""
@@ -140,13 +155,13 @@ def read_run(
         kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
         scalar = rig.variables.get(place.variable)
         column, values, lost = signal(sheet, place, scalar)
-        remarks += lost_remark(sheet, place.column, lost)
+        remarks += [sheet.taken_for_missing(lost, place.column)] if lost.size else []
         if kind == "reading":
             values, left_out = without_repeats(sheet, column.name, values)
             remarks += left_out
         else:
-            if kind == "input":
-                _refuse_undefined(sheet, place, values, rig)
+            if kind == "input" and scalar is not None and scalar.is_discrete:
+                _refuse_undefined(sheet, place, values, scalar)
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)
@@ -162,27 +177,23 @@ def read_run(
         columns=tuple(each for kind in columns.values() for each in kind),
         form=f"{sheet.form}; times as {taken}",
     )
-    discrete = [name for name in run.inputs if rig.variables[name].is_discrete]
-    return condensed(run, discrete)
+    return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
 
 
 def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
     """Whether a column is an input or a reading; raises InputError where it is a parameter."""
     scalar = rig.scalar(place.variable, sheet.of(place.column))
-    if place.variable in rig.externals:
-        return "input"
-    if scalar.start is None:
-        return "reading"
+    if place.variable in rig.externals or scalar.start is None:
+        return "input" if place.variable in rig.externals else "reading"
     raise InputError(
         f"{sheet.of(place.column)}: {place.variable} is neither an input nor an output; "
         "give a constant under [known]"
     )
 
 
-def _refuse_undefined(sheet: Sheet, place: Place, values: Array, rig: Rig) -> None:
+def _refuse_undefined(sheet: Sheet, place: Place, values: Array, scalar: Scalar) -> None:
     """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
-    scalar = rig.variables[place.variable]
-    for row in np.flatnonzero(np.isfinite(values)).tolist() if scalar.is_discrete else ():
+    for row in np.flatnonzero(np.isfinite(values)).tolist():
         sentence = limits.problem(scalar, float(values[row]))
         if sentence is not None:
             raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
@@ -203,13 +214,10 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
         sums = np.add.reduceat(np.where(full, values, 0.0), starts)
         return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
 
-    return replace(
-        run,
-        time=run.time[starts],
-        inputs={n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()},
-        readings={n: mean(v, False) for n, v in run.readings.items()},
-        covariates={n: mean(v, True) for n, v in run.covariates.items()},
-    )
+    inputs = {n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()}
+    readings = {n: mean(v, False) for n, v in run.readings.items()}
+    covariates = {n: mean(v, True) for n, v in run.covariates.items()}
+    return replace(run, time=run.time[starts], inputs=inputs, readings=readings, covariates=covariates)
 
 
 def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:

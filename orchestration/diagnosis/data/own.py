@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
@@ -30,24 +31,59 @@ class Own:
     """
 
     def __init__(self, base: System, paths: Paths) -> None:
-        self.base, self.paths = base, paths
-        self.system, self.moved = _with_paths(base, paths)
+        self.base, self.paths, self.system = base, paths, base
+        self.moved: dict[str, str] = {}
+        if paths:
+            fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
+            for name, path in paths.items():
+                self._add(name, path, fmu)
+
+    def _add(self, name: str, path: AddsTable, fmu: Path) -> None:
+        """Put a heat path before the inputs that it changes."""
+        parts, links = dict(self.system.components), list(self.system.connections)
+        if name in parts:
+            raise InputError(f"{name}: {self.base.name} has a component of this name; rename the cause")
+        parts[name] = component(name, fmu)
+        for end, target in path.totals.items():
+            info, variable, value = _variable(parts, target, f"{name}.adds")
+            own, taken = to_si(info, variable), f"{end}_heat_flow"
+            before = next((each for each in links if each.target == target), None)
+            if before is None:
+                parts[name].values[taken] = own(float(value or 0.0))
+            else:
+                whole = Conversion(before.factor, before.offset).then(own.factor, own.offset)
+                moved = replace(before, target_component=name, target_variable=taken)
+                links[links.index(before)] = replace(moved, factor=whole.factor, offset=whole.offset)
+            links.append(connect(parts, f"{name}.total_{taken}", target))
+            self.moved.setdefault(target, f"{name}.{taken}")
+        for end, source in path.sources.items():
+            # A signal may be named by the input that it feeds.
+            fed = next((each.source for each in links if each.target == source), source)
+            info, variable, _ = _variable(parts, fed, f"{name}.adds")
+            if info.variables[variable].causality == "input":
+                raise InputError(
+                    f"{name}.adds: {fed}: is an input that nothing feeds in {self.base.name}, so that "
+                    "nothing passes its signal on; feed it there, from a DutyCycle for example"
+                )
+            links.append(connect(parts, fed, f"{name}.{end}"))
+        self.system = replace(self.system, components=parts, connections=tuple(links))
 
     def extended(self, values: Mapping[str, float]) -> System:
         """The system with values in SI by full name, and with those heat paths that carry heat."""
         used = {name: path for name, path in self.paths.items() if values.get(f"{name}.{path.parameter}")}
-        system, moved = _with_paths(self.base, used)
-        by_part: dict[str, dict[str, Value]] = {name: dict(c.values) for name, c in system.components.items()}
+        bare = Own(self.base, used)
+        parts = dict(bare.system.components)
         back = {path: end for end, path in self.moved.items()}
         for name, value in values.items():
             end = back.get(name, name)
-            end = moved.get(end, end)
-            part = _owner(by_part, end)
+            end = bare.moved.get(end, end)
+            part = _owner(parts, end)
             if part:
-                info, key = read_description(system.components[part].fmu), end[len(part) + 1 :]
-                by_part[part][key] = from_si(info, key, value)
-        parts = {name: component(name, c.fmu, by_part[name]) for name, c in system.components.items()}
-        return replace(system, components=parts)
+                held, key = parts[part], end[len(part) + 1 :]
+                own = from_si(read_description(held.fmu), key, value)
+                parts[part] = replace(held, values={**held.values, key: own})
+        checked = {name: component(name, held.fmu, held.values) for name, held in parts.items()}
+        return replace(bare.system, components=checked)
 
 
 def to_si(info: ModelInfo, name: str) -> Conversion:
@@ -62,47 +98,6 @@ def from_si(info: ModelInfo, name: str, value: float) -> Value:
     given, kind = to_si(info, name), info.variables[name].kind
     own = (value - given.offset) / given.factor
     return bool(own) if kind == "Boolean" else own if kind == "Real" else round(own)
-
-
-def _with_paths(system: System, paths: Paths) -> tuple[System, dict[str, str]]:
-    """A system with heat paths before inputs, and the input of a path that stands for each such input."""
-    if not paths:
-        return system, {}
-    parts, connections = dict(system.components), list(system.connections)
-    file = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
-    moved: dict[str, str] = {}
-    for name, path in paths.items():
-        if name in parts:
-            raise InputError(f"{name}: {system.name} has a component of this name; rename the cause")
-        parts[name] = component(name, file)
-        for end, target in path.totals.items():
-            before = next((each for each in connections if each.target == target), None)
-            info, variable, value = _variable(parts, target, f"{name}.adds")
-            own, taken = to_si(info, variable), f"{end}_heat_flow"
-            if before is None:
-                parts[name].values[taken] = own(float(value or 0.0))
-            else:
-                whole = Conversion(before.factor, before.offset).then(own.factor, own.offset)
-                connections[connections.index(before)] = replace(
-                    before,
-                    target_component=name,
-                    target_variable=taken,
-                    factor=whole.factor,
-                    offset=whole.offset,
-                )
-            connections.append(connect(parts, f"{name}.total_{taken}", target))
-            moved.setdefault(target, f"{name}.{taken}")
-        for end, source in path.sources.items():
-            # A signal may be named by the input that it feeds.
-            fed = next((each.source for each in connections if each.target == source), source)
-            info, variable, _ = _variable(parts, fed, f"{name}.adds")
-            if info.variables[variable].causality == "input":
-                raise InputError(
-                    f"{name}.adds: {fed}: is an input that nothing feeds in {system.name}, so that nothing "
-                    "passes its signal on; feed it there, from a DutyCycle for example"
-                )
-            connections.append(connect(parts, fed, f"{name}.{end}"))
-    return replace(system, components=parts, connections=tuple(connections)), moved
 
 
 def _variable(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInfo, str, Value | None]:

@@ -36,9 +36,6 @@ SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
 """Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
 an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
 
-_WANDERING = {"room": "ambient_offset", "heat": "standby_power"}
-"""What may wander beside its log, and the parameter of each component to which it adds."""
-
 PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
 """Components by the instance that the shipped systems, and the causes, call them."""
 
@@ -145,14 +142,14 @@ class Rig:
     @cached_property
     def wandering(self) -> dict[str, tuple[str, ...]]:
         """Slots to which a room that wanders beside its log adds, and those to which heat adds, by signal."""
-        found = {
-            signal: [name for name in self.parameters if name.endswith(f".{parameter}")]
-            for signal, parameter in _WANDERING.items()
-        }
+        room, heat = (
+            [name for name in self.parameters if name.endswith(f".{parameter}")]
+            for parameter in ("ambient_offset", "standby_power")
+        )
         for name in self.externals:
             if self.part_of(name) in self.foreign and self.unit(name) == "K" and "ambient" in name:
-                found["room"].append(f"{OFFSET}:{name}")
-        return {signal: tuple(names) for signal, names in found.items() if names}
+                room.append(f"{OFFSET}:{name}")
+        return {signal: tuple(names) for signal, names in (("room", room), ("heat", heat)) if names}
 
     @cached_property
     def shared(self) -> Mapping[str, tuple[str, ...]]:
@@ -169,12 +166,9 @@ class Rig:
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        kinds = {PARTS.get(part)}
-        if part == "link":
-            kinds |= {
-                self.blueprint.components[i] for i, each in self.foreign.items() if each.rates is not None
-            }
-        return [instance for instance in self.components if self.blueprint.components[instance] in kinds]
+        kinds = self.blueprint.components
+        reduced = {i for i, each in self.foreign.items() if part == "link" and each.rates is not None}
+        return [i for i in self.components if kinds[i] == PARTS.get(part) or i in reduced]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""

@@ -12,12 +12,11 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.data.own import Own, Paths, to_si
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.scenarios.own_system import parts_of
+from warmlink.orchestration.scenarios.own_system import blueprint_of
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.replacement import Replacements
-from warmlink.orchestration.system.shipped import Blueprint
+from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.units import Unit, meaning
 
 
@@ -30,33 +29,29 @@ def rig_of(
 ) -> Rig:
     """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
-    With heat paths that causes may add, or FMUs in place of its parts; `looped`: simulated in a loop of
-    FMUs, even where every part is known. InputError is raised where there is no such system, or something
-    does not fit it.
+    With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_of_own`.
+    InputError is raised where there is no such system, or something does not fit it.
     """
-    is_file = name.lower().endswith((".ssp", ".ssd"))
-    changed = replaced is not None and bool(replaced.fmus)
-    if not (is_file or paths or looped or changed):
-        return rig(name)
-    if is_file:
+    changed = replaced or NOTHING_REPLACED
+    if name.lower().endswith((".ssp", ".ssd")):
         base = read_system(folder / name)
-    else:
+    elif paths or looped or changed.fmus:
         shipped, none = rig(name).blueprint, controller("none").name
         kinds = set(shipped.components_with(none).values())
         base = shipped.system(store(None, sorted(kinds), remark).files(kinds), none)
-    if replaced is not None:
-        base = replaced.in_system(base)
-    return rig_of_own(Own(base, paths), looped)
+    else:
+        return rig(name)
+    return rig_of_own(Own(changed.in_system(base), paths), looped)
 
 
 def rig_of_own(own: Own, looped: bool = False) -> Rig:
     """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
-    system = own.system
-    kinds, files = parts_of(system)
-    infos = {name: read_description(held.fmu) for name, held in system.components.items()}
+    parts = own.system.components
+    blueprint, files = blueprint_of(own.system)
+    infos = {name: read_description(held.fmu) for name, held in parts.items()}
     foreign = {
         name: reduced_link_in(files[kind]) or _declaration(infos[name])
-        for name, kind in kinds.items()
+        for name, kind in blueprint.components.items()
         if kind in files
     }
     values = {
@@ -64,10 +59,8 @@ def rig_of_own(own: Own, looped: bool = False) -> Rig:
             key: value if isinstance(value, str) else to_si(infos[name], key)(float(value))
             for key, value in held.values.items()
         }
-        for name, held in system.components.items()
+        for name, held in parts.items()
     }
-    wires = tuple((each.source, each.target) for each in system.connections)
-    blueprint = Blueprint(system.name, "", kinds, wires, step_size=system.default_experiment.step_size or 1.0)
     return Rig(blueprint, values=values, foreign=foreign, looped=looped, own=own)
 
 
@@ -80,12 +73,11 @@ def _declaration(info: ModelInfo) -> Component:
         kind = "Integer" if variable.kind == "Enumeration" else variable.kind
         if kind not in ("Real", "Integer", "Boolean") or variable.dimensions:
             continue
-        own = meaning(own_unit(info, variable) or Unit("1"))
+        own, about = meaning(own_unit(info, variable) or Unit("1")), variable.description
         powers = zip(BASE_UNITS, own.exponents or (), strict=False)
         plain = ".".join(base if n == 1 else f"{base}{n}" for base, n in powers if n) or "1"
         unit = own.name if (own.factor, own.offset) == (1.0, 0.0) else plain
         display = "degC" if unit == "K" and not variable.relative else None
-        about = variable.description
         start = to_si(info, name)(float(variable.start or 0.0))
         if variable.causality == "input":
             inputs.append(Input(name, unit, about, start=start, display=display, type=kind))

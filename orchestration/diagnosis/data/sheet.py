@@ -19,7 +19,9 @@ from warmlink.orchestration.diagnosis.data import layout
 from warmlink.orchestration.text_files import is_file, measured_text, shown
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+    from numpy.typing import NDArray
 
 DECIMALS = {"point": ".", "comma": ","}
 
@@ -59,6 +61,11 @@ class Sheet:
         """A cell as a sentence shows it."""
         return shown(str(self.cells[column].iloc[row]))
 
+    def taken_for_missing(self, rows: NDArray[np.intp], column: int) -> str:
+        """Say which cells are taken for missing values."""
+        row, more = int(rows[0]), f", as are {rows.size - 1} more in this column" if rows.size > 1 else ""
+        return f"{self.at(row, column)}: {self.cell(row, column)} is taken for a missing value{more}"
+
 
 def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:
     """Read a text file, a workbook, a Parquet file or a DataFrame.
@@ -75,7 +82,15 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
         raise InputError(f"{source}: there is no such file; give the path of a file of measurements")
     suffix = source.suffix.lower()
     if suffix in (".parquet", ".pq"):
-        return _of_frame(_parquet(source), source.name, decimal, "Parquet")
+        import pandas as pd
+        import pyarrow
+
+        try:
+            table = pd.read_parquet(source)
+        except (OSError, ValueError, pyarrow.ArrowException) as fault:
+            told = f"cannot be read as Parquet ({_last(fault)}); save it anew"
+            raise InputError(f"{source.name}: {told}") from None
+        return _of_frame(table, source.name, decimal, "Parquet")
     if suffix in _EXCEL:
         return _of_workbook(source, decimal, names)
     return _of_text(measured_text(source), source.name, decimal, names)
@@ -93,21 +108,8 @@ def _of_frame(frame: pd.DataFrame, name: str, decimal: str, form: str) -> Sheet:
 def _flat(header: object) -> str:
     """Header of a column; of two levels the second is its unit."""
     parts = [str(part).strip() for part in header] if isinstance(header, tuple) else [str(header)]
-    return (
-        f"{parts[0]} [{parts[1]}]"
-        if len(parts) == 2 and layout.is_unit(parts[1])
-        else " ".join(parts).strip()
-    )
-
-
-def _parquet(path: Path) -> pd.DataFrame:
-    import pandas as pd
-    import pyarrow
-
-    try:
-        return pd.read_parquet(path)
-    except (OSError, ValueError, pyarrow.ArrowException) as fault:
-        raise InputError(f"{path.name}: cannot be read as Parquet ({_last(fault)}); save it anew") from None
+    has_unit = len(parts) == 2 and layout.is_unit(parts[1])
+    return f"{parts[0]} [{parts[1]}]" if has_unit else " ".join(parts).strip()
 
 
 def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:

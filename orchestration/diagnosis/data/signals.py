@@ -48,11 +48,11 @@ class Column:
     unit: str
     variable: str
     header: str = ""
-    source: str = "header"
+    unit_from: str = "header"
     filled: int = 0
-    rows: int = 0
-    low: float = np.nan
-    high: float = np.nan
+    cells: int = 0
+    least: float | None = None
+    largest: float | None = None
 
 
 def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, Rows]:
@@ -85,18 +85,9 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
         lost = np.union1d(lost, beyond)
         values[beyond] = np.nan
     seen = read[np.isfinite(values)]
-    ends = (float(seen.min()), float(seen.max())) if seen.size else (np.nan, np.nan)
+    ends = (float(seen.min()), float(seen.max())) if seen.size else (None, None)
     column = Column(place.name, unit, place.variable, header, place.source, seen.size, read.size, *ends)
     return column, values, lost
-
-
-def lost_remark(sheet: Sheet, column: int, lost: Rows) -> list[str]:
-    """Say which cells are taken for missing values."""
-    if not lost.size:
-        return []
-    row = int(lost[0])
-    more = f", as are {lost.size - 1} more in this column" if lost.size > 1 else ""
-    return [f"{sheet.at(row, column)}: {sheet.cell(row, column)} is taken for a missing value{more}"]
 
 
 def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
@@ -107,8 +98,8 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     filled = np.isfinite(values)
     if place.variable.endswith("pad_temperature"):
         filled[:] = True
-        for row in lost:
-            filled[row] = str(sheet.cells[place.column].iloc[row]).strip().lower() in ("off", "none")
+        words = sheet.cells[place.column].iloc[lost].astype(str).str.strip().str.lower()
+        filled[lost] = words.isin(["off", "none"])
     elif not filled.any():
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
     if not filled[0]:
@@ -197,8 +188,7 @@ def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list
 def quantum(values: Array) -> float:
     """Step of the lattice that readings lie on, 0 where they lie on none.
 
-    A reading that was rounded to 0.1 repeats few distinct values, all whole multiples of the smallest
-    difference between two of them.
+    Rounded readings repeat few distinct values, all whole multiples of the smallest difference of two.
     """
     filled = values[np.isfinite(values)]
     distinct = np.unique(np.round(filled, 9))
@@ -214,8 +204,7 @@ def quantum(values: Array) -> float:
 def repeats(values: Array) -> Rows:
     """Rows that repeat the reading before, where most rows do and readings lie on no lattice.
 
-    A sensor that sticks reads so, and a logger that writes a value anew only once it has changed by enough,
-    or more often than it samples.
+    A sensor that sticks reads so, and a logger that writes only large changes, or more often than it samples.
     """
     rows = np.flatnonzero(np.isfinite(values))
     again = np.diff(values[rows]) == 0

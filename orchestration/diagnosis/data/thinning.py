@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.signals import quantum
+from warmlink.orchestration.diagnosis.data.signals import Rows, quantum
 
 MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
@@ -58,8 +58,7 @@ class Thinned:
     averaging : rows and time over which each block was averaged
     within : s, times in each block at which it is simulated, shape (blocks, points)
     weight : of each of these times in the block's mean, shape (blocks, points, outputs)
-    readings : SI, mean of each block, NaN where most of the readings due in it are missing,
-        shape (blocks, outputs)
+    readings : SI, mean of each block, NaN where most due in it are missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
     quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
     scatter : noise in SI from row to row, before averaging, shape (outputs,)
@@ -100,13 +99,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     return Thinned(time, averaging, within, weight, means, fitted, quanta, scatter)
 
 
-def _means(
-    time: Array,
-    table: Array,
-    starts: NDArray[np.int64],
-    count: NDArray[np.int64],
-    sparse: NDArray[np.bool_],
-) -> Array:
+def _means(time: Array, table: Array, starts: Rows, count: Rows, sparse: NDArray[np.bool_]) -> Array:
     """Mean of each block's readings, NaN where most of those due at the output's own spacing are missing.
 
     Where not every row of a block is simulated, missing readings are interpolated between their neighbours,
@@ -129,7 +122,7 @@ def _means(
 
 
 def _points(
-    time: Array, full: NDArray[np.bool_], starts: NDArray[np.int64], count: NDArray[np.int64], most: int
+    time: Array, full: NDArray[np.bool_], starts: Rows, count: Rows, most: int
 ) -> tuple[Array, Array]:
     """Times at which blocks are simulated, and their weights: the rows, or some as evenly spread.
 
@@ -148,7 +141,7 @@ def _points(
     return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
 
 
-def spike_rows(values: Array, step: float) -> NDArray[np.int64]:
+def spike_rows(values: Array, step: float) -> Rows:
     """Rows of isolated readings far from the running median of their neighbours, and from their slope.
 
     The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken

@@ -186,10 +186,7 @@ class Carried:
     fit : the model
     plant_only : leave out causes in logs and instruments, which are wrong in the fitted runs alone
 
-    Attributes
-    ----------
-    freed : the model's numbers in the problem
-    values : slots by run, shape (slots,) each
+    The model's numbers in the problem are `freed`, its slots by run `values`, shape (slots,) each.
     """
 
     def __init__(self, problem: Problem, fit: Fit, plant_only: bool = False) -> None:

@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
-from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
 _MOST_EVALUATIONS, _TRIED = 12, 3
 """Simulations that a fit may take, and those after which it may be given up."""
@@ -34,12 +34,9 @@ _NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class Point:
-    """Chi-square and its linearisation at some values of the freed variables.
+    """Sum of squared whitened residuals at some values of the freed variables, and its linearisation.
 
-    Attributes
-    ----------
-    chi2 : sum of squared whitened residuals
-    gram, gradient : by run, shapes (slots, slots) and (slots,): J'J and J'r
+    `gram` and `gradient` are J'J and J'r by run, shapes (slots, slots) and (slots,).
     """
 
     chi2: float
@@ -63,14 +60,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model.
+    """A fitted model: its causes, its numbers `freed`, their values `theta` in SI, and chi-square there.
 
-    Attributes
-    ----------
-    items : causes in it
-    freed, theta : its numbers and their values in SI
-    point : chi-square and linearisation there
-    at_bound : whether each number would rather lie beyond a physical bound
+    `at_bound` says whether each number would rather lie beyond a physical bound.
     """
 
     items: tuple[Item, ...]

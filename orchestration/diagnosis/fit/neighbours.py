@@ -19,6 +19,9 @@ from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 _COLLINEAR = 1 - 1e-6
 _DRAWS = 6000
 
+MADE_UP_FOR = 1e-4
+"""Share of what a cause changes that may be left where others make up for it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
@@ -70,8 +73,9 @@ class Neighbours:
         self.gram = gram[nb + nr :, nb + nr :] - self._across @ self._inverse @ self._across.T
         self.gradient = shifted[nb + nr :] - self._across @ self._inverse @ shifted[:nb]
         self.base, self.values, self.added = base, values, added
+        self.left = np.diag(self.gram) / np.maximum(own, 1e-300)
         # A column that the calibration explains all but entirely says nothing.
-        self.alive = np.diag(self.gram) > 1e-7 * np.maximum(own, 1e-300)
+        self.alive = self.left > 1e-7
         starts = np.cumsum([0, *(len(item.freed) for item in self.candidates)])
         self.spans = [slice(a, b) for a, b in pairwise(starts)]
         self._lower = np.array([f.lower - f.start for f in added])
@@ -117,15 +121,19 @@ class Neighbours:
         gain = 2 * np.einsum("si,si->s", gradient, change) - np.einsum("si,sij,sj->s", change, gram, change)
         return np.where(feasible, gain, -np.inf), change
 
+    def alone(self) -> Iterable[tuple[Item, int, dict[Freed, float]]]:
+        """Each candidate of one number, its column, and by how much the fit's numbers move for 1 of it."""
+        for item, span in zip(self.candidates, self.spans, strict=True):
+            if span.stop - span.start == 1:
+                follows = -self._inverse @ self._across[span.start]
+                yield item, span.start, dict(zip(self.base, follows.tolist(), strict=True))
+
     def unnoticed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
         """Each candidate of one number, and by how much all numbers are off, in SI, if it is by one sigma."""
-        for (i,) in self.singles():
-            span = self.spans[i]
-            if span.stop - span.start == 1:
-                freed = self.added[span.start]
-                off = min(1 / np.sqrt(self.gram[span.start, span.start]), freed.span)
-                others = -self._inverse @ self._across[span.start] * off
-                yield self.candidates[i], {freed: off, **dict(zip(self.base, others, strict=True))}
+        for item, k, follows in self.alone():
+            if self.alive[k]:
+                off = min(1 / np.sqrt(self.gram[k, k]), self.added[k].span)
+                yield item, {self.added[k]: off, **{f: rate * off for f, rate in follows.items()}}
 
     def singles(self) -> Iterable[tuple[int, ...]]:
         """Each candidate by itself."""

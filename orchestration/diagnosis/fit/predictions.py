@@ -14,10 +14,10 @@ from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, t
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
-from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
@@ -155,18 +155,19 @@ class Predictions:
         return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
     def _simulated(
-        self, cells: int, grids: Sequence[Resolution | Forward | Loop], derivatives: bool = False
+        self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
     ) -> list[Readings]:
         """Readings of each run, simulated on the grid for that run."""
 
-        def simulation(run: Run, grid: Resolution | Forward | Loop) -> Forward | Loop:
+        def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
             known, rig = self.known(run), self.experiment.rig
-            if not isinstance(grid, Loop) and not rig.in_loop:
-                compiled = equations(rig, cells, self._inner, self.variables, derivatives)
-                return Forward(compiled, run, known, grid)
-            coarser = grid if isinstance(grid, Loop) else None
-            bounds = self._bounds if derivatives else None
-            return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
+            if rig.in_loop:
+                coarser = grid if isinstance(grid, Loop) else None
+                bounds = self._bounds if derivatives else None
+                return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
+            compiled = equations(rig, cells, self._inner, self.variables, derivatives)
+            assert isinstance(grid, Resolution | Forward)
+            return Forward(compiled, run, known, grid)
 
         return [
             Readings(

@@ -10,13 +10,12 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
-from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
+from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.fit.predictions import Predictions
-from warmlink.orchestration.diagnosis.model.initial import initial_values
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
+from warmlink.orchestration.diagnosis.model.simulation import initial_values
 
 _INNER = ("plant", "input", "place")
 """Kinds of causes that change the simulation itself, not only what is read from it."""

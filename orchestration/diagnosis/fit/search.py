@@ -19,6 +19,7 @@ import numpy as np
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.neighbours import (
+    MADE_UP_FOR,
     Neighbours,
     Proposal,
     family_wise_level,
@@ -39,6 +40,9 @@ NEAR = 7.0
 _ALIKE = 0.1
 """Chi-square up to which sets differ by rounding alone; then the order of the catalogue decides."""
 
+_STRONG = 20.0
+"""Multiple of a cause's strength from which it is weak beside what two may be that cancel."""
+
 _SLACK, _WINS = 6.0, 4.0
 """What a prediction may be off by, for a set of as many causes and for a larger one."""
 
@@ -56,11 +60,7 @@ _ALONE, _MOST_ALONE = 0.3, 6
 
 
 class Search:
-    """Fits sets of causes until the best is found.
-
-    Attributes
-    ----------
-    fits : every fit made, by the titles of its causes
+    """Fits sets of causes until the best is found; `fits` has every fit made, by the titles of its causes.
 
     Parameters
     ----------
@@ -211,6 +211,29 @@ class Search:
         more = [f for f in self.fits.values() if f.key > best.key and len(f.key) == len(best.key) + 1]
         likely = [f for f in more if f.admissible and f.chi2 + self.penalty(f.items, alone=True) < bar]
         return sorted(likely, key=self.score)
+
+    def cancelling(self, best: Fit) -> list[Fit]:
+        """Sets with one more cause that takes back nearly all of another: how strong both are, nothing tells.
+
+        So a cause that is found weak may be what is left of two strong ones.
+        """
+        found = []
+        near = Neighbours(best, self.items, ())
+        usable = [each for each in near.alone() if near.left[each[1]] < MADE_UP_FOR]
+        for other, _, rates in usable if len(best.items) < MOST_CAUSES else ():
+            (freed,) = other.freed
+            for weak in (f for item in best.items for f in item.freed if rates.get(f)):
+                strength = best.values[weak] - weak.start
+                against = freed.start + _STRONG * strength / rates[weak]
+                if strength == 0 or not freed.lower <= against <= freed.upper:
+                    continue
+                held = replace(freed, lower=against, upper=against)
+                fit = self.fitter.fit((*best.items, replace(other, freed=(held,))), best.values)
+                ratio = (fit.values[weak] - weak.start) / strength
+                if fit.chi2 < best.chi2 + NEAR and ratio > _STRONG / 2:
+                    known = tuple(freed if each is held else each for each in fit.freed)
+                    found.append(replace(fit, items=(*best.items, other), freed=known))
+        return found
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
         """The same fit under labels that split the fitted runs alike: no data tell them apart."""

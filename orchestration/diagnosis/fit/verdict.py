@@ -194,6 +194,7 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
         if all(fit.resting for fit in rivals):
             return "unknown", rivals  # nothing explains the data within the bounds
     rivals += tuple(search.extended(best))
+    rivals = rivals or tuple(search.cancelling(best))
     return ("ambiguous" if rivals else "named"), rivals
 
 

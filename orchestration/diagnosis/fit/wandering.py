@@ -24,13 +24,7 @@ _SPACING, _MOST_NODES = 240.0, 60
 
 @dataclass(frozen=True)
 class Wander:
-    """How much is taken to wander.
-
-    Attributes
-    ----------
-    room, heat : standard deviations in K and W
-    memory : s, correlation time
-    """
+    """How much is taken to wander: standard deviations in K and W, and the correlation time in s."""
 
     room: float = 0.0
     heat: float = 0.0
@@ -59,11 +53,8 @@ HEATS = (0.05, 0.1, 0.2)
 class Responses:
     """Responses of all readings to what may wander, by run, at the given values of the slots.
 
-    Attributes
-    ----------
-    signals : names of what may wander in this system
-    nodes : s, by run
-    columns : by run, shape (rows, outputs, signals * nodes)
+    `signals` are the names of what may wander in this system, `nodes` are in s, and `columns` have the shape
+    (rows, outputs, signals * nodes).
     """
 
     def __init__(self, problem: Problem, values: Sequence[Array]) -> None:

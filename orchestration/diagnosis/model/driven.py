@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -17,14 +17,14 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
-from warmlink.orchestration.studies.local import without_main
+from warmlink.orchestration.studies.processes import without_main
 from warmlink.orchestration.system.description import Capabilities, Variable, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
 
@@ -127,17 +127,9 @@ class _Laid(ctypes.Structure):
     )
 
 
-_FUNCTIONS = {
-    "DoStep": "log_step",
-    "GetReal": "log_get_real",
-    "GetInteger": "log_get_integer",
-    "GetBoolean": "log_get_integer",
-}
-_BASES = {
-    "Real": ("Real", ctypes.c_double),
-    "Integer": ("Integer", ctypes.c_int),
-    "Boolean": ("Boolean", ctypes.c_int),
-}
+_FUNCTIONS = {"DoStep": "log_step", "GetReal": "log_get_real"}
+_TYPES = {"Real": ctypes.c_double, "Integer": ctypes.c_int, "Boolean": ctypes.c_int}
+_OF_KIND: dict[str, Callable[[float], Value]] = {"Real": float, "Integer": round, "Boolean": bool}
 
 
 class _Log:
@@ -173,17 +165,18 @@ class _Log:
         self.component = ctypes.cast(ctypes.byref(self._laid), ctypes.c_void_p)
 
     def function(self, name: str) -> Any:
-        return getattr(library(), _FUNCTIONS[name])
+        return getattr(library(), _FUNCTIONS.get(name, "log_get_integer"))
 
     def batches(self, names: Names) -> list[Batch]:
-        return sorted_by_type(LOG, self.variables, names, lambda variable: _BASES.get(variable.kind or ""))
+        def base(variable: Variable) -> tuple[str, Any] | None:
+            kind = variable.kind or ""
+            return (kind, _TYPES[kind]) if kind in _TYPES else None
+
+        return sorted_by_type(LOG, self.variables, names, base)
 
     def get(self, names: Names) -> list[Value]:
-        return [self._value(name, float(self._run.signals[name][self._laid.point])) for name in names]
-
-    def _value(self, name: str, value: float) -> Value:
-        kind = self.variables[name].kind
-        return value if kind == "Real" else bool(value) if kind == "Boolean" else round(value)
+        values = {name: float(self._run.signals[name][self._laid.point]) for name in names}
+        return [_OF_KIND[self.variables[name].kind or "Real"](value) for name, value in values.items()]
 
     def step(self, time: float, step_size: float) -> None:
         self._laid.point = max(int(np.searchsorted(self._run.time, time, side="right")) - 1, 0)

@@ -6,9 +6,7 @@ So the diagnosis integrates the same equations as the FMUs, without the communic
 from __future__ import annotations
 
 import ctypes
-import platform
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -20,7 +18,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.component.join import part_of
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept, kept_before
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
@@ -129,26 +127,22 @@ class Equations:
 
     @cached_property
     def _before(self) -> ctypes.CDLL | None:
-        before = kept_before(*self._kept_as)
-        try:
-            return None if before is None else loaded(before)
-        except InputError:
-            return None  # nothing may be loaded from a file: CasADi takes the steps
+        return _loaded(lambda: kept_before(*self._kept_as))
 
     @property
     def _kept_as(self) -> tuple[str, object]:
-        return "steps", (sys.platform, platform.machine(), self._sources)
+        return "steps", (*made_here(), self._sources)
 
     @cached_property
     def _compiled(self) -> ctypes.CDLL | None:
         from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 
-        try:
+        def compiled() -> bytes:
             (compiler,) = compilers(platforms_named(None))
             quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
-            return loaded(kept(*self._kept_as, lambda: quick.library(self._sources, "steps")))
-        except (InputError, OSError):
-            return None  # nothing compiles here, or may be loaded from a file: CasADi takes the steps
+            return kept(*self._kept_as, lambda: quick.library(self._sources, "steps"))
+
+        return _loaded(compiled)
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
@@ -178,6 +172,15 @@ class Equations:
             evaluate()
         y, by_state, by_slot = (each[:points] for each in found)
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
+
+
+def _loaded(contents: Callable[[], bytes | None]) -> ctypes.CDLL | None:
+    """A compiled library; None where nothing compiles here, or may be loaded from a file."""
+    try:
+        library = contents()
+        return None if library is None else loaded(library)
+    except (InputError, OSError):
+        return None
 
 
 @lru_cache(maxsize=24)

@@ -3,78 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, Simulation, Trajectory
 from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, controlled, hermite
 
-PAD_OFF = 0
+_AT_ONCE = 100.0
+"""Multiple of the states' median rate from which one settles at once."""
 
 
-class NotSimulatedError(InputError):
-    """A run that ended early, as it may with values of parameters far from their usual ones."""
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """True outputs at times, before any instrument reads them.
-
-    Attributes
-    ----------
-    values : shape (times, outputs)
-    slopes : time derivatives of the values
-    by_slot : derivatives, shape (times, outputs, slots), or (times, outputs, 0) where they were not requested
-    """
-
-    values: Array
-    slopes: Array
-    by_slot: Array
-
-
-class Forward:
-    """Simulates one run, again and again, with other values of the freed variables.
+class Forward(Simulation):
+    """Solves a run's equations in one piece.
 
     Parameters
     ----------
     equations : the compiled rig
-    run : the measured run: its times and inputs
-    known : value by parameter or input, as far as it differs from the nominal
+    run, known : as of a simulation
     grid : how finely, or another simulation of the run: each of its steps is halved
-
-    Attributes
-    ----------
-    rig, slots : as of the equations
     """
 
     def __init__(
-        self,
-        equations: Equations,
-        run: Run,
-        known: Mapping[str, float],
-        grid: Resolution | Forward,
+        self, equations: Equations, run: Run, known: Mapping[str, float], grid: Resolution | Forward
     ) -> None:
-        self.equations, self.slots = equations, equations.slots
-        self.rig = rig = equations.rig
-        self._p = equations.parameter_values.copy()
-        index = {name: i for i, name in enumerate(rig.parameters)}
-        for name, value in known.items():
-            if name in index:
-                self._p[index[name]] = value
-        self._known, self._w, self._rows = known, input_table(rig, run, known), run.time
+        super().__init__(equations.rig, equations.slots, run, known)
+        self.equations, self._grid = equations, grid
+        starts = zip(self.rig.parameters, equations.parameter_values, strict=True)
+        self._p = np.array([known.get(name, start) for name, start in starts])
         # Instruments are fitted to the same course.
         self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
-        discrete = np.array([rig.variables[name].is_discrete for name in rig.externals], dtype=bool)
-        self._levels, self._grid = Levels(run.time, self._w, discrete), grid
+        discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
+        self._levels = Levels(run.time, self._table, discrete)
 
     @cached_property
     def steps(self) -> Steps:
@@ -82,7 +47,7 @@ class Forward:
         if isinstance(self._grid, Forward):
             return self._levels.halved(self._grid.steps.time)
         z = self.start_values()
-        begun, _ = self.equations.begin(z, self._p, self._w[:, 0])
+        begun, _ = self.equations.begin(z, self._p, self._table[:, 0])
         return controlled(Integrator(self.equations, z, self._p), self._levels, begun, self._grid)
 
     @property
@@ -90,38 +55,25 @@ class Forward:
         """Points between steps in s."""
         return self.steps.time
 
-    def start_values(self) -> Array:
-        """Values of the freed variables as the experiment has them, shape (slots,)."""
-        return start_values(self.rig, self.slots, self._known, self._w)
+    @cached_property
+    def _thin(self) -> NDArray[np.int64]:
+        """States that settle at once, as the cells of hardly any mass where a link is measured to its ends.
 
-    def linearise(self, z: Array) -> None:
-        """Nothing to do: the derivatives hold everywhere."""
-
-    def current(self, times: Array) -> Array:
-        """Motor current in A as logged at times in s, shape (times,); 0 where the system has no motor."""
-        rig = self.equations.rig
-        if "motor.current" not in rig.externals:
-            return np.zeros(times.size)
-        constant = self._p[rig.parameters.index("motor.torque_constant")]
-        current, torque = (self._w[rig.externals.index(f"motor.{name}")] for name in ("current", "torque"))
-        return np.asarray((current + torque / constant)[held_row(self._rows, times)])
+        They are right at the ends of a step of a minute, but their slopes there are the last trace of their
+        settling: a cubic with them would leave the course by many K.
+        """
+        z, inputs = self.start_values(), self._table[:, 0]
+        begun, _ = self.equations.begin(z, self._p, inputs)
+        own = np.abs(np.diag(np.array(self.equations.linear(begun, z, self._p, inputs, 0.0)[1])))
+        return np.flatnonzero(own > _AT_ONCE * np.median(own))
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
-        """Simulate.
-
-        Parameters
-        ----------
-        z : values of the freed variables in SI, shape (slots,)
-        times : s within the run, rising, shape (times,)
-        """
+        """Simulate; derivatives through the states and by the slots themselves."""
         values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
         return Trajectory(values, slopes, by_slot + direct)
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
-        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
-
-        The outputs follow the courses through the states alone.
-        """
+        """Derivatives by the courses' values; the outputs follow the courses through the states alone."""
         return self._interpolated(z, *self._integrate(z, courses), times)[2]
 
     def _integrate(self, z: Array, courses: Courses | None = None) -> tuple[Array, Array, Array]:
@@ -129,7 +81,7 @@ class Forward:
 
         The sensitivities are those by the slots, or else by courses, which begin at rest.
         """
-        x, begun = self.equations.begin(z, self._p, self._w[:, 0])
+        x, begun = self.equations.begin(z, self._p, self._table[:, 0])
         if courses is None:
             courses = each_slot(self.equations.columns)
         else:
@@ -138,6 +90,10 @@ class Forward:
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
+        thin = self._thin
+        left[:, thin] = right[:, thin] = (
+            np.diff(states[:, thin], axis=0) / np.diff(self.steps.time)[:, None, None]
+        )
         return states, left, right
 
     def _interpolated(
@@ -176,55 +132,3 @@ def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array)
     begins = np.arange(0, sums * terms + 1, terms)
     matrix = csr_array((np.stack(weights, axis=1).ravel(), places.ravel(), begins), shape=(sums, len(table)))
     return np.asarray(matrix @ table.reshape(len(table), -1)).reshape(sums, *table.shape[1:])
-
-
-def held_row(rows: Array, times: Array) -> NDArray[np.int64]:
-    """Rows whose values hold at times in s, shape (times,)."""
-    return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
-
-
-def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], table: Array) -> Array:
-    """Values of what may be freed as an experiment has them, shape (slots,); see `input_table`."""
-    held = {name: float(rig.variables[name].start or 0.0) for name in rig.parameters} | dict(known)
-    held |= dict(zip(rig.externals, table[:, 0].tolist(), strict=True))
-    return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in slots])
-
-
-def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
-    """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
-    begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
-    table = np.repeat(begun[:, None], run.time.size, axis=1)
-    index = {name: i for i, name in enumerate(rig.externals)}
-    for name, value in known.items():
-        if name in index:
-            table[index[name]] = value
-    given_here = {*run.inputs, *(name for name in known if name in index)}
-    for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
-        for target in rig.fed_with(name):
-            if target == name or target not in given_here:
-                table[index[target]] = signal
-    for motor in rig.called("motor"):
-        if f"{motor}.pad_temperature" in index:
-            _switch_pad(motor, table, index, given_here)
-    return table
-
-
-def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
-    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
-    pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
-    temperature = table[index[pad]]
-    held = np.isfinite(temperature)
-    if mode not in given_here and mode in index:
-        by_power = PAD_POWER if f"{motor}.pad_power" in given_here else PAD_OFF
-        table[index[mode]] = np.where(held & (pad in given_here), PAD_TEMPERATURE, by_power)
-    table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
-
-
-def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Array]]:
-    """Signal by full input name for covariates, which are named without their instance."""
-    return [
-        (name, signal)
-        for covariate, signal in run.covariates.items()
-        for name in externals
-        if name == covariate or name.rpartition(".")[2] == covariate
-    ]

@@ -17,8 +17,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.forward import Forward, held_row
-from warmlink.orchestration.diagnosis.model.loop import Loop
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, held_row
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -40,13 +39,9 @@ _FAULTS = {
 
 @dataclass(frozen=True)
 class Channel:
-    """The sensor or camera that reads one output.
+    """The sensor or camera that reads one output, as `sensors` and `[3]`, and the SI unit of what it reads.
 
-    Attributes
-    ----------
-    instance, element : of the instrument, as `sensors` and `[3]`; what is read by none of the system's
-        instruments has one of its own
-    unit : SI unit of what it reads
+    What is read by none of the system's instruments has one of its own.
     """
 
     instance: str
@@ -97,7 +92,7 @@ class Readings:
 
     def __init__(
         self,
-        forward: Forward | Loop,
+        forward: Simulation,
         outputs: Sequence[str],
         slots: Sequence[str],
         times: Array,

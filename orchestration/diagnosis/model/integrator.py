@@ -26,13 +26,10 @@ Shares = tuple[tuple[int, float], ...]
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps in order.
+    """Steps in order: points in s between them, shape (steps + 1,), and what acts in each.
 
-    Attributes
-    ----------
-    time : s, points between the steps, shape (steps + 1,)
-    inputs : levels that the inputs take, shape (levels, inputs), row by row
-    shares : for each step the levels that act in it and their shares of its length
+    `inputs` are the levels that the inputs take, shape (levels, inputs), row by row; `shares` has for each
+    step the levels that act in it and their shares of its length.
     """
 
     time: Array
@@ -56,10 +53,8 @@ class Steps:
 class Courses:
     """Courses in time that are added to slots, each a broken line over the same nodes.
 
-    Attributes
-    ----------
-    added_to : for each course the indices of the slots to which it adds; no two add to the same slot
-    nodes : s, rising, shape (nodes,); a single one for courses that stay the same
+    `added_to` has for each course the indices of the slots to which it adds; no two add to the same slot.
+    The nodes are in s, rising, shape (nodes,); a single one for courses that stay the same.
     """
 
     added_to: tuple[tuple[int, ...], ...]

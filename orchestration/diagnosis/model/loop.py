@@ -1,4 +1,4 @@
-"""Simulation of a measured run by FMUs in a loop, with derivatives by differences of whole runs.
+"""A measured run by FMUs in a loop, with derivatives by differences of whole runs.
 
 Stands where `Forward` stands for systems with parts whose equations nobody knows. The derivatives by what may
 be freed are those of the last linearisation, except by what has changed its value since: these are taken
@@ -7,27 +7,21 @@ anew. So a step of a fit costs a few runs, and its own derivatives are right whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own import Own, from_si, to_si
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
-from warmlink.orchestration.diagnosis.model.forward import (
-    Courses,
-    Trajectory,
-    held_row,
-    input_table,
-    start_values,
-)
-from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, held_row
+from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.units import Conversion
 
 Bounds = Callable[[], tuple[Array, Array]]
 """Lower and upper bounds of an ordinary change of each slot, shape (slots,) each."""
@@ -36,15 +30,13 @@ _DIFFERENCE = 5e-4
 """Share of the way between its bounds by which a slot is moved for a difference."""
 
 
-class Loop:
-    """Simulates one run, again and again, with other values of what is freed.
+class Loop(Simulation):
+    """Simulates a run by FMUs.
 
     Parameters
     ----------
-    rig : a system of FMUs
-    slots, outputs : what may be freed, and what is wanted, by full name
-    run : the measured run: its times and inputs
-    known : value by parameter or input, as far as it differs from the system's
+    rig, slots, run, known : as of a simulation, of a system of FMUs
+    outputs : what is wanted, by full name
     finer_than : another simulation of the run, whose communication step is halved
     bounds : of the slots; without, no derivatives are given, and values extrapolated to a step of zero
     """
@@ -59,73 +51,59 @@ class Loop:
         finer_than: Loop | None,
         bounds: Bounds | None,
     ) -> None:
+        super().__init__(rig, slots, run, known)
         assert rig.own is not None
-        self.rig, self.slots, self._outputs, self._bounds = rig, slots, outputs, bounds
-        self._system = _needed(rig, rig.own, outputs)
+        self._outputs, self._bounds, self._system = outputs, bounds, _needed(rig, rig.own, outputs)
         self._infos = {name: read_description(part.fmu) for name, part in self._system.components.items()}
         uneven = all(info.capabilities.variable_step for info in self._infos.values())
         laid = _communication(run.time, rig.blueprint.step_size, uneven)
-        self.time: Array = laid if finer_than is None else halved(finer_than.time)
-        self._table = input_table(rig, run, known)
+        self._time: Array = laid if finer_than is None else halved(finer_than.time)
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
         self._acting = self._table[:, held_row(run.time, middle)]
-        self._known = known
+        self._units = [self._unit(name) for name in outputs]
         self._kept: dict[bytes, Array] = {}
         self._at: Array | None = None
         self._columns = np.empty(0)
         self._answers: dict[tuple[object, bytes], Array] = {}
 
-    def start_values(self) -> Array:
-        """Values of the slots as the experiment has them, shape (slots,)."""
-        return start_values(self.rig, self.slots, self._known, self._table)
-
-    def current(self, times: Array) -> Array:
-        """Motor current, which no cause of such a system asks for: 0, shape (times,)."""
-        return np.zeros(times.size)
+    @property
+    def time(self) -> Array:
+        """Communication points in s."""
+        return self._time
 
     def linearise(self, z: Array) -> None:
         """Take all derivatives anew at values of the slots."""
-        self._at, every, self._answers = z.copy(), np.arange(z.size), {}
-        self._columns = self._differences(z, every)
+        self._at, self._answers = z.copy(), {}
+        self._columns = self._by_slot(z, range(z.size))
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
-        """Simulate; see `Forward`. Between communication points the outputs are interpolated."""
+        """Simulate. Between communication points the outputs are interpolated."""
         by_slot: Array = np.empty((self.time.size, len(self._outputs), 0))
         if self._bounds:
             if self._at is None:
                 self.linearise(z)
             by_slot = self._columns.copy()
-            moved = np.flatnonzero(z != self._at)
-            by_slot[:, :, moved] = self._differences(z, moved)
+            moved = np.flatnonzero(z != self._at).tolist()
+            by_slot[:, :, moved] = self._by_slot(z, moved)
         values = self._course(z)  # which the differences have left behind
         slopes = np.gradient(values, self.time, axis=0)
         return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
 
     def responses(self, z: Array, times: Array, given: Courses) -> Array:
-        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values).
+        """Derivatives by the courses' values at the nodes.
 
         They are those of the first point after a linearisation, as a run for each value is dear.
         """
         key = given.added_to, given.nodes.tobytes()
         if key not in self._answers:
-            self._answers[key] = self._responses(z, given)
+            hats = [np.interp(self.time, given.nodes, hat) for hat in np.eye(given.nodes.size)]
+            moves = np.abs(self._moves(z))
+            wanted = [
+                (slots, float(moves[list(slots)].min()), hat) for slots in given.added_to for hat in hats
+            ]
+            added = [dict.fromkeys(slots, size * hat) for slots, size, hat in wanted]
+            self._answers[key] = self._derivatives(z, added, [size for _, size, _ in wanted])
         return self._interpolated(self._answers[key], times)
-
-    def _responses(self, z: Array, given: Courses) -> Array:
-        """The same at the communication points."""
-        runs, moves = [], []
-        for slots in given.added_to:
-            lower, upper = self._bounds() if self._bounds else (np.zeros(z.size), np.ones(z.size))
-            move = _DIFFERENCE * float(np.min((upper - lower)[list(slots)]))
-            for k in range(given.nodes.size):
-                hat = move * np.interp(self.time, given.nodes, np.eye(given.nodes.size)[k])
-                runs.append(self._driven(z, dict.fromkeys(slots, hat)))
-                moves.append(move)
-        if not runs:
-            return np.empty((self.time.size, len(self._outputs), 0))
-        base = self._course(z)
-        found = [(self._in_si(c) - base) / m for c, m in zip(courses(runs), moves, strict=True)]
-        return np.stack(found, axis=2)
 
     def _interpolated(self, values: Array, times: Array) -> Array:
         k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)
@@ -146,67 +124,61 @@ class Loop:
                 self._kept = {key: 2 * fine[::2] - coarse}
         return self._kept[key]
 
-    def _differences(self, z: Array, which: NDArray[np.int64]) -> Array:
-        """Derivatives by some of the slots, shape (points, outputs, which)."""
-        if not which.size or self._bounds is None:
-            return np.empty((self.time.size, len(self._outputs), which.size))
-        lower, upper = self._bounds()
+    def _moves(self, z: Array) -> Array:
+        """How far each slot is moved for a difference, inside its bounds, shape (slots,)."""
+        lower, upper = self._bounds() if self._bounds else (np.zeros(z.size), np.ones(z.size))
         move = _DIFFERENCE * (upper - lower)
-        move = np.where(z + move > upper, -move, move)
-        ahead = [z + move * (np.arange(z.size) == i) for i in which]
-        base, *moved = courses([self._driven(each) for each in (z, *ahead)])
+        return np.where(z + move > upper, -move, move)
+
+    def _by_slot(self, z: Array, which: Sequence[int]) -> Array:
+        """Derivatives by some of the slots, shape (points, outputs, which)."""
+        moves = self._moves(z)
+        return self._derivatives(z, [{i: moves[[i]]} for i in which], moves[list(which)])
+
+    def _derivatives(
+        self, z: Array, added: Sequence[Mapping[int, Array]], sizes: Sequence[float] | Array
+    ) -> Array:
+        """Derivatives by the sizes of courses that are added to slots, shape (points, outputs, courses)."""
+        if not added:
+            return np.empty((self.time.size, len(self._outputs), 0))
+        base, *moved = courses([self._driven(z, each) for each in ({}, *added)])
         self._kept = {z.tobytes(): self._in_si(base)}
-        return np.stack(
-            [self._in_si(c - base, 0.0) / move[i] for i, c in zip(which, moved, strict=True)], axis=2
-        )
+        factors = np.array([unit.factor for unit in self._units])
+        return np.stack([factors * (c - base) / size for c, size in zip(moved, sizes, strict=True)], axis=2)
 
     def _driven(self, z: Array, added: Mapping[int, Array] | None = None) -> Driven:
         """A run with values of the slots, and courses that are added to some of them."""
         index = {name: i for i, name in enumerate(self.rig.externals)}
-        inputs = self._acting.copy()
-        values = {n: v for n, v in self._known.items() if n not in index}
-        changing: dict[str, Array] = {}
+        signals = dict(zip(index, self._acting, strict=True))
+        signals |= {n: np.array([v]) for n, v in self._known.items() if n not in index}
         for i, slot in enumerate(self.slots):
-            value = z[i] + (added[i] if added and i in added else np.zeros(1))
-            if slot in index:
-                inputs[index[slot]] = value
-            elif slot.startswith((SCALE, OFFSET)):
-                for k in (index[n] for n in self.rig.fed_with(slot.partition(":")[2]) if n in index):
-                    inputs[k] = inputs[k] * value if slot.startswith(SCALE) else inputs[k] + value
-            elif added and i in added:
-                changing[slot] = value
+            value = z[i] + (added or {}).get(i, np.zeros(1))
+            if slot.startswith((SCALE, OFFSET)):
+                for name in (n for n in self.rig.fed_with(slot.partition(":")[2]) if n in index):
+                    logged = signals[name]
+                    signals[name] = logged * value if slot.startswith(SCALE) else logged + value
             else:
-                values[slot] = float(z[i])
-        signals = {name: inputs[i] for name, i in index.items()} | changing
-        return self._in_own_units(values, signals)
-
-    def _in_own_units(self, values: Mapping[str, float], signals: Mapping[str, Array]) -> Driven:
+                signals[slot] = value
         starts: dict[str, dict[str, Value]] = {n: dict(c.values) for n, c in self._system.components.items()}
         driven: dict[str, Array] = {}
-        for name, value in (*values.items(), *((n, float(s[0])) for n, s in signals.items())):
+        for name, signal in signals.items():
             part = self.rig.part_of(name)
             if part in starts:
-                starts[part][name[len(part) + 1 :]] = from_si(*self._named(name), value)
-        for name, signal in signals.items():
-            if self.rig.part_of(name) in starts and np.ptp(signal) > 0:
-                own = to_si(*self._named(name))
-                driven[name] = (signal - own.offset) / own.factor
+                variable = name[len(part) + 1 :]
+                starts[part][variable] = from_si(self._infos[part], variable, float(signal[0]))
+                if np.ptp(signal) > 0:
+                    own = self._unit(name)
+                    driven[name] = (signal - own.offset) / own.factor
         parts = {n: replace(c, values=starts[n]) for n, c in self._system.components.items()}
-        system = replace(self._system, components=parts)
-        return Driven(system, driven, self._outputs, self.time)
+        return Driven(replace(self._system, components=parts), driven, self._outputs, self.time)
 
-    def _named(self, name: str) -> tuple[ModelInfo, str]:
+    def _unit(self, name: str) -> Conversion:
         part = self.rig.part_of(name)
-        return self._infos[part], name[len(part) + 1 :]
+        return to_si(self._infos[part], name[len(part) + 1 :])
 
-    def _in_si(self, values: Array, zero: float = 1.0) -> Array:
-        """Outputs in SI; with `zero` 0 differences of outputs."""
-        return values * self._units[0] + zero * self._units[1]
-
-    @cached_property
-    def _units(self) -> tuple[Array, Array]:
-        own = [to_si(*self._named(name)) for name in self._outputs]
-        return np.array([each.factor for each in own]), np.array([each.offset for each in own])
+    def _in_si(self, values: Array) -> Array:
+        units = self._units
+        return values * np.array([u.factor for u in units]) + np.array([u.offset for u in units])
 
 
 def _communication(rows: Array, longest: float, uneven: bool) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -42,23 +42,19 @@ class Effect:
     about: str = ""
 
 
+def _with(truth: Truth, name: str, value: Any) -> Truth:
+    return replace(truth, **{name: value})
+
+
 def _set(name: str, size: float, both_signs: bool = False, about: str = "") -> Effect:
     """The strength is the value of a field of the cell."""
-
-    def change(truth: Truth, size: float, duration: float) -> Truth:
-        return replace(truth, **{name: size})  # type: ignore[arg-type]
-
-    return Effect(size, change, both_signs=both_signs, about=about)
+    return Effect(size, lambda truth, size, _: _with(truth, name, size), None, both_signs, about=about)
 
 
 def _times(name: str, size: float) -> Effect:
     """The strength is a factor on the nominal value of a field of the cell."""
-    nominal: Any = {field.name: field.default for field in fields(Truth)}[name]
-
-    def change(truth: Truth, size: float, duration: float) -> Truth:
-        return replace(truth, **{name: nominal * size})
-
-    return Effect(size, change, both_signs=True, neutral=1)
+    nominal: Any = getattr(Truth(), name)
+    return Effect(size, lambda truth, size, _: _with(truth, name, size * nominal), None, True, 1)
 
 
 def _while(name: str, begin: float, end: float, size: float, about: str) -> Effect:
@@ -68,7 +64,7 @@ def _while(name: str, begin: float, end: float, size: float, about: str) -> Effe
         def course(time: float) -> float:
             return size if begin * duration <= time < end * duration else 0.0
 
-        return replace(truth, **{name: course})  # type: ignore[arg-type]
+        return _with(truth, name, course)
 
     return Effect(size, change, about=about)
 
@@ -113,8 +109,10 @@ EFFECTS: Mapping[str, Effect] = {
     "tip_heat_loss": _set("tip_loss", 0.05),
     "expansion_coefficient": _times("expansion", 1.05),
     "elongation_scale": Effect(1.05, None, lambda _, seen, size, at: size * seen[at], True, neutral=1),
-    "joint_resistance": _set("joint", 0.3),
-    "joint_conductance": Effect(1.3, lambda truth, size, _: replace(truth, joint=1 / size - 1), neutral=1),
+    "joint_resistance": Effect(0.3, lambda truth, size, _: replace(truth, joint=truth.joint + size)),
+    "joint_conductance": Effect(
+        1.3, lambda truth, size, _: replace(truth, joint=truth.joint + 1 / size - 1), neutral=1
+    ),
     "hub_heat_loss": _set("hub_loss", 0.15),
     "copper_loss": _times("resistance", 1.15),
     "iron_loss": _times("iron", 1.5),
@@ -122,9 +120,7 @@ EFFECTS: Mapping[str, Effect] = {
     "winding_heat_path": _times("winding_path", 1.15),
     "winding_heat_capacity": _times("winding_capacity", 1.3),
     "shaft_heat_capacity": _times("shaft_capacity", 1.15),
-    "start_temperature": Effect(
-        3.0, lambda truth, size, _: replace(truth, start=COLD + size), both_signs=True
-    ),
+    "start_temperature": Effect(3.0, lambda truth, size, _: replace(truth, start=COLD + size), None, True),
     "friction_level": _times("friction", 1.15),
     "free_convection": _set("free_exponent", 0.25),
     "coulomb_friction": _times("coulomb", 1.3),
@@ -157,11 +153,7 @@ EFFECTS: Mapping[str, Effect] = {
     "loosening_joint": _while("loosening", 0.35, 2.0, 0.5, "The joint conducts less from some moment on."),
     "brake_heat": _while("shaft_heat", 0.3, 0.42, 12.0, "A brake warms the shaft for a while."),
     "bracket": _while(
-        "bracket",
-        0.25,
-        0.55,
-        1.5,
-        "Something clamped to the link takes heat from its middle for a while.",
+        "bracket", 0.25, 0.55, 1.5, "Something clamped to the link takes heat from its middle for a while."
     ),
     "churning": _set("drag", 0.25, about="Grease heats the shaft with the cube of the speed."),
     "creep": Effect(
@@ -188,16 +180,15 @@ EFFECTS: Mapping[str, Effect] = {
 def effect_of(name: str) -> Effect:
     """Effect by its name; raises InputError where it, or the channel that it needs, is not known."""
     stem, _, channel = name.partition(":")
-    if stem not in EFFECTS:
+    effect, channels = EFFECTS.get(stem), (*CHANNELS, "elongation")
+    if effect is None:
         raise InputError(f"effect: {stem!r} is not known; {instead(stem, EFFECTS)}")
-    if channel and not EFFECTS[stem].per_channel:
+    if channel and not effect.per_channel:
         raise InputError(f"effect: {name!r} is no single thermometer's; write {stem}")
-    if EFFECTS[stem].per_channel and channel not in (*CHANNELS, "elongation"):
-        raise InputError(
-            f"effect: {name!r} needs a channel, as {stem}:tip_temperature; "
-            f"{instead(channel, (*CHANNELS, 'elongation'))}"
-        )
-    return EFFECTS[stem]
+    if effect.per_channel and channel not in channels:
+        known = f"as {stem}:tip_temperature; {instead(channel, channels)}"
+        raise InputError(f"effect: {name!r} needs a channel, {known}")
+    return effect
 
 
 def about_effects() -> dict[str, str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -137,35 +138,24 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
     state = np.full(mesh.x.size + 2, truth.start)
     found = np.empty((times.size, state.size))
     found[times <= 0] = state
+    how: dict[str, Any] = {"method": "LSODA", "rtol": 1e-7, "atol": 1e-6, "lband": 3, "uband": 3}
+    how |= {"first_step": 1e-3, "max_step": 120.0}
     start = 0.0
     for segment in duty:
         end = start + segment.duration
         inside = (times > start) & (times <= end + 1e-9)
         asked = np.minimum(times[inside], end)
-        result = solve_ivp(
-            _rates(truth, segment, mesh),
-            (start, end),
-            state,
-            method="LSODA",
-            t_eval=np.union1d(asked, [end]),
-            rtol=1e-7,
-            atol=1e-6,
-            lband=3,
-            uband=3,
-            first_step=1e-3,
-            max_step=120.0,
-        )
+        rates, at = _rates(truth, segment, mesh), np.union1d(asked, [end])
+        result = solve_ivp(rates, (start, end), state, t_eval=at, **how)
         found[inside] = result.y.T[: asked.size]
-        state = result.y[:, -1]
-        start = end
+        start, state = end, result.y[:, -1]
     nodes = np.delete(found, [mesh.base, mesh.base + 1], axis=1)
     base, middle, tip = (
         mesh.at(place + shift, nodes)
         for place, shift in zip((BASE, (BASE + TIP) / 2, TIP), truth.shift, strict=True)
     )
-    shaft, winding = found[:, mesh.base + 1], found[:, mesh.base]
     growth = truth.expansion * mesh.rise_integral(nodes - truth.start)
-    return Course(times, shaft, winding, base, middle, tip, growth)
+    return Course(times, found[:, mesh.base + 1], found[:, mesh.base], base, middle, tip, growth)
 
 
 def surroundings(truth: Truth, duty: Segment, time: float) -> float:
@@ -219,25 +209,18 @@ def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], 
         air = surroundings(truth, duty, time)
         rise = rod - air - truth.air_gap
         middle = (rod[1:] + rod[:-1]) / 2 - COLD
-        flow = (
-            truth.conductivity * (1 + truth.conductivity_slope * middle) * SECTION * np.diff(rod) / mesh.size
-        )
-        coefficient = combined(truth, duty, rise) * (1 + truth.draught(time))
-        gain = -mesh.area * (
-            coefficient * rise
-            + truth.emissivity * RADIATION * (rod**4 - (air + truth.air_gap) ** 4)
-            - truth.flux
-        )
+        conductivity = truth.conductivity * (1 + truth.conductivity_slope * middle)
+        flow = conductivity * SECTION * np.diff(rod) / mesh.size
+        lost = combined(truth, duty, rise) * (1 + truth.draught(time)) * rise - truth.flux
+        lost += truth.emissivity * RADIATION * (rod**4 - (air + truth.air_gap) ** 4)
+        gain = -mesh.area * lost
         gain[:-1] += flow
         gain[1:] -= flow
         motor, into_link = motor_rates(truth, duty, time, winding, shaft, rod[b], air)
         gain[b] += into_link - truth.hub_loss * rise[b]
         gain[mesh.tip] -= truth.tip_loss * rise[mesh.tip]
         gain[mesh.middle] -= truth.bracket(time)
-        result = np.empty_like(state)
         slopes = gain / stored
-        result[:b], result[b + 2 :] = slopes[:b], slopes[b:]
-        result[b : b + 2] = motor
-        return result
+        return np.concatenate([slopes[:b], motor, slopes[b:]])
 
     return rates

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,17 +24,12 @@ from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
-CARRIED = frozenset(
-    {
-        *("emissivity", "still", "per_speed", "draught"),
-        *("conductivity", "capacity", "expansion"),
-        *("hub_loss", "joint", "loosening"),
-        *("resistance", "iron", "housing", "winding_path", "winding_capacity", "shaft_capacity"),
-        *("friction", "coulomb", "viscous", "viscous_power", "friction_slope", "thinning", "drag"),
-        *("standby", "shaft_heat"),
-        *("ambient_offset", "ambient_drift", "room"),
-    }
-)
+CARRIED = {
+    *("emissivity", "still", "per_speed", "draught", "conductivity", "capacity", "expansion", "hub_loss"),
+    *("joint", "loosening", "resistance", "iron", "housing", "winding_path", "winding_capacity"),
+    *("shaft_capacity", "friction", "coulomb", "viscous", "viscous_power", "friction_slope", "thinning"),
+    *("drag", "standby", "shaft_heat", "ambient_offset", "ambient_drift", "room"),
+}
 """Fields of `Truth` that this solver has a term for: link's surface and material, joint, motor, room."""
 
 LONGEST = 5.0
@@ -103,15 +99,9 @@ def simulate(
 
 def _body(truth: hidden.Truth, refinement: int) -> Body:
     """The link of a cell, on a mesh."""
-    geometry, materials = load_geometry(), load_materials()
-    geometry = replace(
-        geometry,
-        length=hidden.LENGTH,
-        width=hidden.WIDTH,
-        thickness=hidden.THICKNESS,
-        shaft_centre=hidden.BASE,
-        diode_centre=hidden.TIP,
-    )
+    materials = load_materials()
+    size: dict[str, Any] = {"length": hidden.LENGTH, "width": hidden.WIDTH, "thickness": hidden.THICKNESS}
+    geometry = replace(load_geometry(), **size, shaft_centre=hidden.BASE, diode_centre=hidden.TIP)
     link = replace(
         materials.link,
         conductivity=truth.conductivity,
@@ -183,20 +173,21 @@ class _Cell:
 
     def _flow(self, time: float, motor: Array, base: float) -> float:
         """Heat flow in W into the link at its base, what the hub loses there taken off."""
+        _, through = self._motor_at(time, motor, base)
         air = hidden.surroundings(self._truth, self._segment, time)
-        _, through = hidden.motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
         return through - self._truth.hub_loss * (base - air)
+
+    def _motor_at(self, time: float, motor: Array, base: float) -> tuple[tuple[float, float], float]:
+        """Rates of winding and shaft in K/s, and the heat flow in W through the joint."""
+        air = hidden.surroundings(self._truth, self._segment, time)
+        return hidden.motor_rates(self._truth, self._segment, time, motor[0], motor[1], base, air)
 
     def _motor_after(self, time: float, size: float, first: float, last: float) -> Array:
         """Winding and shaft after a step in which the base warms from `first` to `last` K: Runge-Kutta 4."""
 
         def rates(fraction: float, state: Array) -> Array:
-            now = time + min(fraction, JUST_BEFORE) * size
-            air = hidden.surroundings(self._truth, self._segment, now)
             base = first + fraction * (last - first)
-            return np.array(
-                hidden.motor_rates(self._truth, self._segment, now, state[0], state[1], base, air)[0]
-            )
+            return np.array(self._motor_at(time + min(fraction, JUST_BEFORE) * size, state, base)[0])
 
         y = self._motor
         k_1 = rates(0.0, y)

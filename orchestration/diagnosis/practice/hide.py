@@ -15,26 +15,16 @@ from warmlink.orchestration.diagnosis.data.clock import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.scenarios.duties.duty import (
-    PAD_POWER,
-    Duty,
-    Segment,
-    demands_at,
-    length,
-)
+from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What the instruments add.
+    """What the instruments add: 1 sigma in K and m, a share of whose variance is correlated over `minute` s.
 
-    Attributes
-    ----------
-    temperature, elongation : 1 sigma in K and m
-    correlated : share of the variance that is correlated over `minute` s
-    quantum : step to which temperatures are rounded, in K, and the elongation in um; 0: none
-    spikes : share of readings that are spikes of 10 to 30 sigma
+    Temperatures are rounded to steps of `quantum` in K, the elongation in um, 0 for none; `spikes` is the
+    share of readings that are spikes of 10 to 30 sigma.
     """
 
     temperature: float = 0.08
@@ -92,22 +82,15 @@ def hide(
     seed: int = 0,
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
 ) -> dict[str, Array]:
-    """Make a run that hides effects.
+    """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
     Parameters
     ----------
-    effects : strength in SI by effect; the effect of an instrument names its channel, as
-        `sensor_lag:tip_temperature`
+    effects : strength in SI; the effect of an instrument names its channel, as `sensor_lag:tip_temperature`
     duty : the duty cycle
-    noise : what the instruments add
+    noise, seed : what the instruments add
     interval : s between rows; where the duty cycle changes there is one more
-    seed : of the noise
     solver : gives the true course of a cell over a duty cycle at times in s
-
-    Returns
-    -------
-    dict
-        Columns by header as in a CSV file; NaN where a cell is empty.
 
     Raises
     ------
@@ -127,16 +110,13 @@ def hide(
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
     course = solver(truth, list(duty), dense)
     readings = {f"{name}_temperature": getattr(course, name) for name in TEMPERATURES}
-    readings |= {
-        "elongation": course.elongation,
-        "ambient": demands_at(duty, course.time)["ambient_temperature"],
-    }
+    readings["elongation"] = course.elongation
+    readings["ambient"] = demands_at(duty, course.time)["ambient_temperature"]
     for name, size in effects.items():
         change, channel = effect_of(name).on_readings, name.partition(":")[2] or "elongation"
         if change is not None:
             readings[channel] = change(dense, readings, size, channel)
-    del readings["ambient"]
-    picked = {channel: values[np.searchsorted(dense, seen)] for channel, values in readings.items()}
+    picked = {name: readings[name][np.searchsorted(dense, seen)] for name in (*CHANNELS, "elongation")}
     found = noisy(rows, picked, noise, np.random.default_rng(seed))
     measured = {f"{channel} [degC]": found[channel] - ZERO_CELSIUS for channel in CHANNELS}
     return {**demand_columns(rows, duty), **measured, "elongation [um]": found["elongation"] * 1e6}
@@ -179,11 +159,8 @@ def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Gener
 
 def demand_columns(rows: Array, duty: Sequence[Segment]) -> dict[str, Array]:
     """Times of rows in s and the demands there, by header as in a CSV file; NaN where no pad is held."""
-    demands = demands_at(duty, rows)
-    return {
-        "time [s]": rows,
-        "speed [rad/s]": demands["speed"],
-        "torque [N.m]": demands["torque"],
-        "pad_temperature [degC]": demands["pad_temperature"] - ZERO_CELSIUS,
-        "ambient_temperature [degC]": demands["ambient_temperature"] - ZERO_CELSIUS,
-    }
+    found = {"time [s]": rows}
+    for name, values in demands_at(duty, rows).items():
+        unit = {"speed": "rad/s", "torque": "N.m"}.get(name, "degC")
+        found[f"{name} [{unit}]"] = values - (ZERO_CELSIUS if unit == "degC" else 0.0)
+    return found

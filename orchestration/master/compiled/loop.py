@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import platform
-import sys
 import time
 from functools import cache
 from pathlib import Path
@@ -15,7 +13,7 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.compiled.layout import Layout
@@ -55,7 +53,7 @@ def library() -> ctypes.CDLL:
         (compiler,) = compilers(platforms_named(None))
         return compiler.library({"loop.c": text}, "loop")
 
-    found = loaded(kept("loops", (sys.platform, platform.machine(), text), compiled))
+    found = loaded(kept("loops", (*made_here(), text), compiled))
     found.advance.restype = ctypes.c_int64
     return found
 

@@ -13,7 +13,7 @@ from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, vectors_of
-from warmlink.orchestration.scenarios.duties import duty_csv
+from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.quantity import converter
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.ssp.elements import to_bytes
@@ -132,8 +132,8 @@ def columns(plots: Plots) -> dict[str, dict[str, Any]]:
         for (_, unit), of in plots.items()
         for name, variable in of.items()
     }
-    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in duty_csv.DEMANDS.items()}
-    for name in duty_csv.MEASURED:
+    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in RECORDED.items()}
+    for name in MEASURED:
         if line := lines.get(name.removesuffix("_temperature")):
             known[name] = {"units": _units(line[0]), "variable": line[1]}
     return known

@@ -1,4 +1,4 @@
-// A measured run: a CSV file with a header of `name [unit]`, read as orchestration/scenarios/duties/duty_csv.py does.
+// A measured run: a CSV file with a header of `name [unit]`, read as orchestration/scenarios/duties/duty_files.py does.
 
 const HELD = ["speed", "torque", "ambient_temperature", "pad_temperature", "pad_power"];
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -85,13 +86,10 @@ def demands_at(segments: Sequence[Segment], times: NDArray[np.float64]) -> dict[
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives a system: a duty cycle, or a program of an arm.
+    """What drives a system up to a stop time in s: a duty cycle, or a program of an arm.
 
-    Attributes
-    ----------
-    name, title, reason : what it is called, in short and in a line, and why it is as it is
-    stop_time : in s
-    remarks : what was taken for granted where a file did not say it
+    It has a name, a title of a line and a reason why it is as it is; `remarks` say what was taken for granted
+    where a file did not say it.
     """
 
     name: str
@@ -111,12 +109,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Duty(Drive):
-    """A duty cycle.
-
-    Attributes
-    ----------
-    segments : one after the other; the last one holds, or all begin again where `repeat` is set
-    """
+    """A duty cycle: segments one after the other; the last one holds, or all begin again with `repeat`."""
 
     segments: tuple[Segment, ...]
     repeat: bool = False
@@ -141,8 +134,9 @@ class Duty(Drive):
 
     def start_values(self) -> StartValues:
         """Start values of the instance `duty`; raises as `component_parameters`."""
-        return {"duty": self.component_parameters()}
+        return {"duty": self.component_parameters}
 
+    @cached_property
     def component_parameters(self) -> dict[str, float | bool]:
         """Parameters of the DutyCycle component by scalar name; InputError where it has too few segments."""
         if len(self.segments) > SEGMENTS:
@@ -151,11 +145,11 @@ class Duty(Drive):
                 "component holds; use longer ones, or repeat"
             )
         values: dict[str, float | bool] = {"repeat": self.repeat}
-        for i in range(SEGMENTS):
-            segment = self.segments[i] if i < len(self.segments) else Segment(0.0)
-            values[f"duration[{i + 1}]"] = segment.duration
+        unused = [Segment(0.0)] * (SEGMENTS - len(self.segments))
+        for i, segment in enumerate([*self.segments, *unused], start=1):
+            values[f"duration[{i}]"] = segment.duration
             for name, value in zip(DEMANDS, segment.demands, strict=True):
-                values[f"segment_{name}[{i + 1}]"] = value
+                values[f"segment_{name}[{i}]"] = value
         return values
 
 

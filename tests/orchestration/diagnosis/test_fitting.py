@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
-from warmlink.orchestration.diagnosis.model.forward import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
 
 class Parabola(Fitter):

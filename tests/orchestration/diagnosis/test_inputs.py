@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nomin
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
-from warmlink.orchestration.diagnosis.model.forward import input_table
+from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
+from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.diagnosis.data.rig import PLACE, rig
 from warmlink.orchestration.diagnosis.fit import predictions
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -16,6 +18,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.steps import FINAL, SEARCH, Levels, Resolution
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
 CELLS = 20
@@ -68,6 +71,24 @@ def test_a_link_measured_from_end_to_end_takes_no_shorter_steps() -> None:
     fine = rod(0.0, 0.3, Resolution(CELLS, 0.5, 0, 0.5, np.inf))
     error = [each(each.start_values(), time).values for each in (whole, fine)]
     assert np.abs(error[0] - error[1]).max() < 0.06
+
+
+def test_the_ends_of_a_link_are_right_between_steps_too() -> None:
+    """Their cells have hardly any mass: their slopes are what is left of settling, and foretell nothing."""
+    wrist = axis(6)
+    known = {f"motor.{name}": value for name, value in wrist.motor.items()}
+    known |= {f"link.{name}": value for name, value in wrist.link.items()}
+    random = np.random.default_rng(0)
+    jobs = [Segment(float(random.integers(5, 200)), *random.uniform(0.0, (1.9, 1.0))) for _ in range(8)]
+    run = run_of(jobs, [], 1.0, 5.0)
+    slots = ["link.emissivity", *(f"{PLACE}:link.sensor_position[{i}]" for i in (1, 3))]
+    outputs = ("link.base_temperature", "link.tip_temperature")
+    ends = Equations(rig("WarmupCell", CELLS), slots, outputs)
+    both = [Forward(ends, run, known, each) for each in (SEARCH, Resolution(CELLS, 0.5, 0, 0.5, np.inf))]
+    ours, exact = (each(each.start_values(), run.time) for each in both)
+    assert np.abs(ours.values - exact.values).max() < 0.02
+    radiated = exact.by_slot[:, :, 0]
+    assert np.abs(ours.by_slot[:, :, 0] - radiated).max() < 0.02 * np.abs(radiated).max()
 
 
 def test_a_discrete_input_is_never_averaged() -> None:

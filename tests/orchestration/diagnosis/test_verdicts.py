@@ -1,6 +1,7 @@
 """Effects hidden in the data by another solver are found, and nothing is found where nothing is hidden."""
 
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experi
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden import Truth
 from warmlink.orchestration.diagnosis.practice.hide import (
     MOVING,
     REAL,
@@ -131,6 +133,24 @@ def test_a_scale_and_the_expansion_coefficient_are_never_told_apart(tmp_path: Pa
     assert [set(names) for names in found.ambiguous] == [TWINS]
     assert found.proposed is not None
     assert found.proposed.duty == ()
+
+
+def test_no_effect_hides_another() -> None:
+    """The resistance of a joint was hidden in place of its conductance, or the other way about."""
+    changes = [(e.on_truth, e.size) for e in EFFECTS.values() if e.on_truth and not e.about]
+    for (change, size), (other, strength) in permutations(changes, 2):
+        alone = change(Truth(), size, 7200.0)
+        both = vars(other(alone, strength, 7200.0))
+        assert both == pytest.approx(vars(change(other(Truth(), strength, 7200.0), size, 7200.0)))
+        assert both != pytest.approx(vars(alone))
+
+
+def test_what_two_causes_leave_of_each_other_is_not_called_one_of_them(tmp_path: Path) -> None:
+    """A joint of 1.5 times the conductance, and a dirty face: 1.02 W/K in all."""
+    found = assessed(tmp_path, {"joint_conductance": 1.5, "joint_resistance": 0.315}, seed=3)
+    assert found.word == "ambiguous"
+    assert {"joint_conductance", "joint_resistance"} in candidates(found)
+    assert len({fit.name for fit in (found.best, *found.rivals)}) == len(found.rivals) + 1
 
 
 def test_two_causes_at_once(tmp_path: Path) -> None:

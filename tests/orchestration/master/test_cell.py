@@ -30,7 +30,7 @@ KINDS = set(WARMUP_CELL.components_with(LAW).values())
 
 
 def cell_of(files: dict[str, Path]) -> System:
-    duty = load_scenario("stop_and_go").duty.component_parameters()
+    duty = load_scenario("stop_and_go").duty.component_parameters
     return WARMUP_CELL.system(files, LAW, {"duty": duty | {"duration[1]": 200.0, "duration[2]": 150.0}})
 
 

@@ -55,7 +55,7 @@ def test_the_pad_mode_follows_from_what_the_segment_gives() -> None:
     """
     duty = read_scenario("mine", text).duty
     assert [segment.pad_mode for segment in duty.segments] == [0, 1, 2]
-    assert duty.component_parameters()["segment_pad_temperature[3]"] == pytest.approx(309.15)
+    assert duty.component_parameters["segment_pad_temperature[3]"] == pytest.approx(309.15)
 
 
 @pytest.mark.parametrize(

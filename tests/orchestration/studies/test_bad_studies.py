@@ -1,5 +1,6 @@
 """Bad studies end in one sentence and exit code 2 before anything runs, with nothing left behind."""
 
+import logging
 import os
 import sqlite3
 from contextlib import AbstractContextManager
@@ -66,8 +67,23 @@ def test_a_bad_study_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("warmlink.orchestration.studies.cluster.CONNECT_TIMEOUT_S", 1.0)
+    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 1.0)
     assert sentence in refused([command, *arguments], capsys, monkeypatch)
+
+
+def test_what_dask_says_of_itself_is_not_shown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed")
+
+    def slow(*given: object, **more: object) -> None:
+        for name in ("distributed.core", "distributed.client", "distributed.comm.tcp", "tornado.application"):
+            logging.getLogger(name).error("Event loop was unresponsive for 3 s")
+        raise OSError("timed out")
+
+    monkeypatch.setattr(distributed, "Client", slow)
+    told = refused(["sweep", "study.toml", "--scheduler", "tcp://127.0.0.1:9"], capsys, monkeypatch)
+    assert "no Dask scheduler answers there" in told
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 import logging
 import os
+import pickle
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,13 +11,14 @@ from typing import Any
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.studies.cluster import ClusterWorkers
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.points import points_of, sweep
+from warmlink.orchestration.studies.processes import ClusterWorkers
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here
-from .test_workers import deadly, short
+from .test_workers import OUTCOME, deadly, short
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
@@ -66,6 +69,9 @@ def test_a_run_that_always_kills_its_worker_is_recorded(cluster: Any, folder: Pa
 
 
 def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Ended(list[object]):
+        add = list.append
+
     class Full:
         key = "x"
 
@@ -73,12 +79,52 @@ def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.
             raise InputError("a temporary file: cannot be written (No space left on device); make room")
 
     workers = ClusterWorkers.__new__(ClusterWorkers)
-    workers._fmus = None
-    workers._client = SimpleNamespace(map=lambda *given, **named: [Full()], loop=None)
+    workers._shared = None
+    workers._client = SimpleNamespace(
+        submit=lambda *given, **named: Full(), nthreads=lambda: {"worker": 1}, loop=None
+    )
     monkeypatch.setattr(workers, "_shares", lambda cases: [[]])
-    monkeypatch.setattr(distributed, "as_completed", lambda futures, loop: futures)
+    monkeypatch.setattr(distributed, "as_completed", lambda loop: Ended())
     with pytest.raises(InputError, match=r"^a temporary file: cannot be written"):
         list(workers.run([]))
+
+
+def test_a_large_study_is_given_away_bit_by_bit(
+    folder: Path, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[int] = []
+    most: list[int] = []
+
+    class Ended(list[object]):
+        def add(self, future: object) -> None:
+            self.append(future)
+            most.append(len(self) - len(found))
+
+    class Done:
+        def __init__(self, cases: list[Case]) -> None:
+            self.key, self.cases = object(), cases
+
+        def result(self) -> list[Outcome]:
+            return [OUTCOME] * len(self.cases)
+
+        def release(self) -> None:
+            found.append(self)
+
+    def submit(what: object, cases: list[Case], shared: object, pure: bool) -> Done:
+        given.append(len(pickle.dumps(cases)))
+        return Done(cases)
+
+    found: list[Done] = []
+    workers = ClusterWorkers.__new__(ClusterWorkers)
+    workers._fmus, workers._shared = fmus, None
+    workers._client = SimpleNamespace(submit=submit, nthreads=lambda: {"a": 1, "b": 1}, loop=None)
+    monkeypatch.setattr(distributed, "as_completed", lambda loop: Ended())
+    case = short(folder)
+    cases = [replace(case, values={**case.values, "compensator": {"x": float(i)}}) for i in range(3000)]
+    assert sorted(place for place, _ in workers.run(cases)) == list(range(3000))
+    assert max(given) < 2e6, "Dask warns of a graph of 10 MB"
+    assert len(given) > 16
+    assert max(most) <= 6
 
 
 def test_a_cluster_that_is_lost_between_two_batches_is_told_in_a_sentence(folder: Path, fmus: FmuSet) -> None:
@@ -86,7 +132,7 @@ def test_a_cluster_that_is_lost_between_two_batches_is_told_in_a_sentence(folder
         raise distributed.comm.core.CommClosedError("Timed out trying to connect")
 
     workers = ClusterWorkers.__new__(ClusterWorkers)
-    workers._set = fmus
+    workers._fmus = fmus
     workers._client = SimpleNamespace(nthreads=lost)
     with pytest.raises(
         InputError, match=r"the cluster was lost \(CommClosedError\); what is finished is kept"

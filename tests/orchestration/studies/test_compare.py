@@ -24,8 +24,8 @@ from warmlink.orchestration.studies.compare import (
     run_comparison,
     write_csv,
 )
-from warmlink.orchestration.studies.local import LocalWorkers
 from warmlink.orchestration.studies.plan import assigned, plan, reached_controllers
+from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit

@@ -17,7 +17,7 @@ from warmlink.fmus.errors import NoRoomError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
 
 from .test_workers import short

@@ -1,5 +1,6 @@
 """Runs of the joined system beside those of its FMUs."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,15 +8,17 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.packaging.native import library
+from warmlink.fmus.packaging.native import rollout as rollout_module
 from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import Rollout, task_list
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.studies import local
+from warmlink.orchestration.studies import processes
+from warmlink.orchestration.studies import workers as runs
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import (
     FmuSet,
     agreeing,
@@ -92,13 +95,22 @@ def test_a_run_is_the_same_alone_and_beside_others(
     assert len(set(alone)) > 9
 
 
+def test_runs_of_one_duty_share_its_table(folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]) -> None:
+    cases = planned(folder, "lag")
+    rollout = rollouts[cases[0].law]
+    alone = [joined_outcomes([case], rollout)[0] for case in cases]
+    rollout_module._table.cache_clear()
+    assert joined_outcomes(cases, rollout) == alone
+    assert rollout_module._table.cache_info().misses == 2  # work and pause, each under three mismatches
+
+
 def test_processes_give_what_this_one_gives(
     folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cases, together = planned(folder, "lag"), replace(fmus, rollouts=rollouts)
     with LocalWorkers(together, 1) as workers:
         here = dict(workers.run(cases))
-        monkeypatch.setattr(local, "SOON_DONE_HOURS", 0.0)
+        monkeypatch.setattr(processes, "SOON_DONE_S", 0.0)
         there = dict(workers.run(cases))
     assert here == there
     assert len(here) == len(cases)
@@ -160,6 +172,26 @@ def test_micro_steps_samples_and_records_come_in_the_order_of_an_fmu() -> None:
     half = [(0, 0.0, 0.25), (0, 0.25, 0.25), (2, 0.5, 0.5), (0, 0.5, 0.25), (0, 0.75, 0.25), (2, 1.0, 0.5)]
     later = [(task, time + 1.0, step) for task, time, step in half]
     assert done == [(1, 0.0, 1.0), *half, (1, 1.0, 1.0), *later, (3, 2.0, 2.0), (1, 2.0, 1.0)]
+
+
+@pytest.mark.parametrize("damage", ["unreadable", "another compiler"])
+def test_a_kept_system_that_is_of_no_use_is_compiled_anew(
+    damage: str, folder: Path, rollouts: dict[str, Rollout], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+    rollout = rollouts[LAWS["lag"]]
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(runs, "compiled", lambda *given: made.append(1) or rollout)
+    for _ in range(2):
+        assert joined_systems([scenario(folder)], print)[LAWS["lag"]].library == rollout.library
+    assert len(made) == 1
+    if damage == "unreadable":
+        (file,) = (tmp_path / "cache" / "rollouts").glob("*.kept")
+        file.write_bytes(hashlib.sha256(b"no pickle").digest() + b"no pickle")
+    else:
+        monkeypatch.setenv("CC", "gcc")
+    assert joined_systems([scenario(folder)], print)[LAWS["lag"]].library == rollout.library
+    assert len(made) == 2
 
 
 def test_a_library_that_does_not_load_leaves_the_fmus(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

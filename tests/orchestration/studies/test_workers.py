@@ -13,7 +13,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.studies.at_work import FILE, Ledger
 from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
-from warmlink.orchestration.studies.local import LocalWorkers
+from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet, Workers
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)

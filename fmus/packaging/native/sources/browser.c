@@ -13,7 +13,6 @@ static char reported[1024];
 /* The first fault is the cause of the others. */
 static void report(void *host, Severity severity, const char *sentence)
 {
-    (void)host;
     if (severity != WARNING && !*reported)
         strncpy(reported, sentence, sizeof reported - 1);
 }

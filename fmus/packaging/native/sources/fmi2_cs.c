@@ -18,11 +18,6 @@ static void *allocated(const fmi2CallbackFunctions *callbacks, size_t size)
     return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
 }
 
-static void *allocate(const Instance *instance, size_t size)
-{
-    return allocated(&instance->callbacks, size);
-}
-
 static void release(const Instance *instance, void *memory)
 {
     const fmi2CallbackFunctions *callbacks = &instance->callbacks;
@@ -51,6 +46,7 @@ static void report(void *host, Severity severity, const char *sentence)
                                    categories[severity], message);
 }
 
+#define allocate(instance, size) allocated(&(instance)->callbacks, size)
 #define F(two, three) two
 #define SIZED(values, size) values
 #include "fmi_answers.h"
@@ -60,16 +56,11 @@ const char *fmi2GetTypesPlatform(void)
     return fmi2TypesPlatform;
 }
 
-const char *fmi2GetVersion(void)
-{
-    return fmi2Version;
-}
-
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
     const char *problem = NULL;
-    (void)resources, (void)visible, (void)logging;
+    Instance *instance = NULL;
     if (!callbacks)
         return NULL;
     if (!name || !*name)
@@ -78,17 +69,12 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         problem = WL_NAME ": is for co-simulation, not for model exchange";
     else if (!guid || strcmp(guid, WL_TOKEN) != 0)
         problem = WL_NAME ": the GUID is not that of this FMU; take it from its modelDescription.xml";
+    else if (!(instance = allocated(callbacks, sizeof *instance + strlen(name) + 1)))
+        problem = WL_NAME ": no memory for an instance";
     if (problem) {
         if (callbacks->logger)
             callbacks->logger(callbacks->componentEnvironment, name ? name : "", fmi2Error, "logStatusError",
                               problem);
-        return NULL;
-    }
-    Instance *instance = allocated(callbacks, sizeof *instance + strlen(name) + 1);
-    if (!instance) {
-        if (callbacks->logger)
-            callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError",
-                              WL_NAME ": no memory for an instance");
         return NULL;
     }
     instance->name = (char *)(instance + 1);
@@ -102,81 +88,31 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return instance;
 }
 
-void fmi2FreeInstance(fmi2Component component)
-{
-    if (component)
-        release(component, component);
-}
-
-/* There is nothing to switch: an instance speaks of errors alone, and of those always. */
-fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
-                               const fmi2String categories[])
-{
-    (void)logging, (void)count, (void)categories;
-    return component ? fmi2OK : fmi2Error;
-}
-
 /* ---- phases ---- */
 
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
                                fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
 {
     Instance *instance = component;
-    (void)tolerance_defined, (void)tolerance;
-    if (!in_phase(instance, INSTANTIATED, "fmi2SetupExperiment"))
-        return fmi2Error;
-    return status(model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
+    return status(in_phase(instance, INSTANTIATED, "fmi2SetupExperiment")
+                  && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component)
 {
-    Instance *instance = component;
-    if (!in_phase(instance, INSTANTIATED, "fmi2EnterInitializationMode"))
-        return fmi2Error;
-    instance->model.memory.phase = INITIALIZATION;
-    return fmi2OK;
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component component)
-{
-    Instance *instance = component;
-    if (!in_phase(instance, INITIALIZATION, "fmi2ExitInitializationMode"))
-        return fmi2Error;
-    return status(model_initialize(&instance->model));
-}
-
-fmi2Status fmi2Terminate(fmi2Component component)
-{
-    Instance *instance = component;
-    return status(instance && model_terminate(&instance->model, "fmi2Terminate"));
-}
-
-fmi2Status fmi2Reset(fmi2Component component)
-{
-    Instance *instance = component;
-    if (!instance)
-        return fmi2Error;
-    model_reset(&instance->model);
-    return fmi2OK;
+    return entered(component, INSTANTIATED, INITIALIZATION, "fmi2EnterInitializationMode");
 }
 
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
 {
     Instance *instance = component;
     double reached;
-    (void)no_return;
     return instance ? status(model_step(&instance->model, time, step, NULL, &reached)) : fmi2Error;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component component)
 {
     return unsupported(component, "steps are not asynchronous; there is none to cancel");
-}
-
-fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Status *value)
-{
-    (void)kind, (void)value;
-    return component ? fmi2Discard : fmi2Error;
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
@@ -190,12 +126,6 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind,
     return fmi2OK;
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Integer *value)
-{
-    (void)kind, (void)value;
-    return component ? fmi2Discard : fmi2Error;
-}
-
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
 {
     if (!component || !value)
@@ -206,37 +136,35 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind ki
     return fmi2OK;
 }
 
-fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kind, fmi2String *value)
-{
-    (void)kind, (void)value;
-    return component ? fmi2Discard : fmi2Error;
-}
+#define NO_STATUS(name, type)                                                            \
+    fmi2Status name(fmi2Component component, const fmi2StatusKind kind, type *value) \
+    {                                                                                    \
+        return component ? fmi2Discard : fmi2Error;                                      \
+    }
+
+NO_STATUS(fmi2GetStatus, fmi2Status)
+NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
+NO_STATUS(fmi2GetStringStatus, fmi2String)
 
 /* ---- values and states ---- */
 
-#include "fmi_states.h"
 #include "fmi_values.h"
 
-fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                         fmi2String values[])
-{
-    (void)references, (void)values;
-    return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);
-}
+#define NO_STRINGS(name, type)                                                                                  \
+    fmi2Status name(fmi2Component component, const fmi2ValueReference references[], size_t count, type values[]) \
+    {                                                                                                           \
+        return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);           \
+    }
 
-fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference references[], size_t count,
-                         const fmi2String values[])
-{
-    (void)references, (void)values;
-    return count ? unsupported(component, WL_NAME " has no strings") : status(component != NULL);
-}
+NO_STRINGS(fmi2GetString, fmi2String)
+NO_STRINGS(fmi2SetString, const fmi2String)
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference references[],
                                        size_t count, const fmi2Integer orders[], const fmi2Real values[])
 {
     Instance *instance = component;
     int well = paired(instance, references, count, values, count)
-               && model_given(&instance->model, count, orders, values);
+               && given(instance, count, orders, values);
     for (size_t i = 0; well && i < count; i++)
         well = model_set_derivative(&instance->model, references[i], orders[i], values[i]);
     return status(well);

@@ -25,26 +25,11 @@ static void report(void *host, Severity severity, const char *sentence)
         instance->log(instance->environment, statuses[severity], categories[severity], sentence);
 }
 
-static void *allocate(const Instance *instance, size_t size)
-{
-    (void)instance;
-    return malloc(size);
-}
-
-static void release(const Instance *instance, void *memory)
-{
-    (void)instance;
-    free(memory);
-}
-
+#define allocate(instance, size) malloc(size)
+#define release(instance, memory) free(memory)
 #define F(two, three) three
 #define SIZED(values, size) values, size_t size
 #include "fmi_answers.h"
-
-const char *fmi3GetVersion(void)
-{
-    return fmi3Version;
-}
 
 static Instance *instantiated(fmi3String name, fmi3String token, fmi3InstanceEnvironment environment,
                               fmi3LogMessageCallback log, const char *problem)
@@ -80,7 +65,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 {
     const char *problem = event_mode ? WL_NAME ": has no event mode; instantiate it without" : NULL;
     Instance *instance = instantiated(name, token, environment, log, problem);
-    (void)resources, (void)visible, (void)logging, (void)required, (void)required_count;
     if (instance) {
         instance->update = WL_CLOCKS ? NULL : update;
         instance->may_return_early = early_return;
@@ -94,7 +78,6 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 {
     const char *problem = WL_EXCHANGES ? NULL : WL_NAME ": is for co-simulation, not for model exchange";
     Instance *instance = instantiated(name, token, environment, log, problem);
-    (void)resources, (void)visible, (void)logging;
     if (instance)
         instance->model.exchanges = 1;
     return instance;
@@ -106,22 +89,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
                                                fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
                                                fmi3UnlockPreemptionCallback unlock)
 {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)clock, (void)lock, (void)unlock;
-    if (log)
-        log(environment, fmi3Error, "logStatusError", WL_NAME ": is for co-simulation, not for scheduled execution");
-    return NULL;
-}
-
-void fmi3FreeInstance(fmi3Instance instance)
-{
-    free(instance);
-}
-
-/* There is nothing to switch: an instance speaks of errors alone, and of those always. */
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean logging, size_t count, const fmi3String categories[])
-{
-    (void)logging, (void)count, (void)categories;
-    return status(instance != NULL);
+    return instantiated(name, token, environment, log, WL_NAME ": is for co-simulation, not for scheduled execution");
 }
 
 /* ---- phases ---- */
@@ -130,35 +98,9 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean toleranc
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop)
 {
     Instance *instance = handle;
-    (void)tolerance_defined, (void)tolerance;
-    if (!in_phase(instance, INSTANTIATED, "fmi3EnterInitializationMode")
-        || !model_set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL))
-        return fmi3Error;
-    instance->model.memory.phase = INITIALIZATION;
-    return fmi3OK;
-}
-
-fmi3Status fmi3ExitInitializationMode(fmi3Instance handle)
-{
-    Instance *instance = handle;
-    if (!in_phase(instance, INITIALIZATION, "fmi3ExitInitializationMode"))
-        return fmi3Error;
-    return status(model_initialize(&instance->model));
-}
-
-fmi3Status fmi3Terminate(fmi3Instance handle)
-{
-    Instance *instance = handle;
-    return status(instance && model_terminate(&instance->model, "fmi3Terminate"));
-}
-
-fmi3Status fmi3Reset(fmi3Instance handle)
-{
-    Instance *instance = handle;
-    if (!between_steps(instance, "fmi3Reset"))
-        return fmi3Error;
-    model_reset(&instance->model);
-    return fmi3OK;
+    int well = in_phase(instance, INSTANTIATED, "fmi3EnterInitializationMode")
+               && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL);
+    return well ? entered(instance, INSTANTIATED, INITIALIZATION, "") : fmi3Error;
 }
 
 /* ---- step ---- */
@@ -179,7 +121,6 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
 {
     Instance *instance = handle;
     double reached = time;
-    (void)no_return;
     if (!instance)
         return fmi3Error;
     Outcome outcome = model_step(&instance->model, time, step, instance->update ? between : NULL, &reached);
@@ -196,7 +137,6 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
 
 /* ---- values and states ---- */
 
-#include "fmi_states.h"
 #include "fmi_values.h"
 
 /* ---- hosts that integrate ---- */
@@ -209,30 +149,23 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, f
                                     fmi3Float64 *next)
 {
     fmi3Boolean *const answers[] = {again, end, nominals_changed, states_changed, timed};
-    (void)next;
     for (size_t i = 0; i < sizeof answers / sizeof *answers; i++)
         if (answers[i])
             *answers[i] = fmi3False;
     return status(in_phase(instance, EVENTS, "fmi3UpdateDiscreteStates"));
 }
 
-static fmi3Status counted(fmi3Instance instance, size_t *count, size_t value)
-{
-    if (!instance || !count)
-        return unsupported(instance, "there is nowhere to put the number");
-    *count = value;
-    return fmi3OK;
-}
+#define COUNTED(name, number)                                                  \
+    fmi3Status name(fmi3Instance instance, size_t *count)                      \
+    {                                                                          \
+        if (!instance || !count)                                               \
+            return unsupported(instance, "there is nowhere to put the number"); \
+        *count = number;                                                       \
+        return fmi3OK;                                                         \
+    }
 
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *count)
-{
-    return counted(instance, count, WL_STATES);
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *count)
-{
-    return counted(instance, count, 0);
-}
+COUNTED(fmi3GetNumberOfContinuousStates, WL_STATES)
+COUNTED(fmi3GetNumberOfEventIndicators, 0)
 #endif
 
 #include "fmi3_absent.h"

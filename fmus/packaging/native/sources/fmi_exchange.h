@@ -1,34 +1,27 @@
 /* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c. */
 #if WL_EXCHANGES
-
 /* Whether the host gave room for as many numbers as there are states. */
 static int sized(Instance *instance, size_t count, const double *numbers)
 {
     if (instance && count != WL_STATES)
-        model_report(&instance->model, ": %lu numbers for %d states; give one each", (unsigned long)count, WL_STATES);
-    return instance && count == WL_STATES && model_given(&instance->model, count, numbers, numbers);
+        return model_report(&instance->model, ": %lu numbers for %d states; give one each", (unsigned long)count,
+                            WL_STATES);
+    return instance && given(instance, count, numbers, numbers);
 }
 
 Answer FUNCTION(EnterEventMode)(void *instance)
 {
-    if (!in_phase(instance, CONTINUOUS, "entering event mode"))
-        return status(0);
-    ((Instance *)instance)->model.memory.phase = EVENTS;
-    return status(1);
+    return entered(instance, CONTINUOUS, EVENTS, "entering event mode");
 }
 
 Answer FUNCTION(EnterContinuousTimeMode)(void *instance)
 {
-    if (!in_phase(instance, EVENTS, "entering continuous-time mode"))
-        return status(0);
-    ((Instance *)instance)->model.memory.phase = CONTINUOUS;
-    return status(1);
+    return entered(instance, EVENTS, CONTINUOUS, "entering continuous-time mode");
 }
 
 /* No step of the host's solver makes an event. */
 Answer FUNCTION(CompletedIntegratorStep)(void *instance, Truth keep, Truth *event, Truth *end)
 {
-    (void)keep;
     if (event)
         *event = 0;
     if (end)
@@ -51,9 +44,8 @@ Answer FUNCTION(SetTime)(void *handle, double time)
 Answer FUNCTION(SetContinuousStates)(void *handle, const double states[], size_t count)
 {
     Instance *instance = handle;
-    if (!sized(instance, count, states) || !in_phase(instance, CONTINUOUS, "setting the states"))
-        return status(0);
-    return status(model_set_states(&instance->model, states));
+    int well = sized(instance, count, states) && in_phase(instance, CONTINUOUS, "setting the states");
+    return status(well ? model_set_states(&instance->model, states) : REFUSED);
 }
 
 Answer FUNCTION(GetContinuousStates)(void *handle, double states[], size_t count)
@@ -81,8 +73,6 @@ Answer FUNCTION(GetNominalsOfContinuousStates)(void *handle, double nominals[], 
 
 Answer FUNCTION(GetEventIndicators)(void *instance, double indicators[], size_t count)
 {
-    (void)indicators;
     return count ? unsupported(instance, WL_NAME " has no event indicators") : status(instance != NULL);
 }
-
 #endif

@@ -1,4 +1,5 @@
-/* Values and derivatives by value reference, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c.
+/* Values, derivatives and states, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c, whose allocate() and
+   release() are for states too.
 
    In FMI 3.0 the size of an array goes with it, SIZED(values, size); in FMI 2.0 it is the number of references. */
 
@@ -31,80 +32,59 @@ static Reference next(const Reference references[], Place *place)
 static int paired(Instance *instance, const Reference references[], size_t count, const void *values, size_t size)
 {
     size_t wanted = 0;
-    if (!instance || !model_given(&instance->model, count, references, references))
+    if (!instance || !given(instance, count, references, references))
         return 0;
     for (size_t i = 0; i < count; i++) {
         unsigned values_of_one = COUNT(references[i]);
         if (!values_of_one)
-            return unsupported(instance, "a value reference within an array; give the array's") == FUNCTION(OK);
+            return model_report(&instance->model, ": a value reference within an array; give the array's");
         wanted += values_of_one;
     }
     if (wanted != size)
-        model_report(&instance->model, ": %lu value references and %lu values; give one each%s", (unsigned long)count,
-                     (unsigned long)size, WL_ARRAYS ? ", of an array one for each element" : "");
-    return wanted == size && model_given(&instance->model, size, values, values);
+        return model_report(&instance->model, ": %lu value references and %lu values; give one each%s",
+                            (unsigned long)count, (unsigned long)size,
+                            WL_ARRAYS ? ", of an array one for each element" : "");
+    return given(instance, size, values, values);
 }
 
 /* Time is a variable in FMI 3.0. */
 #define IS_TIME(reference) (F(0, (reference) == VARIABLES))
 
-Answer FUNCTION(F(GetReal, GetFloat64))(void *handle, const Reference references[], size_t count,
-                                        double SIZED(values[], size))
+static int get(Instance *instance, Reference reference, Kind kind, double *value)
 {
-    Instance *instance = handle;
-    int well = paired(instance, references, count, values, SIZE);
-    Place place = {0, 0};
-    for (size_t i = 0; well && i < SIZE; i++) {
-        Reference reference = next(references, &place);
-        if (IS_TIME(reference))
-            values[i] = instance->model.memory.time;
-        else
-            well = model_get(&instance->model, reference, REAL, &values[i]);
-    }
-    return status(well);
+    if (kind != REAL || !IS_TIME(reference))
+        return model_get(&instance->model, reference, kind, value);
+    *value = instance->model.memory.time;
+    return 1;
 }
 
 /* Enumerations are integers of FMI 2.0, and have functions of their own in 3.0. */
 #define IS_CHOICE(reference) ((reference) < VARIABLES && WL(variables)[reference].kind == ENUMERATION)
 #define WHOLE(reference) F(IS_CHOICE(reference) ? ENUMERATION : INTEGER, INTEGER)
 
-#define WHOLE_GETTER(name, type, kind)                                                                        \
+#define GETTER(name, type, kind, shown)                                                                         \
     Answer FUNCTION(name)(void *handle, const Reference references[], size_t count, type SIZED(values[], size)) \
-    {                                                                                                         \
-        Instance *instance = handle;                                                                          \
-        int well = paired(instance, references, count, values, SIZE);                               \
-        Place place = {0, 0};                                                                                 \
-        for (size_t i = 0; well && i < SIZE; i++) {                                                           \
-            Reference reference = next(references, &place);                                                   \
-            double value = 0;                                                                                 \
-            well = model_get(&instance->model, reference, kind, &value);                                      \
-            values[i] = model_whole(value);                                                                   \
-        }                                                                                                     \
-        return status(well);                                                                                  \
+    {                                                                                                           \
+        int well = paired(handle, references, count, values, SIZE);                                             \
+        Place place = {0, 0};                                                                                   \
+        for (size_t i = 0; well && i < SIZE; i++) {                                                             \
+            Reference reference = next(references, &place);                                                     \
+            double value = 0;                                                                                   \
+            well = get(handle, reference, kind, &value);                                                        \
+            values[i] = shown;                                                                                  \
+        }                                                                                                       \
+        return status(well);                                                                                    \
     }
 
-WHOLE_GETTER(F(GetInteger, GetInt32), Whole, WHOLE(reference))
-F(, WHOLE_GETTER(GetInt64, fmi3Int64, ENUMERATION))
-
-Answer FUNCTION(GetBoolean)(void *handle, const Reference references[], size_t count, Truth SIZED(values[], size))
-{
-    Instance *instance = handle;
-    int well = paired(instance, references, count, values, SIZE);
-    Place place = {0, 0};
-    for (size_t i = 0; well && i < SIZE; i++) {
-        double value = 0;
-        well = model_get(&instance->model, next(references, &place), BOOLEAN, &value);
-        values[i] = value != 0;
-    }
-    return status(well);
-}
+GETTER(F(GetReal, GetFloat64), double, REAL, value)
+GETTER(F(GetInteger, GetInt32), Whole, WHOLE(reference), model_whole(value))
+F(, GETTER(GetInt64, fmi3Int64, ENUMERATION, model_whole(value)))
+GETTER(GetBoolean, Truth, BOOLEAN, value != 0)
 
 static int set(Instance *instance, Reference reference, Kind kind, double value)
 {
-    if (!IS_TIME(reference))
-        return model_set(&instance->model, reference, kind, value);
-    model_report(&instance->model, ".time: cannot be set; it goes on with the steps");
-    return 0;
+    return IS_TIME(reference) ? model_report(&instance->model, ".time: cannot be set; it goes on with the steps")
+                              : model_set(&instance->model, reference, kind, value);
 }
 
 #define SETTER(name, type, kind, value)                                                                       \
@@ -131,7 +111,7 @@ Answer FUNCTION(F(GetRealOutputDerivatives, GetOutputDerivatives))(void *handle,
 {
     Instance *instance = handle;
     int well = paired(instance, references, count, values, SIZE)
-               && model_given(&instance->model, count, orders, values);
+               && given(instance, count, orders, values);
     Place place = {0, 0};
     for (size_t i = 0; well && i < SIZE; i++) {
         Whole order = orders[place.at];
@@ -155,4 +135,72 @@ Answer FUNCTION(GetDirectionalDerivative)(void *handle, const Reference unknowns
     for (size_t i = 0; well && i < F(unknown_count, sensitivity_size); i++)
         well = model_sensitivity(&instance->model, next(unknowns, &of), &direction, &sensitivity[i]);
     return status(well);
+}
+
+/* Puts what was remembered where the host wants it. */
+static Answer kept(Instance *instance, const Memory *memory, State *state)
+{
+    if (!*state)
+        *state = allocate(instance, sizeof *memory);
+    if (!*state)
+        return unsupported(instance, "no memory for a state");
+    memcpy(*state, memory, sizeof *memory);
+    return status(1);
+}
+
+Answer FUNCTION(F(GetFMUstate, GetFMUState))(void *handle, State *state)
+{
+    Instance *instance = handle;
+    if (!instance || !state)
+        return unsupported(instance, "there is nowhere to put the state");
+    return between_steps(instance, F("fmi2GetFMUstate", "fmi3GetFMUState"))
+               ? kept(instance, &instance->model.memory, state) : status(0);
+}
+
+Answer FUNCTION(F(SetFMUstate, SetFMUState))(void *handle, State state)
+{
+    Instance *instance = handle;
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to go back to");
+    if (!between_steps(instance, F("fmi2SetFMUstate", "fmi3SetFMUState")))
+        return status(0);
+    model_restore(&instance->model, state);
+    return status(1);
+}
+
+Answer FUNCTION(F(FreeFMUstate, FreeFMUState))(void *instance, State *state)
+{
+    if (instance && state && *state) {
+        release(instance, *state);
+        *state = NULL;
+    }
+    return status(instance != NULL);
+}
+
+Answer FUNCTION(F(SerializedFMUstateSize, SerializedFMUStateSize))(void *instance, State state, size_t *size)
+{
+    if (!instance || !state || !size)
+        return unsupported(instance, "there is no state to serialise, or nowhere to put its size");
+    *size = model_serialized_size();
+    return status(1);
+}
+
+Answer FUNCTION(F(SerializeFMUstate, SerializeFMUState))(void *instance, State state, Byte bytes[], size_t size)
+{
+    if (!instance || !state)
+        return unsupported(instance, "there is no state to serialise");
+    if (!bytes || size < model_serialized_size())
+        return unsupported(instance, "too few bytes for the serialised state; ask for its size");
+    model_serialize(state, (unsigned char *)bytes);
+    return status(1);
+}
+
+Answer FUNCTION(F(DeSerializeFMUstate, DeserializeFMUState))(void *handle, const Byte bytes[], size_t size, State *state)
+{
+    Instance *instance = handle;
+    Memory memory;
+    if (!instance || !bytes || !state)
+        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
+    int well = model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory);
+    return well ? kept(instance, &memory, state) : status(0);
 }

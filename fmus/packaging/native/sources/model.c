@@ -11,24 +11,6 @@
 
 #include "model_checks.h"
 
-int model_given(Model *model, size_t count, const void *first, const void *second)
-{
-    if (count == 0 || (first && second))
-        return 1;
-    model_report(model, ": a null pointer in place of an array; give arrays of %lu elements", (unsigned long)count);
-    return 0;
-}
-
-int model_in_phase(Model *model, Phase phase, const char *function)
-{
-    static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
-                                         "intermediate update mode", "event mode", "continuous-time mode"};
-    if (model->memory.phase == phase)
-        return 1;
-    model_report(model, ": %s belongs in %s, not in %s", function, phases[phase], phases[(int)model->memory.phase]);
-    return 0;
-}
-
 void model_reset(Model *model)
 {
     Memory *memory = &model->memory;
@@ -43,19 +25,6 @@ void model_reset(Model *model)
     memset(model->clamped, 0, sizeof model->clamped);
     model->begun = 0;
     model->fresh = 0;
-}
-
-int model_set_times(Model *model, double start, double stop)
-{
-    if (!(fabs(start) < HUGE_VAL) || !(stop >= start)) {
-        model_report(model, ": a run from %g s to %g s; give a start, and a stop after it", start, stop);
-        return 0;
-    }
-    model->memory.start_time = model->memory.time = start;
-    model->memory.stop_time = stop;
-    model->fresh = 0;
-    model->begun = 0;
-    return 1;
 }
 
 /* Before the run the states follow parameters and inputs. */
@@ -79,15 +48,6 @@ int model_initialize(Model *model)
     if (!states_are_well(model, model->memory.time))
         return 0;
     model->memory.phase = model->exchanges ? EVENTS : STEPPING;
-    return 1;
-}
-
-int model_terminate(Model *model, const char *function)
-{
-    int running = model->memory.phase == EVENTS || model->memory.phase == CONTINUOUS;
-    if (!running && !model_in_phase(model, STEPPING, function))
-        return 0;
-    model->memory.phase = TERMINATED;
     return 1;
 }
 

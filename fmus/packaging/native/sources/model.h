@@ -32,6 +32,12 @@ typedef struct {
     int accepts_nan;
 } StateVariable;
 
+/* Of a check across parameters, as a format; and which parameters it shows. */
+typedef struct {
+    const char *text;
+    int shown[8];
+} Sentence;
+
 /* What is sampled together: the parameter that says how often, and the states. */
 typedef struct {
     int sample_time;
@@ -41,7 +47,7 @@ typedef struct {
 /* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
 extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
-extern const char *const WL(sentences)[];
+extern const Sentence WL(sentences)[];
 extern const double WL(nominals)[]; /* of the states, where hosts may integrate them */
 extern const int WL(group_starts)[]; /* among all outputs */
 extern const Clock WL(clocks)[]; /* in the order of sampling */
@@ -130,7 +136,6 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 #define model_reset WL(model_reset)
 #define model_set WL(model_set)
 #define model_get WL(model_get)
-#define model_set_times WL(model_set_times)
 #define model_initialize WL(model_initialize)
 #define model_step WL(model_step)
 #define model_set_derivative WL(model_set_derivative)
@@ -141,11 +146,8 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 #define model_serialize WL(model_serialize)
 #define model_deserialize WL(model_deserialize)
 #define model_restore WL(model_restore)
-#define model_given WL(model_given)
 #define model_whole WL(model_whole)
 #define model_report WL(model_report)
-#define model_in_phase WL(model_in_phase)
-#define model_terminate WL(model_terminate)
 #define model_rates WL(model_rates)
 #define model_set_states WL(model_set_states)
 
@@ -153,9 +155,7 @@ typedef void (*Between)(void *host, double time, int finished, double *until);
 void model_reset(Model *model);
 int model_set(Model *model, unsigned reference, Kind kind, double value);
 int model_get(Model *model, unsigned reference, Kind kind, double *value);
-int model_set_times(Model *model, double start, double stop);
 int model_initialize(Model *model);
-int model_terminate(Model *model, const char *function);
 Outcome model_step(Model *model, double time, double step, Between between, double *reached);
 int model_set_derivative(Model *model, unsigned reference, int order, double value);
 int model_output_derivative(Model *model, unsigned reference, int order, double *value);
@@ -172,13 +172,10 @@ void model_serialize(const Memory *memory, unsigned char *bytes);
 int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory);
 void model_restore(Model *model, const Memory *memory);
 
-/* Reports a call in a phase that does not allow it. */
-int model_in_phase(Model *model, Phase phase, const char *function);
-/* Whether the host gave the arrays that so many values need; either may be NULL where there are none. */
-int model_given(Model *model, size_t count, const void *first, const void *second);
 /* An integer's value; the nearest that an integer may have, 0 for none. */
 int model_whole(double value);
 
-void model_report(Model *model, const char *format, ...);
+/* Tells the host, and returns 0. */
+int model_report(Model *model, const char *format, ...);
 
 #endif

@@ -5,7 +5,7 @@
 
 #define SENTENCE_SIZE 512
 
-void model_report(Model *model, const char *format, ...)
+int model_report(Model *model, const char *format, ...)
 {
     char sentence[SENTENCE_SIZE];
     int used = snprintf(sentence, sizeof sentence, "%s", model->name);
@@ -15,6 +15,7 @@ void model_report(Model *model, const char *format, ...)
         vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
     va_end(arguments);
     model->report(model->host, model->severity, sentence);
+    return 0;
 }
 
 /* What is wrong with one value, with %s for bound and unit; NULL where it is well. */
@@ -58,45 +59,25 @@ static int within(Model *model, const Variable *variable, double value)
     if (!what)
         return 1;
     snprintf(reason, sizeof reason, what, shown(bound, limit), variable->unit);
-    model_report(model, ".%s: %s%s%s", variable->name, shown(value, number), variable->unit, reason);
-    return 0;
+    return model_report(model, ".%s: %s%s%s", variable->name, shown(value, number), variable->unit, reason);
 }
 
-/* Reports a sentence in which `{12}` stands for the parameter of that value reference. */
-static void report_check(Model *model, const double *parameters, const char *sentence)
-{
-    char text[SENTENCE_SIZE], number[40];
-    size_t used = 0;
-    while (*sentence && used + 1 < sizeof text) {
-        if (*sentence != '{') {
-            text[used++] = *sentence++;
-            continue;
-        }
-        char *end;
-        long reference = strtol(sentence + 1, &end, 10);
-        snprintf(number, sizeof number, "%.9g", parameters[reference]);
-        for (const char *digit = number; *digit && used + 1 < sizeof text; digit++)
-            text[used++] = *digit;
-        sentence = *end ? end + 1 : end;
-    }
-    text[used] = 0;
-    model_report(model, ".%s", text);
-}
-
-static int parameters_are_well(Model *model, const double *parameters)
+static int parameters_are_well(Model *model, const double *p)
 {
     int well = 1;
     double margins[AT_LEAST_1(WL_CHECKS)];
     for (int i = 0; i < WL_PARAMETERS; i++)
-        well &= within(model, &WL(variables)[i], parameters[i]);
+        well &= within(model, &WL(variables)[i], p[i]);
     if (!well)
         return 0;
-    WL(margins)(parameters, margins);
-    for (int i = 0; i < WL_CHECKS; i++)
-        if (!(margins[i] >= 0)) {
-            report_check(model, parameters, WL(sentences)[i]);
-            well = 0;
-        }
+    WL(margins)(p, margins);
+    for (int i = 0; i < WL_CHECKS; i++) {
+        const char *text = WL(sentences)[i].text;
+        const int *at = WL(sentences)[i].shown;
+        if (!(margins[i] >= 0))
+            well = model_report(model, text, p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]],
+                                p[at[7]]);
+    }
     return well;
 }
 
@@ -155,8 +136,6 @@ static int wild_state(const double *states)
 static int states_are_well(Model *model, double since)
 {
     int wild = wild_state(model->memory.states);
-    if (wild >= 0)
-        model_report(model, ": %s is not finite after %g s; look for inputs and parameters far from their "
-                            "nominal values", WL(state_variables)[wild].name, since);
-    return wild < 0;
+    return wild < 0 || model_report(model, ": %s is not finite after %g s; look for inputs and parameters far from "
+                                           "their nominal values", WL(state_variables)[wild].name, since);
 }

@@ -7,18 +7,13 @@ int model_set_derivative(Model *model, unsigned reference, int order, double val
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_CLOCKS || reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
-        model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
-        return 0;
-    }
-    if (order < 1 || order > 2) {
-        model_report(model, ".%s: a derivative of order %d; give order 1 or 2", variable->name, order);
-        return 0;
-    }
-    if (memory->interpolates == 2) {
-        memset(memory->input_slopes, 0, sizeof memory->input_slopes);
-        memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
-    }
+    if (WL_CLOCKS || reference < FIRST_INPUT || reference >= FIRST_OUTPUT)
+        return model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
+    if (order < 1 || order > 2)
+        return model_report(model, ".%s: a derivative of order %d; give order 1 or 2", variable->name, order);
+#if !WL_CLOCKS
+    forget_derivatives(memory);
+#endif
     memory->interpolates = 1;
     (order == 1 ? memory->input_slopes : memory->input_curvatures)[reference - FIRST_INPUT] = value;
     return 1;
@@ -29,11 +24,10 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_CLOCKS || reference < FIRST_OUTPUT || reference >= FIRST_LOCAL || order != 1 || model->memory.phase < STEPPING) {
-        model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, once "
-                            "the run has begun", variable->name, order);
-        return 0;
-    }
+    if (WL_CLOCKS || order != 1 || reference < FIRST_OUTPUT || reference >= FIRST_LOCAL
+        || model->memory.phase < STEPPING)
+        return model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, "
+                                   "once the run has begun", variable->name, order);
 #if !WL_CLOCKS && WL_OUTPUTS
     Memory *memory = &model->memory;
     double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
@@ -49,22 +43,17 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
 
 int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
 {
-    if (reference == VARIABLES) {
+    const Variable *variable = NULL;
+    if (reference == VARIABLES)
         direction->time += seed;
-        return 1;
-    }
-    if (IS_STATE(reference)) {
+    else if (IS_STATE(reference))
         direction->states[reference - FIRST_STATE] += seed;
-        return 1;
-    }
-    const Variable *variable = variable_of(model, reference, REAL);
-    if (!variable)
+    else if (!(variable = variable_of(model, reference, REAL)))
         return 0;
-    if (reference < FIRST_INPUT || reference >= FIRST_OUTPUT) {
-        model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
-        return 0;
-    }
-    direction->inputs[reference - FIRST_INPUT] += seed;
+    else if (reference < FIRST_INPUT || reference >= FIRST_OUTPUT)
+        return model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
+    else
+        direction->inputs[reference - FIRST_INPUT] += seed;
     return 1;
 }
 
@@ -92,16 +81,11 @@ int model_sensitivity(Model *model, unsigned reference, Direction *direction, do
     int rate = IS_RATE(reference);
     if (!rate && !(variable = variable_of(model, reference, REAL)))
         return 0;
-    if (!rate && (reference < FIRST_OUTPUT || reference >= FIRST_LOCAL)) {
-        model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
-        return 0;
-    }
+    if (!rate && (reference < FIRST_OUTPUT || reference >= FIRST_LOCAL))
+        return model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
     if (!direction->computed)
         compute(model, direction);
-    if (rate)
-        *value = direction->rates[reference - FIRST_RATE];
-    else
-        *value = direction->outputs[reference - FIRST_OUTPUT];
+    *value = rate ? direction->rates[reference - FIRST_RATE] : direction->outputs[reference - FIRST_OUTPUT];
     return 1;
 }
 
@@ -113,13 +97,12 @@ Outcome model_rates(Model *model, double *rates)
         begin(model);
     model->severity = DISCARD;
     int well = inputs_are_well(model, memory->inputs);
-    if (well) {
+    if (well)
         WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
-        for (int i = 0; i < WL_STATES && well; i++)
-            if (!(well = fabs(rates[i]) < HUGE_VAL))
-                model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
-                                    "their nominal values", WL(state_variables)[i].name, memory->time);
-    }
+    for (int i = 0; well && i < WL_STATES; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL))
+            well = model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
+                                       "their nominal values", WL(state_variables)[i].name, memory->time);
     model->severity = FAILURE;
     return well ? DONE : DISCARDED;
 }
@@ -127,14 +110,13 @@ Outcome model_rates(Model *model, double *rates)
 Outcome model_set_states(Model *model, const double *states)
 {
     int wild = wild_state(states);
-    if (wild >= 0) {
-        model->severity = DISCARD;
+    model->severity = DISCARD;
+    if (wild >= 0)
         model_report(model, ": %s is not finite; give finite states", WL(state_variables)[wild].name);
-        model->severity = FAILURE;
-        return DISCARDED;
-    }
-    memcpy(model->memory.states, states, sizeof model->memory.states);
+    else
+        memcpy(model->memory.states, states, sizeof model->memory.states);
+    model->severity = FAILURE;
     model->fresh = 0;
-    return DONE;
+    return wild < 0 ? DONE : DISCARDED;
 }
 #endif

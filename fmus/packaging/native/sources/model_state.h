@@ -99,20 +99,16 @@ static const char *contradiction(Model *model, const Memory *memory)
 
 int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory)
 {
-    if (size != model_serialized_size() || memcmp(bytes, STAMP, STAMP_SIZE) != 0) {
-        model_report(model, ": the serialised state is not of this version of " WL_NAME
-                            "; serialise it anew with this FMU");
-        return 0;
-    }
+    if (size != model_serialized_size() || memcmp(bytes, STAMP, STAMP_SIZE) != 0)
+        return model_report(model, ": the serialised state is not of this version of " WL_NAME
+                                   "; serialise it anew with this FMU");
     for (size_t i = 0; i < NUMBERS; i++) {
         Word word = read_word(bytes + STAMP_SIZE + 8 * i);
         memcpy((double *)memory + i, &word, 8);
     }
     const char *damage = read_word(bytes + DIGEST_AT) != digest(bytes, DIGEST_AT) ? "its digest differs"
                                                                                   : contradiction(model, memory);
-    if (damage)
-        model_report(model, ": the serialised state is damaged: %s; serialise it anew", damage);
-    return !damage;
+    return !damage || model_report(model, ": the serialised state is damaged: %s; serialise it anew", damage);
 }
 
 void model_restore(Model *model, const Memory *memory)

@@ -6,10 +6,12 @@
 #define CLOCK_TOLERANCE 1e-6
 
 #if WL_CONTINUOUS || !WL_CLOCKS
-static long long micro_steps(double step)
+/* Into how many micro steps a step is divided, and how long they are. */
+static long long micro_steps(double step, double *micro)
 {
-    double count = ceil(step / WL_MICRO_STEP - TICK_TOLERANCE);
-    return count < 1 ? 1 : (long long)count;
+    double count = fmax(1, ceil(step / WL_MICRO_STEP - TICK_TOLERANCE));
+    *micro = step / count;
+    return (long long)count;
 }
 
 static void advance(Model *model, const double *inputs, const double *later, double time, double step)
@@ -23,12 +25,11 @@ static void advance(Model *model, const double *inputs, const double *later, dou
 
 static void integrate(Model *model, double time, double step)
 {
-    long long count = micro_steps(step);
-    double micro = step / (double)count;
+    double micro;
+    long long count = micro_steps(step, &micro);
     for (long long i = 0; i < count; i++)
         advance(model, model->memory.inputs, model->memory.inputs, time + (double)i * micro, micro);
 }
-
 #endif
 
 #if !WL_CLOCKS
@@ -43,9 +44,8 @@ static void inputs_after(const Memory *memory, double elapsed, double *inputs)
 static int integrate_along(Model *model, double time, double step)
 {
     Memory *memory = &model->memory;
-    double inputs[2][AT_LEAST_1(WL_INPUTS)];
-    long long count = micro_steps(step);
-    double micro = step / (double)count;
+    double inputs[2][AT_LEAST_1(WL_INPUTS)], micro;
+    long long count = micro_steps(step, &micro);
     inputs_after(memory, step, inputs[0]);
     if (!inputs_are_well(model, inputs[0]))
         return 0;
@@ -57,7 +57,18 @@ static int integrate_along(Model *model, double time, double step)
     memcpy(memory->inputs, inputs[count % 2], sizeof memory->inputs);
     for (int i = 0; i < WL_INPUTS; i++)
         memory->input_slopes[i] += step * memory->input_curvatures[i];
+    memory->interpolates = 2;
     return 1;
+}
+
+/* Derivatives of inputs are good for one step. */
+static void forget_derivatives(Memory *memory)
+{
+    if (memory->interpolates != 2)
+        return;
+    memset(memory->input_slopes, 0, sizeof memory->input_slopes);
+    memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
+    memory->interpolates = 0;
 }
 
 static void call_back(Model *model, Between between, double time, int finished, double *until)
@@ -74,9 +85,8 @@ static int integrate_with_host(Model *model, double time, double step, Between b
     double inputs[AT_LEAST_1(WL_INPUTS)], until = time + step;
     *reached = time;
     while (*reached < until) {
-        double from = *reached, end = until;
-        long long count = micro_steps(end - from);
-        double micro = (end - from) / (double)count;
+        double from = *reached, end = until, micro;
+        long long count = micro_steps(end - from, &micro);
         for (long long i = 0; i < count && until == end; i++) {
             double next = i + 1 < count ? from + (double)(i + 1) * micro : end;
             memcpy(inputs, memory->inputs, sizeof inputs);
@@ -153,7 +163,6 @@ static void go_by_clocks(Model *model, double time, double until)
             if (memory->samples[i] < samples_until(memory, i, instant))
                 sample(model, i);
     } while (clock >= 0);
-    (void)time;
 }
 #endif
 
@@ -164,8 +173,6 @@ static double longest_step(const Memory *memory)
 #if WL_CLOCKS
     for (int i = 0; i < WL_CLOCKS; i++)
         shortest = fmin(shortest, period_of(memory, i));
-#else
-    (void)memory;
 #endif
     return WL_MOST_IN_A_STEP * shortest;
 }
@@ -197,23 +204,18 @@ static int go(Model *model, double time, double step, Between between, double *r
     Memory *memory = &model->memory;
     *reached = time + step;
 #if WL_CLOCKS
-    (void)between;
     go_by_clocks(model, time, *reached);
 #else
-    if (memory->interpolates == 2) {
-        memset(memory->input_slopes, 0, sizeof memory->input_slopes);
-        memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
-        memory->interpolates = 0;
-    }
-    if (between) {
-        if (!integrate_with_host(model, time, step, between, reached))
-            return 0;
-    } else if (memory->interpolates) {
-        if (!integrate_along(model, time, step))
-            return 0;
-        memory->interpolates = 2;
-    } else
+    forget_derivatives(memory);
+    int well = 1;
+    if (between)
+        well = integrate_with_host(model, time, step, between, reached);
+    else if (memory->interpolates)
+        well = integrate_along(model, time, step);
+    else
         integrate(model, time, step);
+    if (!well)
+        return 0;
 #endif
     memory->time = *reached;
     return states_are_well(model, time);

@@ -10,16 +10,14 @@ int model_whole(double value)
 static const Variable *variable_of(Model *model, unsigned reference, Kind kind)
 {
     static const char *const kinds[] = {"a real number", "an integer", "a boolean", "an enumeration"};
-    if (reference >= VARIABLES) {
+    const Variable *found = &WL(variables)[reference < VARIABLES ? reference : 0];
+    if (reference >= VARIABLES)
         model_report(model, ": value reference %u is unknown; " WL_NAME " has 0 to %d", reference, VARIABLES - 1);
-        return NULL;
-    }
-    if (WL(variables)[reference].kind != kind) {
-        model_report(model, ".%s: is %s, not %s", WL(variables)[reference].name,
-                     kinds[WL(variables)[reference].kind], kinds[kind]);
-        return NULL;
-    }
-    return &WL(variables)[reference];
+    else if (found->kind != kind)
+        model_report(model, ".%s: is %s, not %s", found->name, kinds[found->kind], kinds[kind]);
+    else
+        return found;
+    return NULL;
 }
 
 /* A parameter that changes in the run, whose other parameters stay as they are. */
@@ -27,13 +25,12 @@ static int tune(Model *model, unsigned reference, double value)
 {
     double *parameter = &model->memory.parameters[reference], before = *parameter;
     *parameter = value;
-    if (!parameters_are_well(model, model->memory.parameters)) {
+    int well = parameters_are_well(model, model->memory.parameters);
+    if (!well)
         *parameter = before;
-        return 0;
-    }
     WL(settle)(model->memory.parameters, model->settled);
     model->fresh = 0;
-    return 1;
+    return well;
 }
 
 int model_set(Model *model, unsigned reference, Kind kind, double value)
@@ -45,26 +42,18 @@ int model_set(Model *model, unsigned reference, Kind kind, double value)
     if (reference < FIRST_INPUT) {
         if ((memory->phase == STEPPING || memory->phase == EVENTS) && (variable->flags & TUNABLE))
             return tune(model, reference, value);
-        if (memory->phase >= STEPPING) {
-            model_report(model, ".%s: parameters are fixed once the run has begun; set it before initialization",
-                         variable->name);
-            return 0;
-        }
+        if (memory->phase >= STEPPING)
+            return model_report(model, ".%s: parameters are fixed once the run has begun; set it before "
+                                       "initialization", variable->name);
         memory->parameters[reference] = value;
     } else if (reference < FIRST_OUTPUT) {
-        if (memory->phase == TERMINATED) {
-            model_report(model, ".%s: the run has ended; reset the instance to set it", variable->name);
-            return 0;
-        }
-        if (memory->phase == CONTINUOUS && kind != REAL) {
-            model_report(model, ".%s: jumps; enter event mode to set it", variable->name);
-            return 0;
-        }
+        if (memory->phase == TERMINATED)
+            return model_report(model, ".%s: the run has ended; reset the instance to set it", variable->name);
+        if (memory->phase == CONTINUOUS && kind != REAL)
+            return model_report(model, ".%s: jumps; enter event mode to set it", variable->name);
         memory->inputs[reference - FIRST_INPUT] = value;
-    } else {
-        model_report(model, ".%s: an output cannot be set; set an input", variable->name);
-        return 0;
-    }
+    } else
+        return model_report(model, ".%s: an output cannot be set; set an input", variable->name);
     model->fresh = 0;
     model->begun &= memory->phase >= STEPPING;
     return 1;
@@ -108,11 +97,8 @@ int model_get(Model *model, unsigned reference, Kind kind, double *value)
     const Variable *variable = variable_of(model, reference, kind);
     if (!variable)
         return 0;
-    if (reference < FIRST_INPUT)
-        *value = model->memory.parameters[reference];
-    else if (reference < FIRST_OUTPUT)
-        *value = model->memory.inputs[reference - FIRST_INPUT];
-    else
-        *value = output(model, variable);
+    *value = reference < FIRST_INPUT    ? model->memory.parameters[reference]
+             : reference < FIRST_OUTPUT ? model->memory.inputs[reference - FIRST_INPUT]
+                                        : output(model, variable);
     return 1;
 }

@@ -154,9 +154,7 @@ def test_what_instances_share_is_found(damaged: Build, version: FmiVersion) -> N
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_wrong_derivative_is_found(damaged: Build, version: FmiVersion) -> None:
-    wrong = replace(
-        "model_derivatives.h", "*value = direction->outputs[", "*value = 1.01 * direction->outputs["
-    )
+    wrong = replace("model_derivatives.h", ": direction->outputs[", ": 1.01 * direction->outputs[")
     found = by_name(check_fmu(damaged(wrong, version), cases=["directional derivatives"]))
     assert found["directional derivatives"].verdict == "fail"
     assert (

@@ -13,9 +13,9 @@ from fmpy import read_model_description
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.exchange import exchanged_states, opened
+from warmlink.fmus.packaging.native.codegen import output_groups
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
-from warmlink.fmus.packaging.native.output_groups import output_groups
 from warmlink.fmus.thermal_link.equations import stretches
 
 from .conftest import BuildNative
@@ -50,7 +50,7 @@ def motor(request: pytest.FixtureRequest, native_fmu: BuildNative) -> Iterator[N
 
 
 def rates(native: Native, name: str) -> np.ndarray:
-    references = [state.rate_reference for state in exchanged_states(opened(COMPONENTS[name]))]
+    references = [state.rate.reference for state in exchanged_states(opened(COMPONENTS[name]))]
     return np.array(getattr(native.fmu, "getFloat64" if native.modern else "getReal")(references))
 
 

@@ -129,14 +129,14 @@ def test_derivatives_by_states_are_those_of_the_rates(model: Any) -> None:
     model.setContinuousStates(vector(x), COUNT)
     heat_flow = reference(MOTOR, "heat_flow")
     for i, state in enumerate(states):
-        unknowns = [*(s.rate_reference for s in states), heat_flow]
-        derivative = model.getDirectionalDerivative(unknowns, [state.reference], [1.0])
+        unknowns = [*(s.rate.reference for s in states), heat_flow]
+        derivative = model.getDirectionalDerivative(unknowns, [state.state.reference], [1.0])
         step = np.eye(COUNT)[i]
         slopes = (rates(model, x + step) - rates(model, x - step)) / 2
         np.testing.assert_allclose(derivative[:COUNT], slopes, rtol=1e-6, atol=1e-12)
     model.setContinuousStates(vector(x), COUNT)
     assert derivative[COUNT] == 0.0
-    by_shaft = model.getDirectionalDerivative([heat_flow], [states[1].reference], [1.0])
+    by_shaft = model.getDirectionalDerivative([heat_flow], [states[1].state.reference], [1.0])
     assert list(by_shaft) == [1.0]
 
 
@@ -147,8 +147,8 @@ def test_nominals_and_variables_are_the_states(model: Any) -> None:
     model.getContinuousStates(own, COUNT)
     states = exchanged_states(MOTOR)
     get = model.getFloat64 if hasattr(model, "getFloat64") else model.getReal
-    assert get([s.reference for s in states]) == list(own)
-    np.testing.assert_array_equal(get([s.rate_reference for s in states]), rates(model))
+    assert get([s.state.reference for s in states]) == list(own)
+    np.testing.assert_array_equal(get([s.rate.reference for s in states]), rates(model))
 
 
 def test_nothing_happens_but_by_the_host(model: Any) -> None:

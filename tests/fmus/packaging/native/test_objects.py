@@ -1,7 +1,9 @@
 """Object files are compiled once and kept for builds to come."""
 
+import os
 import shutil
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
@@ -10,9 +12,11 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import cache
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, kept, remembered
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, kept, kept_before, remembered
 from warmlink.fmus.packaging.native import compile as compiling
+from warmlink.fmus.packaging.native import library
 from warmlink.fmus.packaging.native.compile import Compiler, host_platform
+from warmlink.orchestration.master.compiled import loop
 
 SOURCES = {
     "one.c": "int one(void) { return 1; }\n",
@@ -85,6 +89,59 @@ def test_what_is_damaged_is_made_anew(tmp_path: Path, monkeypatch: pytest.Monkey
     file.write_bytes(whole[:-1])
     assert kept("things", "the same", lambda: b"made") == b"made"
     assert file.read_bytes() == whole
+
+
+def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "1")
+    ages = {"things/old": 9, "abcdef/native": 8, "things/older": 10, "things/used": 5, "things/new": 0}
+    for name, days in ages.items():
+        folder = tmp_path / name
+        folder.mkdir(parents=True)
+        (folder / "file").write_bytes(bytes(400_000))
+        for path in (folder / "file", folder):
+            os.utime(path, (time.time() - days * 86400,) * 2)
+    cache.make_room.cache_clear()
+    kept("things", "the next", lambda: bytes(400_000))
+    left = {path.parent.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("file")}
+    assert left == {"things/new"}, "what is used today stays, however much it is"
+    assert kept_before("things", "the next") is not None
+
+
+def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    kept("things", "the same", lambda: b"made")
+    (file,) = (tmp_path / "things").glob("*.kept")
+    os.utime(file, (0, 0))
+    kept("things", "the same", lambda: b"made")
+    assert file.stat().st_mtime > time.time() - 60
+
+
+@pytest.mark.parametrize("limit", ["much", "-1", "nan"])
+def test_a_limit_that_is_none_is_refused(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, limit)
+    cache.make_room.cache_clear()
+    with pytest.raises(InputError, match=f"{cache.LIMIT_VARIABLE} is '{limit}'"):
+        kept("things", "the same", lambda: b"made")
+
+
+def test_a_library_is_kept_for_its_compiler_and_flags(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys: list[object] = []
+
+    def noted(folder: str, made_from: object, make: object) -> bytes:
+        keys.append(made_from)
+        raise InputError("enough")
+
+    monkeypatch.setattr(loop, "kept", noted)
+    for change in (lambda: None, lambda: monkeypatch.setenv("CC", "other")):
+        change()
+        with pytest.raises(InputError, match="enough"):
+            loop.library.__wrapped__()
+    monkeypatch.setattr(library, "FLAGS", ("-O0",))
+    with pytest.raises(InputError, match="enough"):
+        loop.library.__wrapped__()
+    assert len({repr(key) for key in keys}) == 3
 
 
 def test_what_is_remembered_is_made_once_for_each_state_of_the_source(

@@ -42,7 +42,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Path) -> None:
     experiments = arm_experiments(run)
     assert list(experiments) == [1, 2, 3, 4, 5, 6]
-    found = diagnose_arm(experiments, (ELBOW, ELBOW + 1))
+    found = diagnose_arm(experiments)
     assert found.at_fault == (ELBOW,)
     (cause,) = found.axes[ELBOW].causes
     assert cause.name == "joint_resistance"

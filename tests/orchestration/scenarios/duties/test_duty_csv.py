@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.duties.duty_csv import read_csv
+from warmlink.orchestration.scenarios.duties.duty_files import read_csv
 
 HEADER = "time [min],speed [rad/s],torque [N.m]"
 ROWS = "0,3.43,2.5\n10,0,0\n20,3.43,2.5"

@@ -1,0 +1,164 @@
+"""What contradicts thermometers that are all off alike: a model that is wrong is so by constant shares.
+
+Where thermometers and duty differ, either the model is wrong or the thermometers are. Of a wrong model the
+difference y of the growths, both in kelvins of an evenly warm link, follows the growth g that is known of:
+
+    y = s g + s_1 L g + b + noise,        L g: g delayed by `DELAY`
+
+s and s_1 are constant; b is an offset that the thermometers have in common (or that one has, as far as the
+elongation follows it), and wanders. A Kalman filter of these three, with the prior that the parameters state,
+tells them apart. To g counts heat from the shaft that no model's error explains, as a heating pad's.
+The law is ready only where b and its uncertainty, and all that s and s_1 leave of y, fit into the tolerance.
+"""
+
+from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
+from warmlink.controllers.observer.filters import Filters
+from warmlink.controllers.observer.model import MODES, Told
+from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.component import Parameter, Record, State
+from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, truth, where
+
+DELAY = 1000.0
+"""s of the first-order delay of what a wrong model gets wrong in time."""
+
+SHARE, DELAYED_SHARE = 0.4, 0.05
+"""Standard deviations of s and s_1: those of models whose thermal parameters are all off by up to 20 %."""
+
+STRUCTURE = 20.0
+"""K2.s, intensity of what two constants leave of a wrong model: 0.2 K that lasts for some minutes."""
+
+HEAT_SHARE, HEAT_EXCESS = 0.6, 1.25
+"""Unknown heat into the shaft that no model's error explains: beyond a share of the motor's losses, and of
+`disturbance_std`."""
+
+LEFT = 0.5
+"""K of growth by such heat below which it has gone."""
+
+PARAMETERS = (
+    Parameter(
+        "offset_std",
+        "K",
+        0.15,
+        "error that the thermometers may have in common at the start (1 sigma); affects only ready",
+        minimum=0,
+        nominal=0.1,
+    ),
+    Parameter(
+        "offset_per_hour",
+        "K",
+        0.05,
+        "by how much that error may wander in an hour (1 sigma); affects only ready",
+        minimum=0,
+        nominal=0.1,
+    ),
+    Parameter(
+        "expansion_std",
+        "1",
+        0.015,
+        "relative error of the expansion coefficient that no thermometer tells (1 sigma); affects only ready",
+        minimum=0,
+        nominal=0.01,
+    ),
+)
+
+STATES = (
+    State("heat_modes", "1", size=MODES),
+    State("heated", "1"),
+    State("delayed_growth", "K"),
+    State("shares", "1", size=3),
+    State("shares_spread", "1", size=packed_size(3)),
+    State("unexplained", "K"),
+)
+"""Modes by unknown heat alone, 1 while there is any; L g; s, s_1 and b, their covariance, what they leave."""
+
+
+def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Number]:
+    """The states at the start; what the first readings show is an offset until it proves to be warmth."""
+    return {
+        "heat_modes": 0.0 * duty_modes,
+        "heated": 0.0,
+        "delayed_growth": _growth(duty_modes, p),
+        "shares": stack(0.0, 0.0, 0.0),
+        "shares_spread": _prior(_growth(modes - duty_modes, p), p),
+        "unexplained": p.offset_std,
+    }
+
+
+def compared(
+    x: Record,
+    filters: Filters,
+    duty_modes: tuple[Number, Number],
+    own_heat: Number,
+    alike: Number,
+    heard: Number,
+    told: Told,
+    p: Record,
+    step: Number,
+) -> dict[str, Number]:
+    """The states after a sample.
+
+    Parameters
+    ----------
+    duty_modes : by the duty alone, before and after warmth became known
+    own_heat : losses of the motor in W
+    alike : as in `readings.Shape`
+    heard : 1 where a thermometer is in use, else 0
+    """
+    modes, heat = filters.quiet.mean[:MODES], filters.alert.mean[MODES]
+    burst = truth(heat > HEAT_SHARE * own_heat + HEAT_EXCESS * p.disturbance_std[0])
+    left = where(absolute(_growth(x.heat_modes, p)) > LEFT, x.heated, 0.0)
+    heated = maximum(burst, left)
+    heat_modes = heated * _heated(x.heat_modes, heat, told, p, heated)
+    named = _learnt(x, modes, duty_modes, heat_modes, alike, heard, p, step)
+    return {"heat_modes": heat_modes, "heated": heated, **dict(zip(_LEARNT, named, strict=True))}
+
+
+_LEARNT = ("delayed_growth", "shares", "shares_spread", "unexplained")
+
+
+@idle_at_zero
+def _heated(modes: Number, heat: Number, told: Told, p: Record, heated: Number) -> Number:
+    """Modes a sample later by heat into the shaft alone."""
+    drive = p.shaft_heat_gain * heat + absolute(told.speed) * (matrix(p.convection, MODES) @ modes)
+    later = p.decay * modes + p.reach * drive
+    return where(heated > 0, later, modes)
+
+
+@kept_whole
+def _learnt(
+    x: Record,
+    modes: Number,
+    duty_modes: tuple[Number, Number],
+    heat_modes: Number,
+    alike: Number,
+    heard: Number,
+    p: Record,
+    step: Number,
+) -> tuple[Number, Number, Number, Number]:
+    known = duty_modes[1] + heat_modes
+    growth, difference = _growth(known, p), _growth(modes - known, p)
+    delayed = x.delayed_growth + step / (step + DELAY) * (growth - x.delayed_growth)
+
+    # Warmth that has just become known leaves nothing of what was learnt before.
+    anew = where(absolute(_growth(duty_modes[1] - duty_modes[0], p)) > 0, 1.0, 0.0)
+    delayed = where(anew > 0, growth, delayed)
+    shares = (1.0 - anew) * x.shares
+    spread = symmetric(anew * _prior(0.0, p) + (1.0 - anew) * x.shares_spread, 3)
+    spread = spread + diagonal(stack(0.0, 0.0, p.offset_per_hour**2 * step / 3600.0))
+    row = stack(growth, delayed, 1.0)
+    across = spread @ row
+    gain = across * (heard / (dot(row, across) + STRUCTURE / step))
+    shares = shares + gain * (difference - dot(row, shares))
+    spread = upper(spread - outer(gain, across))
+    left = maximum(absolute(shares[2]), absolute(difference - growth * shares[0] - delayed * shares[1]))
+    return delayed, shares, spread, (maximum(left, alike) ** 2 + spread[5]) ** 0.5
+
+
+def _prior(shown: Number, p: Record) -> Number:
+    """Covariance of s, s_1 and b before anything is learnt, where readings show an offset in K."""
+    return upper(diagonal(stack(SHARE**2, DELAYED_SHARE**2, p.offset_std**2 + shown**2)))
+
+
+def _growth(modes: Number, p: Record) -> Number:
+    """Growth that modes make, in kelvins of an evenly warm link."""
+    return dot(p.elongation_row, modes) / p.elongation_per_kelvin

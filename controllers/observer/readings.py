@@ -1,0 +1,146 @@
+"""Thermometers beside what the duty explains: how far they lie above it, and how that lies along the link."""
+
+from typing import NamedTuple
+
+from warmlink.controllers import fail_safe
+from warmlink.controllers.observer.model import SENSORS, Told
+from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.component import Record
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    clip,
+    finite,
+    maximum,
+    minimum,
+    total,
+    truth,
+    where,
+)
+
+SMOOTHING = 10.0
+"""s over which noise is taken out of the readings."""
+
+FASTEST = 0.05
+"""K/s, somewhat more than the pad's largest power does to the shaft: no reading is followed faster."""
+
+FLATTEST, FLATTEST_LEFT = 0.94, 0.85
+"""Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
+
+REACH_TIME, LEAST_REACH = 300.0, 0.2
+"""Of an inner thermometer's rise, smoothed over so many s, an outer one shows at least this share."""
+
+FAR = 1e6
+"""K, more than any reading is off."""
+
+ALIKE = 0.3
+"""Share by which thermometers that are off alike may differ."""
+
+
+class Compared(NamedTuple):
+    """Thermometers beside the duty, each of shape (5,).
+
+    Attributes
+    ----------
+    seen, lagged : as in `Verdict`
+    rise : what the duty explains, in K above the surroundings
+    excess : what they lie above that, in K; 0 for those that are missing
+    there, trusted, called : 1 for those that are present, are trusted, are heard
+    least : the least excess of those that are present, a number
+    """
+
+    seen: Number
+    lagged: Number
+    rise: Number
+    excess: Number
+    there: Number
+    trusted: Number
+    called: Number
+    least: Number
+
+
+class Shape(NamedTuple):
+    """How what the duty does not explain lies along the thermometers, from the shaft outwards.
+
+    Attributes
+    ----------
+    falls : 1 where it falls and reaches out, else 0
+    alike : most in K that two neighbours show alike, while it is known how warm the cell is
+    """
+
+    falls: Number
+    alike: Number
+
+
+@kept_whole
+def compared(
+    x: Record,
+    expected: Number,
+    readings: Number,
+    trust: fail_safe.Trust,
+    told: Told,
+    p: Record,
+    step: Number,
+) -> Compared:
+    """Compare the readings, without most of their noise and without leaps, with what the duty explains."""
+    share = step / (step + SMOOTHING)
+    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
+    seen = where(finite(readings), x.seen + toward, x.seen)
+    used = truth(p.sensor_std > 0)
+    there = used * fail_safe.present(readings)
+    trusted = there * (1.0 - trust.out)
+    rise, excess = expected - told.ambient_temperature, there * (seen - expected)
+    lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
+
+    # Thermometers left out are heard all the same where all are off alike, or none is left.
+    largest, least = _range(excess, there)
+    noise = total(p.sensor_std) / maximum(total(used), 1.0)
+    alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
+    called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
+    return Compared(seen, lagged, rise, excess, there, trusted, called, least)
+
+
+@kept_whole
+def shape_of(sensors: Compared, known: Number, p: Record) -> Shape:
+    """Heat that no input tells of, and that of a cell left warm, fall from the shaft outwards and reach out.
+
+    A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
+
+    Parameters
+    ----------
+    known : 1 once it is known how warm the cell is; before, a third of what the duty explains may be wrong
+    """
+    excess = sensors.excess
+    flattest = where(known > 0, FLATTEST, FLATTEST_LEFT)
+    doubtful = (1.0 - known) / 3.0 * absolute(sensors.rise)
+    left = where(
+        known > 0, sensors.lagged, excess
+    )  # it must have reached the next one, or may still be there
+    falls: Number = 1.0
+    alike, inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
+        called = sensors.called[i]
+        slack = 0.25 * (p.sensor_std[i] + noise)
+        flat = truth(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack)
+        steep = truth(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack)
+        falls = where(called * inside * maximum(flat, steep) > 0, 0.0, falls)
+        side = where(excess[i] > 0, 1.0, -1.0)
+        here, further_in = side * excess[i], side * inner
+        same = where(here > flattest * maximum(further_in, side * earlier), minimum(here, further_in), 0.0)
+        alike = maximum(alike, called * inside * same)
+        inner = where(called > 0, excess[i] - doubtful[i], inner)
+        earlier = where(called > 0, left[i], earlier)
+        noise = where(called > 0, p.sensor_std[i], noise)
+        inside = maximum(inside, called)
+    return Shape(falls, known * alike)
+
+
+def _range(values: Number, there: Number) -> tuple[Number, Number]:
+    """Largest and least of the values that are there; 0 where none is."""
+    largest: Number = -FAR
+    least: Number = FAR
+    for i in range(SENSORS):
+        largest = maximum(largest, where(there[i] > 0, values[i], -FAR))
+        least = minimum(least, where(there[i] > 0, values[i], FAR))
+    some = total(there) > 0
+    return where(some, largest, 0.0), where(some, least, 0.0)

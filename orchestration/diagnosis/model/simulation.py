@@ -1,0 +1,199 @@
+"""A measured run, simulated again and again: what the fits ask for, and what goes in: inputs and a start."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
+from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
+from warmlink.orchestration.diagnosis.model.integrator import Courses
+
+PAD_OFF = 0
+
+FIRST = 60.0
+"""s whose readings are averaged."""
+
+_ENOUGH, _CLEARLY = 5, 4.0
+"""Readings that make a line, and standard errors of its slope that make it clear."""
+
+
+class NotSimulatedError(InputError):
+    """A run that ended early, as it may with values of parameters far from their usual ones."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """True outputs at times, shape (times, outputs), before any instrument reads them, and their slopes.
+
+    `by_slot` are derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none are requested.
+    """
+
+    values: Array
+    slopes: Array
+    by_slot: Array
+
+
+class Simulation(ABC):
+    """Simulates one run with other and other values of what may be freed.
+
+    Parameters
+    ----------
+    rig : the system
+    slots : what may be freed, by full name
+    run : the measured run: its times and inputs
+    known : value in SI by parameter or input, as far as it differs from the system's
+    """
+
+    def __init__(self, rig: Rig, slots: Sequence[str], run: Run, known: Mapping[str, float]) -> None:
+        self.rig, self.slots = rig, tuple(slots)
+        self._known, self._rows, self._table = known, run.time, input_table(rig, run, known)
+
+    @property
+    @abstractmethod
+    def time(self) -> Array:
+        """Points between steps in s, rising."""
+
+    @abstractmethod
+    def __call__(self, z: Array, times: Array) -> Trajectory:
+        """Simulate with values of the slots in SI, shape (slots,); times in s within the run, rising."""
+
+    @abstractmethod
+    def responses(self, z: Array, times: Array, courses: Courses) -> Array:
+        """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
+
+    def linearise(self, z: Array) -> None:  # noqa: B027
+        """Take derivatives that hold near some values of the slots alone anew."""
+
+    def start_values(self) -> Array:
+        """Values of the slots as the experiment has them, shape (slots,)."""
+        held = {name: float(self.rig.variables[name].start or 0.0) for name in self.rig.parameters}
+        held |= {**self._known, **dict(zip(self.rig.externals, self._table[:, 0].tolist(), strict=True))}
+        return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in self.slots])
+
+    def current(self, times: Array) -> Array:
+        """Motor current in A as logged at times in s, shape (times,); 0 without a motor of ours."""
+        rig = self.rig
+        if rig.in_loop or "motor.current" not in rig.externals:
+            return np.zeros(times.size)
+        constant = self._known.get("motor.torque_constant", rig.variables["motor.torque_constant"].start)
+        current, torque = (
+            self._table[rig.externals.index(f"motor.{name}")] for name in ("current", "torque")
+        )
+        return np.asarray((current + torque / constant)[held_row(self._rows, times)])
+
+
+def held_row(rows: Array, times: Array) -> NDArray[np.int64]:
+    """Rows whose values hold at times in s, shape (times,)."""
+    return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
+
+
+def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
+    """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
+    begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
+    table = np.repeat(begun[:, None], run.time.size, axis=1)
+    index = {name: i for i, name in enumerate(rig.externals)}
+    for name, value in known.items():
+        if name in index:
+            table[index[name]] = value
+    given_here = {*run.inputs, *(name for name in known if name in index)}
+    for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
+        for target in rig.fed_with(name):
+            if target == name or target not in given_here:
+                table[index[target]] = signal
+    for motor in rig.called("motor"):
+        if f"{motor}.pad_temperature" in index:
+            _switch_pad(motor, table, index, given_here)
+    return table
+
+
+def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
+    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
+    pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
+    temperature = table[index[pad]]
+    held = np.isfinite(temperature)
+    if mode not in given_here and mode in index:
+        by_power = PAD_POWER if f"{motor}.pad_power" in given_here else PAD_OFF
+        table[index[mode]] = np.where(held & (pad in given_here), PAD_TEMPERATURE, by_power)
+    table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
+
+
+def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Array]]:
+    """Signal by full input name for covariates, which are named without their instance."""
+    return [
+        (name, signal)
+        for covariate, signal in run.covariates.items()
+        for name in externals
+        if name == covariate or name.rpartition(".")[2] == covariate
+    ]
+
+
+def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, float]:
+    """Values of the parameters that set the initial temperatures, in SI.
+
+    Along the link they are linear between the sensors; what was not measured takes the mean of what was.
+    """
+    early = run.time <= FIRST
+    first = {}
+    for variable, values in run.readings.items():
+        readings = values[early & np.isfinite(values)]
+        if readings.size and rig.unit(variable) == "K":
+            first[variable] = _at_start(run.time[early & np.isfinite(values)], readings)
+    if not first:
+        return {}
+    mean = float(np.mean(list(first.values())))
+    result: dict[str, float] = {}
+    for motor in rig.called("motor"):
+        shaft = first.get(f"{motor}.shaft_temperature", first.get(f"{motor}.winding_temperature", mean))
+        result[f"{motor}.initial_shaft_temperature"] = shaft
+        result[f"{motor}.initial_winding_temperature"] = first.get(f"{motor}.winding_temperature", shaft)
+    at = {rig.on_link(variable): start for variable, start in first.items()}
+    for link in rig.called("link"):
+        here = {place[1]: start for place, start in at.items() if place and place[0] == link}
+        result |= _along_link(rig, link, here, mean, known)
+    for heater in rig.called("heater"):
+        result[f"{heater}.initial_temperature"] = mean
+    return result
+
+
+def _at_start(times: Array, readings: Array) -> float:
+    """Mean of the first minute; where readings clearly rise or fall in it, their line at 0 s."""
+    mean = float(np.mean(readings))
+    if readings.size < _ENOUGH:
+        return mean
+    centred = times - times.mean()
+    slope = float(centred @ readings / (centred @ centred))
+    scatter = float(np.std(readings - mean - slope * centred, ddof=2))
+    error = scatter / float(np.sqrt(centred @ centred))
+    return mean - slope * float(times.mean()) if abs(slope) > _CLEARLY * error else mean
+
+
+def _along_link(
+    rig: Rig, link: str, measured: Mapping[int, float], mean: float, known: Mapping[str, float]
+) -> dict[str, float]:
+    component = rig.components[link]
+    start = float(np.mean(list(measured.values()))) if measured else mean
+    if "sensor_position[1]" not in component.p.index:  # a reduced link's are in its shape
+        rises = [measured.get(i, start) - start for i in range(1, SENSORS + 1)]
+        return _starting(link, start, rises)
+    starts = [known.get(f"{link}.{n}", rig.variables[f"{link}.{n}"].start) for n in component.p.names]
+    places = np.array(sensor_positions(component.p.read(np.array(starts, dtype=float))), dtype=float)
+    if measured:
+        order = sorted(measured, key=lambda i: places[i - 1])
+        there = np.interp(places, [places[i - 1] for i in order], [measured[i] for i in order])
+    else:
+        there = np.full(SENSORS, start)
+    return _starting(link, start, there - start)
+
+
+def _starting(link: str, start: float, rises: Iterable[float]) -> dict[str, float]:
+    named = {f"{link}.initial_temperature_rise[{i}]": float(rise) for i, rise in enumerate(rises, 1)}
+    return {f"{link}.initial_temperature": start, **named}

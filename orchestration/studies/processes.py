@@ -1,0 +1,300 @@
+"""Workers that are processes: of this machine, or of a Dask cluster."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import multiprocessing
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import connection, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.orchestration.master.slaves.isolation import die_with_parent
+from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
+
+DEFAULT_JOBS = 2
+MOST_JOBS = 1024
+"""Each is a process of some 100 MB; a typing error must not start a million of them."""
+
+SOON_DONE_S = 0.5
+"""What takes no longer is done before a process has begun."""
+
+TASK_S, TASKS_A_WORKER = 0.5, 8
+"""Time that a share of the cases takes, against some milliseconds that it costs in itself; how many shares
+each worker has at least, so that all end together."""
+
+ATTEMPTS = 3
+"""Times that a run is tried whose worker dies, before it is recorded as the cause."""
+
+CONNECT_TIMEOUT_S = 5.0
+AHEAD = 2
+"""Shares that a Dask worker's thread has before it, so that it never waits."""
+
+Ended = Iterator[tuple[list[int], list[Outcome] | None]]
+"""Places of the cases of a share, and their outcomes; None where its worker died."""
+
+
+class _Processes:
+    """Workers that take shares of the cases; what is common to all kinds."""
+
+    rounds = ATTEMPTS
+
+    def __init__(self, fmus: FmuSet) -> None:
+        self._fmus = fmus
+
+    def __enter__(self) -> Any:
+        return self
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Run cases, those of a worker that died again, each alone; InputError where that cannot go on."""
+        tried = [self._shares(cases)]
+        for _ in range(self.rounds):
+            suspects: list[int] = []
+            for shares in tried:
+                for places, outcomes in self._ended(cases, shares):
+                    if outcomes is None:
+                        suspects += places
+                    else:
+                        yield from zip(places, outcomes, strict=True)
+            tried = [[[place]] for place in suspects]
+        for place in suspects:
+            label = ", ".join(cases[place].label)
+            yield place, failed(f"{label}: the worker died at each of {ATTEMPTS} attempts")
+
+    def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
+        """Places of the cases in shares that are worth a task each, several for every worker."""
+        needed = [seconds(case, self._fmus) for case in cases]
+        enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
+        shares: list[list[int]] = []
+        held = enough
+        for together in side_by_side(cases, self._fmus):
+            if held >= enough:
+                shares.append([])
+                held = 0.0
+            shares[-1] += together
+            held += sum(needed[place] for place in together)
+        return shares
+
+    def _count(self) -> int:
+        """Number of workers."""
+        raise NotImplementedError
+
+    def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
+        """Run shares of the cases, each once."""
+        raise NotImplementedError
+
+
+class _Worker(NamedTuple):
+    """A process and the pipe through which it takes shares of the cases and gives outcomes."""
+
+    process: SpawnProcess
+    pipe: Connection
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+
+class LocalWorkers(_Processes):
+    """Processes of this machine that are begun as cases need them, and ended with the `with` block.
+
+    No thread of this process waits for them, so that Ctrl-C finds nothing that could hang; where the block
+    is left by an exception, what they are at is cut short.
+    """
+
+    def __init__(self, fmus: FmuSet, jobs: int = DEFAULT_JOBS) -> None:
+        super().__init__(fmus)
+        check_jobs(jobs)
+        self._jobs = jobs
+        self._idle: list[_Worker] = []
+        self._busy: dict[Connection, tuple[_Worker, list[int]]] = {}
+
+    def __exit__(self, *raised: object) -> None:
+        for worker in self._idle:
+            worker.pipe.close()
+        for worker in self._idle:
+            worker.process.join()
+        self._idle.clear()
+
+    def _count(self) -> int:
+        return self._jobs
+
+    def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
+        waiting = shares[::-1]
+        joined = all(lane_of(case, self._fmus.rollouts) is not None for case in cases)
+        if joined and sum(seconds(case, self._fmus) for case in cases) < SOON_DONE_S:
+            for share in shares:
+                yield share, attempt_all([cases[place] for place in share], self._fmus)
+            return
+        try:
+            while waiting or self._busy:
+                while waiting and len(self._busy) < self._jobs:
+                    self._give(waiting.pop(), cases)
+                for pipe in connection.wait(list(self._busy)):
+                    assert isinstance(pipe, Connection)
+                    yield self._taken(pipe)
+        finally:
+            for worker, _ in self._busy.values():  # at a case of which nobody wants to hear any more
+                worker.end()
+            self._busy.clear()
+
+    def _give(self, share: list[int], cases: Sequence[Case]) -> None:
+        worker = self._idle.pop() if self._idle else self._begun()
+        self._busy[worker.pipe] = (worker, share)
+        # One that died meanwhile is found out when its outcome is read.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            worker.pipe.send([cases[place] for place in share])
+
+    def _taken(self, pipe: Connection) -> tuple[list[int], list[Outcome] | None]:
+        worker, share = self._busy.pop(pipe)
+        try:
+            outcomes: list[Outcome] | InputError = pipe.recv()
+        except (EOFError, OSError):
+            worker.end()
+            return share, None
+        self._idle.append(worker)
+        if isinstance(outcomes, InputError):
+            raise outcomes
+        return share, outcomes
+
+    def _begun(self) -> _Worker:
+        here, there = multiprocessing.Pipe()
+        # Spawned, since a fork would inherit FMUs and threads of whoever calls; a daemon, since such a one is
+        # ended with this process however it ends.
+        process = multiprocessing.get_context("spawn").Process(
+            target=_work, args=(there, self._fmus), daemon=True
+        )
+        with _no_interrupts(), without_main():
+            process.start()
+        there.close()
+        return _Worker(process, here)
+
+
+def check_jobs(jobs: int) -> None:
+    """Raise InputError where `jobs` is no number of processes."""
+    if not 1 <= jobs <= MOST_JOBS:
+        raise InputError(f"--jobs {jobs}: not a number of processes; give 1 to {MOST_JOBS}")
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which would set the mask back
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def without_main() -> Iterator[None]:
+    """Keep a new process from running the script of whoever calls once more: it needs nothing of it."""
+    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+def _work(pipe: Connection, fmus: FmuSet) -> None:
+    """Run cases until the other end of the pipe is closed."""
+    die_with_parent()
+    with suppress(EOFError, OSError):
+        while True:
+            cases = pipe.recv()
+            try:
+                outcomes: list[Outcome] | InputError = attempt_all(cases, fmus)
+            except InputError as fault:
+                outcomes = fault
+            pipe.send(outcomes)
+
+
+class ClusterWorkers(_Processes):
+    """The workers of a scheduler at an address; they need warmlink installed and get the FMUs from here.
+
+    The scheduler gives the share of a dead worker to another one. It blames a death on all that the worker
+    had before it, so what is blamed too often is run once more, alone.
+    """
+
+    rounds = 2
+
+    def __init__(self, fmus: FmuSet, address: str) -> None:
+        super().__init__(fmus)
+        try:
+            from distributed import Client
+        except ImportError:
+            raise MissingExtraError("a Dask cluster", "studies") from None
+        # Dask tells of a slow start, and where a scheduler is lost, beside the sentence that is ours.
+        for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        try:
+            self._client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError) as fault:
+            raise InputError(
+                f"--scheduler {address}: no Dask scheduler answers there; start one, or leave --scheduler out"
+            ) from fault
+        try:
+            self._client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
+        except Exception as fault:
+            self._client.close()
+            raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
+        # A task, unlike scattered data, is done again when every worker that held its result has died.
+        self._shared: Any = self._client.submit(_itself, fmus, pure=False)
+
+    def __exit__(self, *raised: object) -> None:
+        self._client.close()
+
+    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
+        """Run cases as other workers do; whatever Dask raises becomes an InputError."""
+        try:
+            yield from super().run(cases)
+        except InputError:  # a worker's own, as where its disk is full
+            raise
+        except Exception as fault:
+            raise InputError(
+                f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
+                "run again to go on"
+            ) from fault
+
+    def _count(self) -> int:
+        return sum(self._client.nthreads().values()) or 1
+
+    def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
+        from distributed import as_completed
+        from distributed.scheduler import KilledWorker
+
+        waiting, under_way = shares[::-1], dict[Any, list[int]]()
+        ended = as_completed(loop=self._client.loop)
+        for future in itertools.chain([None], ended):
+            # A few at a time: all cases of a large study at once are more than a scheduler wants to hold.
+            while waiting and len(under_way) <= AHEAD * self._count():
+                share = waiting.pop()
+                work = [cases[place] for place in share]
+                task = self._client.submit(attempt_all, work, self._shared, pure=False)
+                under_way[task.key] = share
+                ended.add(task)
+            if future is None:
+                continue
+            try:
+                outcomes: list[Outcome] | None = future.result()
+            except KilledWorker:
+                outcomes = None
+            yield under_way.pop(future.key), outcomes
+            future.release()
+
+
+def _itself(fmus: FmuSet) -> FmuSet:
+    return fmus

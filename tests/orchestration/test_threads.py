@@ -1,0 +1,45 @@
+"""BLAS works on one thread where it matters, and is given back as it was."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from warmlink.orchestration import api, threads
+from warmlink.orchestration.diagnosis import diagnose
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+
+def counts() -> set[int]:
+    return {threads._call(*each, "get")() for each in threads._libraries()}
+
+
+class SearchedError(Exception):
+    """Stands for a search."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there functions of a library's library are found")
+def test_a_diagnosis_in_a_notebook_takes_one_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert counts() == {1}, "NumPy and SciPy bring OpenBLAS, which the tests let use one thread"
+    seen = []
+
+    def assess(*_: object) -> None:
+        seen.append(counts())
+        raise SearchedError
+
+    monkeypatch.setattr(diagnose, "assess", assess)
+    path = tmp_path / "run.csv"
+    write_csv(hide({}, (Segment(1200, 2.0, 2.0),)), path)
+    try:
+        for each in threads._libraries():
+            threads._call(*each, "set")(2)
+        with pytest.raises(SearchedError):
+            api.diagnose(path)
+        assert seen == [{1}]
+        assert counts() == {2}
+    finally:
+        for each in threads._libraries():
+            threads._call(*each, "set")(1)
