@@ -19,7 +19,7 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.mismatch import draw
 from warmlink.orchestration.studies.case import Case, case_of
-from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers
+from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers, connected
 from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
@@ -113,7 +113,11 @@ def times_table(times: list[StudyTime]) -> str:
 
 def _on_dask(fmus: FmuSet, cases: list[Case], count: int) -> StudyTime:
     cpu = _cpu_seconds()
-    with local_cluster(count) as address, ClusterWorkers(fmus, address) as workers:
+    with (
+        local_cluster(count) as address,
+        connected(address) as client,
+        ClusterWorkers(fmus, client) as workers,
+    ):
         # The workers' own start is the cluster's, which stands before any study.
         list(workers.run(cases[: 2 * count]))
         timed = _timed(f"Dask, workers: {count}", count, cases, workers, time.perf_counter())

@@ -75,7 +75,7 @@ def trial(seed: int) -> Trial:
         result = simulate(of, STOP, step, whole, record=WATCHED, check_stability=False, statistics=True)
         fine = simulate(of, STOP, step / 2, finer, record=WATCHED, check_stability=False)
         bounds = coupling_error(result, fine, whole.order, WATCHED)
-        bound = max(each.largest for each in bounds)
+        bound = max(bounds.values())
         if bound <= tolerance:
             break
     fixed, fixed_steps = None, 0

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -13,6 +12,7 @@ from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
 
 TICK_TOLERANCE = 1e-9
 """Share of a sample time, or of a micro step, by which a communication point may miss it."""

@@ -1,11 +1,13 @@
 """What a reduced link is made of: the numbers that finite elements and their reduction give."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from warmlink.fmus.records import dataclass
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ and z, with the tool's `pitch` above the horizontal and `roll`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.blueprint import axis_name
 from warmlink.orchestration.arm.geometry import joint_angles

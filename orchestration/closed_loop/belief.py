@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.component import Component
 from warmlink.fmus.names import listed
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.overrides import start_value, start_values

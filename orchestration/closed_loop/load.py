@@ -10,12 +10,13 @@ and which instance is the controller (`own_system.py`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arm.geometry import NAME as ARM
 from warmlink.orchestration.arm.geometry import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files

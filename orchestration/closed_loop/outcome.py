@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
 from warmlink.orchestration.console import Answer
@@ -19,7 +20,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import coupling_error, tried
 from warmlink.orchestration.master.guard import guarded
-from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
@@ -110,11 +111,23 @@ class ClosedLoop(Answer):
             told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
 
+    @property
+    def table(self) -> Table:
+        """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
+        table, errors = (
+            self.result.table,
+            {"error": self.error, "uncompensated_error": self.uncompensated_error},
+        )
+        return replace(
+            table,
+            names=(*table.names, *errors),
+            units={**table.units, **dict.fromkeys(errors, "m")},
+            values=np.column_stack([table.values, *errors.values()]),
+        )
+
     def to_frame(self) -> pandas.DataFrame:
         """Time series of every recorded variable and of the tool point's error, with units in their names."""
-        frame = self.result.to_frame()
-        frame["error [m]"], frame["uncompensated_error [m]"] = self.error, self.uncompensated_error
-        return frame
+        return self.table.to_frame()
 
     def summary(self) -> str:
         """The result in a few lines."""
@@ -253,5 +266,5 @@ def _bounded_run(
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
     """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
     bounds = coupling_error(result, fine, order, setup.roles.plant)
-    largest = max((bound.largest for bound in bounds), default=np.inf)
+    largest = max(bounds.values(), default=np.inf)
     return 1e6 * largest if np.isfinite(largest) else None

@@ -56,7 +56,11 @@ def live(
 
 
 def plot(
-    results: Path, variables: list[str], *, against: Path | None = None, out: Path = Path("plot.html")
+    results: Path,
+    variables: list[str] | None = None,
+    *,
+    against: Path | None = None,
+    out: Path = Path("plot.html"),
 ) -> None:
     """Draw variables of a run over time, or of two runs beside each other.
 
@@ -65,7 +69,7 @@ def plot(
     Parameters
     ----------
     results : Folder with results of `run` or `simulate`, or the CSV or Parquet file.
-    variables : Variables of one unit, as `link.elongation`.
+    variables : Variables of one unit, as `link.elongation`. Default: the error of the tool point.
     against : Other results, whose variables are drawn beside them.
     out : Page (.html) or picture (.svg, .png, .pdf) to write.
     """
@@ -76,12 +80,17 @@ def plot(
 
     if out.suffix not in (".html", *PICTURES):
         raise InputError(f"--out {out}: is no page or picture; name a file that ends in .html or .svg")
-    figure = plot_variables(results, *variables, against=against)
+    figure = plot_variables(results, *(variables or ()), against=against)
     with fresh_file(out) as target:
         if out.suffix in PICTURES:
             picture(figure, target, out.suffix[1:])
         else:
-            write_page(target, ", ".join(variables), f"Results in {results}.", [Section("", figure=figure)])
+            write_page(
+                target,
+                ", ".join(variables or ["error"]),
+                f"Results in {results}.",
+                [Section("", figure=figure)],
+            )
     answer(str(out))
 
 

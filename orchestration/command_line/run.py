@@ -93,7 +93,7 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            series = series_writers(outcome.result.table, options.listed(record) or (), csv)
+            series = series_writers(outcome.table, options.listed(record) or (), csv)
             lost = _write(outcome, target, series, named)
     if json:
         answer_json(outcome.to_dict())

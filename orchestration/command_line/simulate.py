@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,6 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, print_ta
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-    from warmlink.orchestration.master.error_budget import CouplingError
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
 
@@ -127,13 +126,13 @@ def simulate(
                 result = run(step_size, whole, 0.0, 1 / (1 + 2 * repeats), **first)
                 series = series_writers(result.table, options.listed(record) or (), csv)
                 lost = write_files(target, series)
-                bounds: tuple[CouplingError, ...] = ()
+                bounds: dict[str, float] = {}
                 if repeats and result.status == "completed":
                     watched = {"record": watch or result.table.names, "long_run": streamed}
                     fine = run(step_size / 2, finer, 1 / 3, 2 / 3, check_stability=False, **watched)
                     bounds = coupling_error(result, fine, whole.order, watch or result.table.names)
                 master = master if whole is chosen else FOLLOWING
-                missed = [each for each in bounds if each.largest > allowed.get(each.variable, math.inf)]
+                missed = [name for name, bound in bounds.items() if bound > allowed.get(name, math.inf)]
                 if not missed and result.error is None:
                     break
     summary = _summary(result, bounds, folder)
@@ -145,8 +144,8 @@ def simulate(
             options.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for each in missed:
-        remark(f"{each.variable}: the coupling error is not within the tolerance; allow more")
+    for name in missed:
+        remark(f"{name}: the coupling error is not within the tolerance; allow more")
     if lost is not None:
         remark(f"{folder}: {lost}")
     if result.reason is not None:
@@ -171,8 +170,8 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     return Isolation(**limits) if isolate else None
 
 
-def _summary(result: Result, bounds: Sequence[CouplingError], folder: Path) -> dict[str, Any]:
-    errors = {bound.variable: _finite(bound.largest) for bound in bounds}
+def _summary(result: Result, bounds: Mapping[str, float], folder: Path) -> dict[str, Any]:
+    errors = {name: _finite(bound) for name, bound in bounds.items()}
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
         "stopped": result.reason,

@@ -7,18 +7,18 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
-from warmlink.orchestration.master.slaves.fmi3 import Fmi3Slave
 from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, OtherProcess, start
-from warmlink.orchestration.master.slaves.slave import Slave
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
@@ -29,16 +29,10 @@ NOT_FOR_RUNNING = ("documentation", "sources")
 
 @dataclass
 class Assembly:
-    """Slaves in the system's order, connections and start values; used once, then closed.
+    """Slaves in the system's order and connections; used once, then closed.
 
-    Attributes
-    ----------
-    values : mapping
-        Start values by slave and variable, in the variables' own units.
-    files : mapping
-        FMU file of each slave that comes from one.
-    folder : Path or None
-        Where FMUs were unpacked; removed on closing.
+    Start values are by slave and variable, in the variables' own units; files are those of slaves that come
+    from one; the folder, where FMUs were unpacked, is removed on closing.
     """
 
     slaves: Sequence[Slave]
@@ -48,38 +42,30 @@ class Assembly:
     folder: Path | None = None
 
     def close(self) -> None:
-        """Remove what was unpacked; the slaves have been terminated before."""
+        """End the slaves and remove what was unpacked."""
+        for slave in self.slaves:
+            with suppress(SlaveError):  # which changes nothing about the run that lies behind
+                slave.terminate()
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def assemble(system: System, isolation: Isolation | None = None, unpacked: Path | None = None) -> Assembly:
-    """Unpack and instantiate every FMU of a system.
+    """Unpack and instantiate every FMU of a system, in the folder `unpacked` where it is to be kept.
 
-    Parameters
-    ----------
-    system : System
-        Its components become the slaves.
-    isolation : Isolation, optional
-        Give every FMU a process of its own, with these time limits.
-    unpacked : Path, optional
-        Folder that keeps the unpacked FMUs from run to run; default: one for this run alone.
-
-    Raises
-    ------
-    InputError
-        Where a file is not an FMU that can run here.
-    SlaveError
-        Where an FMU does not instantiate.
+    With an isolation every FMU gets a process of its own. InputError where a file is not an FMU that can run
+    here, SlaveError where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
     home = unpacked or Path(tempfile.mkdtemp(prefix="warmlink-"))
-    own = home if unpacked is None else None
     slaves: list[Slave] = []
+    values = {name: component.values for name, component in system.components.items()}
+    files = {name: component.fmu for name, component in system.components.items()}
+    found = Assembly(slaves, system.connections, values, files, home if unpacked is None else None)
     started: dict[str, OtherProcess] = {}
     try:
-        for name, component in system.components.items():
-            folder = unpack(component.fmu, _home(component.fmu, home), without=NOT_FOR_RUNNING)
+        for name, fmu in files.items():
+            folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             if isolation is None:
                 slaves.append(open_slave(name, infos[name], folder))
             else:
@@ -87,16 +73,11 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
         for name, process in started.items():
             slaves.append(cast(Slave, IsolatedSlave(name, process, isolation or Isolation())))
     except BaseException:
-        for slave in slaves:
-            slave.terminate()
+        found.close()
         for process in started.values():
             process.end()
-        if own is not None:
-            shutil.rmtree(own, ignore_errors=True)
         raise
-    values = {name: component.values for name, component in system.components.items()}
-    files = {name: component.fmu for name, component in system.components.items()}
-    return Assembly(slaves, system.connections, values, files, own)
+    return found
 
 
 def _home(fmu: Path, other: Path) -> Path:
@@ -109,5 +90,4 @@ def _home(fmu: Path, other: Path) -> Path:
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
-    made = Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave
-    return made(name, info, folder)
+    return (Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave)(name, info, folder)

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 
 
 @dataclass(frozen=True)
 class CommunicationPoints:
-    """The points `start_time + i * step_size`, i = 0 ... count; no time is ever summed up.
+    """The points `start_time + i * step_size` in s, i = 0 ... count; no time is ever summed up.
 
-    Attributes
-    ----------
-    start_time, step_size : float
-        In s.
-    count : int
-        Number of steps.
-    uneven : tuple of float
-        Times in s of all points where steps differ, of which `step_size` is then the longest; else empty.
+    Where steps differ, `uneven` holds the times of all points, and `step_size` is the longest step.
     """
 
     start_time: float
@@ -37,30 +30,18 @@ class CommunicationPoints:
 
     @classmethod
     def between(cls, start_time: float, stop_time: float, step_size: float) -> CommunicationPoints:
-        """Lay out the points of a run.
+        """Lay out the points of a run, from times in s.
 
-        Parameters
-        ----------
-        start_time, stop_time, step_size : float
-            In s.
-
-        Raises
-        ------
-        InputError
-            Where a time is not finite, the step not above 0 s, the stop time before the start time, or
-            the step does not divide the time between them (within rounding).
+        InputError where a time is not finite, the step not above 0 s, the stop time before the start time, or
+        the step does not divide the time between them (within rounding).
         """
-        for name, value in (
-            ("start time", start_time),
-            ("stop time", stop_time),
-            ("communication step size", step_size),
-        ):
+        times = {"start time": start_time, "stop time": stop_time, "communication step size": step_size}
+        for name, value in times.items():
             if not math.isfinite(value):
                 raise InputError(f"{name}: {value} s is not a time; give a finite number of seconds")
+        told = f"communication step size: {step_size:g} s"
         if step_size <= 0:
-            raise InputError(
-                f"communication step size: {step_size:g} s is not positive; give a step above 0 s"
-            )
+            raise InputError(f"{told} is not positive; give a step above 0 s")
         duration = stop_time - start_time
         if duration < 0:
             raise InputError(
@@ -72,7 +53,7 @@ class CommunicationPoints:
             written = (f"{near:.{digits}g}" for digits in range(6, 18))
             proposed = next(text for text in written if _divides(float(text), duration))
             raise InputError(
-                f"communication step size: {step_size:g} s does not divide the {duration:g} s to simulate; "
+                f"{told} does not divide the {duration:g} s to simulate; "
                 f"choose one that does, {proposed} s for instance"
             )
         return cls(start_time, step_size, count)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,27 +12,20 @@ from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
 
 SAFETY = 1.5
-BOLD = 10.0
+BOLD = (100.0, 10.0, 1.0)
 
 
 def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
     """Give algorithms in the order in which they are tried until the bounds are within the tolerances.
 
-    First the one given, whose steps all have one size and cost least; then steps that follow the error.
-    Each comes with the one of the run at half the step: where the error sets the step, with a tolerance that
-    halves the steps. The first of these tries more than the tolerance, since most errors die out again, which
-    step doubling does not count on.
-
-    Parameters
-    ----------
-    algorithm : Algorithm
-        With a fixed step.
-    tolerances : mapping
-        Largest coupling error by variable, in its unit; without any, the given algorithm is all.
+    First the one given, whose steps all have one size and cost least; then steps that follow the error, where
+    there are tolerances: by variable, in its unit. Each comes with the one of the run at half the step: where
+    the error sets the step, with a tolerance that halves the steps. The first of these allow more than the
+    tolerance, since most errors die out again, which step doubling does not count on.
     """
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
-    for bold in (BOLD, 1.0) if tolerances else ():
+    for bold in BOLD if tolerances else ():
         following, finer = (
             StepDoubling(inner, {name: share * bold * most for name, most in tolerances.items()})
             for share in (1.0, 0.5**inner.order)
@@ -41,57 +33,25 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
         yield following, finer
 
 
-@dataclass(frozen=True)
-class CouplingError:
-    """Bound of the coupling error of one variable.
-
-    Attributes
-    ----------
-    variable : str
-        As `link.elongation`.
-    unit : str or None
-        The variable's.
-    largest : float
-        Bound of the largest absolute error over the run, in `unit`; infinite where a run did not get to
-        the end.
-    time : float
-        When the two runs differ most, in s.
-    """
-
-    variable: str
-    unit: str | None
-    largest: float
-    time: float
-
-
-def coupling_error(
-    coarse: Result, fine: Result, order: int, variables: Sequence[str]
-) -> tuple[CouplingError, ...]:
-    """Bound the coupling error of a run by one with half its step (Richardson).
-
-    The difference of the two is (1 - 2**-p) of the coarse run's error where the order p is reached. Jumps
-    in the inputs can lower that to 1: the factor 1.5 covers both.
+def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:
+    """Bound the largest absolute coupling error of each variable over a run, in its unit (Richardson).
 
     Parameters
     ----------
     coarse, fine : Result
-        Two runs of the same system; `fine` has half the communication step size of `coarse`. It may end
-        earlier: the bound then holds only for that part, in which a warm-up has its largest coupling errors.
+        Two runs of one system; `fine` has half the communication step size of `coarse`, and may end earlier:
+        the bound then holds for that part, in which a warm-up has its largest coupling errors. Where one
+        stopped early, the bounds are infinite.
     order : int
-        The algorithm's order of convergence.
+        The algorithm's order of convergence, p: where it is reached, the two differ by (1 - 2**-p) of the
+        coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
     variables : sequence of str
         Recorded in both.
     """
-    factor = SAFETY / (1.0 - 0.5**order)
-    found = []
+    if not coarse.status == fine.status == "completed":
+        return dict.fromkeys(variables, np.inf)
+    factor, found = SAFETY / (1.0 - 0.5**order), {}
     for name in variables:
-        unit = coarse.table.units[name]
-        if coarse.status != "completed" or fine.status != "completed":
-            reached = float(coarse.times[-1]) if len(coarse.times) else 0.0
-            found.append(CouplingError(name, unit, np.inf, reached))
-            continue
         halved = fine[name][::2]
-        difference = np.abs(coarse[name][: len(halved)] - halved)
-        worst = int(np.argmax(difference))
-        found.append(CouplingError(name, unit, factor * float(difference[worst]), float(coarse.times[worst])))
-    return tuple(found)
+        found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
+    return found

@@ -17,7 +17,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -26,6 +26,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.pacing import on_ctrl_c
 from warmlink.orchestration.master.recording.result import Result
@@ -48,25 +49,15 @@ def guarded(
     progress: Progress | None = None,
     remark: Remark | None = None,
 ) -> Result:
-    """Do a run in a process of its own.
+    """Do a run in a process of its own, by `lambda line: simulate(..., line=line)`.
 
     Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies.
+    return. Recorded values are kept in both cases, and also if the process dies. On platforms other than
+    Linux the run is done in this process, with None for the line. `progress` is called here with
+    communication steps done and to do, `remark` with what the user should know at once.
 
-    Parameters
-    ----------
-    work : callable
-        Does the run: `lambda line: simulate(..., line=line)`. It is called in the other process; on
-        platforms other than Linux in this one, with None.
-    progress : callable, optional
-        Called here with communication steps done and to do.
-    remark : callable, optional
-        Called with what the user should know at once.
-
-    Raises
-    ------
-    InputError, SlaveError
-        As the run does; SlaveError too where the process dies before there is a first value.
+    Raises InputError and SlaveError as the run does; SlaveError too where the process dies before there is a
+    first value.
     """
     if sys.platform != "linux":
         return work(None)
@@ -208,11 +199,12 @@ class _Guard:
                 os.killpg(self.child, signal.SIGKILL)
 
 
+@dataclass(frozen=True)
 class Line:
     """Connection over which a guarded run reports to its guard; the memory for values has a descriptor."""
 
-    def __init__(self, pipe: Connection, memory: int) -> None:
-        self._pipe, self._memory = pipe, memory
+    _pipe: Connection
+    _memory: int
 
     def block(self, rows: int, columns: int) -> Array:
         """Give memory for values, all NaN, that outlives this process."""

@@ -24,7 +24,7 @@ def initialize(
     """
     network.time = points.start_time
     for slave in network.slaves:
-        given = values.get(slave.name, {})
+        given = values.get(slave.name)
         if given:
             slave.set(tuple(given), tuple(given.values()))
     for slave in network.slaves:
@@ -33,40 +33,38 @@ def initialize(
     for slave in network.slaves:
         slave.exit_initialization()
     # Some slaves compute their first outputs only on leaving initialization mode.
-    for k in range(len(network.slaves)):
-        network.read(k)
-    for k in range(len(network.slaves)):
-        network.write(k)
+    for exchange in (network.read, network.write):
+        for k in range(len(network.slaves)):
+            exchange(k)
 
 
 def settle(network: Network) -> None:
     """Pass outputs to inputs until nothing changes by more than 1e-12 of its size or nominal value."""
     order = feedthrough_order(network)
-    for k in order:
+
+    def read(k: int) -> None:  # what is not finite yet may become so
         network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
-    moved = ""
-    network.sweeps = 0
-    while network.sweeps < SWEEPS:
-        network.sweeps += 1
-        moved = ""
+
+    for k in order:
+        read(k)
+    for sweep in range(1, SWEEPS + 1):
+        network.sweeps = sweep
+        moved: list[tuple[str, str]] = []
         for k in order:
             values = network.gather(k)
             changed = _change(network, k, values)
             if changed is not None:
-                moved = f"{network.slaves[k].name}.{changed}"
+                moved.append((network.slaves[k].name, changed))
                 network.put(k, values)
-                network.outputs[k] = network.slaves[k].get(network.reads[k]) if network.reads[k] else []
+                read(k)
         if not moved:
             return
-    slave, _, variable = moved.rpartition(".")
-    raise SlaveError(
-        slave,
-        "error",
-        network.time,
+    told = (
         f"the values connected to it do not settle in {SWEEPS} sweeps of initialization; "
-        "check the gain of the loop of direct feedthrough that it is part of",
-        variable,
+        "check the gain of the loop of direct feedthrough that it is part of"
     )
+    slave, variable = moved[-1]
+    raise SlaveError(slave, "error", network.time, told, variable)
 
 
 def _change(network: Network, k: int, values: list[Value]) -> str | None:

@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
-import contextlib
+import math
 import os
 import sys
 import time
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.compiled.layout import obstacle
-from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose
+from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose, obstacle
 from warmlink.orchestration.master.guard import Line, Progress
 from warmlink.orchestration.master.initialization import initialize
 from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
-from warmlink.orchestration.master.recording.recorder import VALUES, Recorder, StoreError, is_recorded
+from warmlink.orchestration.master.recording.recorder import Recorder, StoreError, is_recorded
 from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, heat_balances
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
-from warmlink.orchestration.master.slaves.timed import TimedSlave
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, TimedSlave
 from warmlink.orchestration.master.stability import instability
 from warmlink.orchestration.system.model import System
 
@@ -60,13 +60,12 @@ def simulate(
     Parameters
     ----------
     system : System or Assembly
-        An assembly's slaves are terminated at the end.
+        An assembly is closed at the end.
     stop_time, step_size, start_time : float
         In s; the step must divide the time between start and stop. Times of all points, in place of a step,
         lay out steps that differ.
     algorithm : Algorithm, optional
-        Default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does by
-        default; give a `Retry` to state the minimum.
+        Default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does it.
     record : sequence of str, optional
         Variables as `slave.variable`; default: every output.
     balances : sequence of Balance, optional
@@ -81,10 +80,10 @@ def simulate(
     long_run : LongRun, optional
         Write the values to disk during the run, write checkpoints, resume.
     pacing : float, optional
-        Keep pace with the clock: simulated seconds for each second of wall time; 1 is real time.
+        Simulated seconds for each second of wall time; 1 is real time.
     check_stability : bool
-        After a run by Jacobi or Gauss-Seidel, with slaves that can restore their states, go back to its
-        beginning and check whether a small disturbance grows; this is not done in a paced run.
+        After a run by Jacobi or Gauss-Seidel, unless it was paced, go back to its beginning and check whether
+        a small disturbance grows; the slaves must restore their states.
     statistics : bool
         Count and time the calls of every slave, which plain stepping makes.
     progress : callable, optional
@@ -103,6 +102,8 @@ def simulate(
         Where what was asked for cannot be run.
     """
     process = os.getpid()
+    if pacing is not None and not 0 < pacing < math.inf:
+        raise InputError(f"pacing: {pacing:g} is not a pace; give a number above 0 (1 is real time)")
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:
@@ -133,10 +134,10 @@ def simulate(
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
         marks = fingerprint(assembly, names, points, retrying)
         checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        folder = None if checkpoints is None else checkpoints.folder
-        recorder = Recorder(network, names, points, folder, None if line is None else line.block)
+        values = None if checkpoints is None else checkpoints.values
+        recorder = Recorder(network, names, points, values, None if line is None else line.block)
         if line is not None:
-            file = None if long_run is None else long_run.folder / VALUES
+            file = None if values is None else values.path
             line.began(Result(recorder.header, "stopped", balances=tuple(balances)), file)
             progress = line.progress
         if checkpoints is not None and checkpoints.found is None:
@@ -155,10 +156,6 @@ def simulate(
         network.release()
         return result
     finally:
-        for slave in assembly.slaves:
-            # A slave that fails to end changes nothing about the run that lies behind.
-            with contextlib.suppress(SlaveError):
-                slave.terminate()
         assembly.close()
 
 
@@ -166,12 +163,7 @@ def simulate(
 class Run:
     """One run: initialize, step to the end or to a failure, and say what was recorded.
 
-    Attributes
-    ----------
-    schedule : Schedule or None
-        The algorithm's.
-    compiled : bool
-        Whether the compiled loop steps, from the second step on.
+    The compiled loop steps, where it can, from the second step on.
     """
 
     assembly: Assembly
@@ -186,24 +178,25 @@ class Run:
 
     def result(self, *, check_stability: bool) -> Result:
         """Do the run and say how it went."""
-        recorder, network, stepper, points = self.recorder, self.network, self.stepper, self.recorder.points
-        failure: SlaveError | str | None = None
+        recorder, network, stepper, schedule = self.recorder, self.network, self.stepper, self.schedule
+        fault: SlaveError | None = None
+        reason: str | None = None
         start, began = None, time.perf_counter()
-        explicit = check_stability and self.schedule is not None and not network.unable_to_restore()
         try:
             with interruption():
                 self._begin()
-                if explicit:
+                if check_stability and schedule is not None and not network.unable_to_restore():
                     start = network.snapshot(), stepper.memory()
                 began = time.perf_counter()
                 if not self._step_through():
-                    failure = self._interrupted()
+                    raise KeyboardInterrupt
         except SlaveError as error:
-            failure = error
+            fault, reason = error, str(error)
         except StoreError as error:
-            failure = str(error)
+            reason = str(error)
         except KeyboardInterrupt:
-            failure = self._interrupted()
+            reason = f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
+        timed = [each.statistics for each in network.slaves if isinstance(each, TimedSlave)]
         statistics = Statistics(
             communication_steps=max(recorder.rows - 1, 0),
             slave_steps=network.steps,
@@ -212,29 +205,23 @@ class Run:
             wall_seconds=time.perf_counter() - began,
             compiled=self.compiled,
             largest_lag=0.0 if self.clock is None else self.clock.lag,
-            slaves=tuple(
-                deepcopy(each.statistics) for each in network.slaves if isinstance(each, TimedSlave)
-            ),
+            slaves=tuple(deepcopy(timed)),
             memory_bytes=_memory(),
         )
-        fault = failure if isinstance(failure, SlaveError) else None
         remarks = stepper.remarks
-        if start and self.schedule and (failure is None or (fault and fault.status == "not finite")):
-            name = "Jacobi" if self.schedule.at_once else "GaussSeidel"
-            remarks += instability(name, network, stepper, points, *start)
+        if start and schedule and (reason is None or (fault and fault.status == "not finite")):
+            name = "Jacobi" if schedule.at_once else "GaussSeidel"
+            rewind = partial(self._rewind, *start)
+            remarks += instability(name, network, recorder.points, rewind, self._fill)
         conduct = tuple(told for slave in network.slaves for told in slave.remarks)
         return Result(
             recorder.table(),
-            "completed" if failure is None else "stopped",
-            None if failure is None else str(failure),
+            "completed" if reason is None else "stopped",
+            reason,
             fault,
             remarks=(*conduct, *remarks),
             statistics=statistics,
         )
-
-    def _interrupted(self) -> str:
-        recorder = self.recorder
-        return f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
 
     def _begin(self) -> None:
         """Initialize, or go on from a checkpoint."""
@@ -246,41 +233,59 @@ class Run:
 
     def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
-        recorder, points, stepper = self.recorder, self.recorder.points, self.stepper
-        stride, last = max(1, points.count // 200), points.count
-        loop, first = None, recorder.rows
+        recorder, checkpoints, last = self.recorder, self.checkpoints, self.recorder.points.count
+        stride, first = max(1, last // 200), recorder.rows
+        loop: CompiledLoop | None = None
         while recorder.rows <= last:
             self.network.end_copies()
             if under_way.asked():
                 return False
             if self.compiled and loop is None and recorder.rows > first:
-                loop = self._loop()
-            if loop is not None:
-                done = recorder.rows - 1
-                stop = last if self.checkpoints is None else self.checkpoints.next_after(done, last)
-                if not loop.advance(stop):
-                    loop, self.compiled = None, False
-                    stepper.recall(stepper.memory())  # copies of states that it holds are from long ago
-                    continue
-            else:
-                stepper.step(points.time(recorder.rows - 1), points.step(recorder.rows - 1))
-                recorder.take()
+                loop = self._loop(recorder)
+            if loop is None:
+                self._step(recorder)
+            elif not loop.advance(
+                last if checkpoints is None else checkpoints.next_after(recorder.rows - 1, last)
+            ):
+                loop, self.compiled = None, False
+                continue
             point = recorder.rows - 1
             if self.clock is not None:
-                self.clock.wait(points.time(point) - points.start_time)
-            if self.checkpoints is not None and self.checkpoints.due(point):
-                self.checkpoints.save(recorder, stepper)
+                self.clock.wait(recorder.points.time(point) - recorder.points.start_time)
+            if checkpoints is not None and checkpoints.due(point):
+                checkpoints.save(recorder, self.stepper)
             if self.progress is not None and (loop is not None or point % stride == 0 or point == last):
                 self.progress(point, last)
         return True
 
-    def _loop(self) -> CompiledLoop | None:
+    def _step(self, recorder: Recorder) -> None:
+        """Step once, plainly."""
+        point, points = recorder.rows - 1, recorder.points
+        self.stepper.step(points.time(point), points.step(point))
+        recorder.take()
+
+    def _loop(self, recorder: Recorder) -> CompiledLoop | None:
         """Give the compiled loop, unless the first step, a plain one, changed what FMUs share."""
         if any(isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves):
             self.compiled = False
             return None
         assert self.schedule is not None
-        return CompiledLoop(self.network, self.schedule, self.recorder, self.recorder.points)
+        # Copies of states that the stepper holds will be from long ago if it has to go on.
+        self.stepper.recall(self.stepper.memory())
+        return CompiledLoop(self.network, self.schedule, recorder)
+
+    def _rewind(self, start: Snapshot, memory: object) -> None:
+        self.network.rewind(start)
+        self.stepper.recall(memory)
+
+    def _fill(self, recorder: Recorder) -> None:
+        """Step until a recorder is full, once more after the run."""
+        loop = self._loop(recorder) if self.compiled else None
+        while recorder.rows <= recorder.points.count:
+            if loop is None:
+                self._step(recorder)
+            elif not loop.advance(recorder.points.count):
+                loop = None
 
 
 def _memory() -> int:

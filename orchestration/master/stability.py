@@ -5,14 +5,18 @@ This is checked after a run, from a copy of its first state, so that the check c
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.recording.recorder import Recorder
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
+from warmlink.orchestration.master.slaves.under_way import SIZE, UnderWay
 
 PROBE_STEPS = 120
 DISTURBANCE = 1e-5  # of the nominal values
@@ -27,17 +31,16 @@ BEYOND_BOUNDS = 1e100
 def instability(
     name: str,
     network: Network,
-    stepper: Stepper,
     points: CommunicationPoints,
-    start: Snapshot,
-    memory: object,
+    rewind: Callable[[], None],
+    advance: Callable[[Recorder], None],
 ) -> tuple[str, ...]:
     """Say where a disturbance grows with the steps of an explicit algorithm of that name, and what to do.
 
-    Start and memory are the network's state and the stepper's memory at the beginning of a run that is over;
-    there the slaves are left.
+    `rewind` goes back to the beginning of a run that is over, where the slaves are left; `advance` steps
+    until a recorder is full.
     """
-    factor = _growth(network, stepper, points, start, memory)
+    factor = _growth(network, replace(points, count=min(PROBE_STEPS, points.count)), rewind, advance)
     if factor is None or factor < GROWS_FROM:
         return ()
     return (
@@ -47,48 +50,51 @@ def instability(
 
 
 def _growth(
-    network: Network, stepper: Stepper, points: CommunicationPoints, start: Snapshot, memory: object
+    network: Network,
+    points: CommunicationPoints,
+    rewind: Callable[[], None],
+    advance: Callable[[Recorder], None],
 ) -> float | None:
     """Give the factor by which a disturbance grows from one communication step to the next.
 
     None where there is nothing to disturb or the probe itself fails.
     """
-    wires = [(k, position) for k in range(len(network.slaves)) for position in continuous_inputs(network, k)]
-    steps = min(PROBE_STEPS, points.count)
-    if not wires or steps < 4:
+    wires = (network.wires[k][p] for k in range(len(network.slaves)) for p in continuous_inputs(network, k))
+    sources = {(wire.slave, wire.position): network.source(wire) for wire in wires}
+    if not sources or points.count < 4:
         return None
-    scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in wires])
-    distances: list[float] = []
-    base: list[Array] = []
-    try:
-        for size in (0.0, DISTURBANCE):
-            network.rewind(start)
-            stepper.recall(memory)
-            _disturb(network, wires, size)
-            for point in range(steps if size == 0.0 else len(base)):
-                stepper.step(points.time(point), points.step_size)
-                row = np.array([float(network.gather(k)[p]) for k, p in wires]) / scale
-                if size == 0.0:
-                    base.append(row)
-                    continue
-                distances.append(float(np.max(np.abs(row - base[point]))))
-                if distances[-1] > ENOUGH * DISTURBANCE:
-                    return float((distances[-1] / distances[0]) ** (1.0 / max(point, 1)))
-        network.rewind(start)
-    except SlaveError as failure:
-        # Values that had grown beyond all bounds were unstable; a NaN from nowhere says nothing of the step.
-        grown = bool(base) and float(np.max(np.abs(base[-1]))) > BEYOND_BOUNDS
-        return float("inf") if failure.status == "not finite" and grown else None
-    quarter = steps // 4
-    before, after = max(distances[-2 * quarter : -quarter]), max(distances[-quarter:])
-    return (after / before) ** (1.0 / quarter) if before > 0 else None
-
-
-def _disturb(network: Network, wires: list[tuple[int, int]], size: float) -> None:
-    """Move the sources of continuous inputs, alternately up and down, and hand them on."""
-    for index, (k, position) in enumerate(wires):
-        wire = network.wires[k][position]
-        step = size * nominal(network.source(wire)) * (-1) ** index
-        network.outputs[wire.slave][wire.position] = float(network.outputs[wire.slave][wire.position]) + step
-    for k in range(len(network.slaves)):
-        network.write(k)
+    names = [f"{network.slaves[k].name}.{source.name}" for (k, _), source in sources.items()]
+    scale = np.array([nominal(source) for source in sources.values()])
+    found: list[Array] = []
+    overflown = False
+    for size in (0.0, DISTURBANCE):
+        rewind()
+        for sign, ((k, position), of) in enumerate(zip(sources, scale, strict=True)):
+            network.outputs[k][position] = float(network.outputs[k][position]) + size * of * (-1) ** sign
+        for k in range(len(network.slaves)):
+            network.write(k)
+        recorder = Recorder(network, names, points, None, None)
+        recorder.cells = UnderWay(bytearray(SIZE)).cells  # those of this process tell of the run
+        try:
+            recorder.take()
+            advance(recorder)
+        except SlaveError as failure:
+            if failure.status != "not finite":
+                return None
+            overflown = True
+        found.append(np.asarray(recorder.table().values)[1:] / scale)
+    rewind()
+    base, disturbed = found
+    # Values that had grown beyond all bounds were unstable; a NaN from nowhere says nothing of the step.
+    if overflown and len(base) and float(np.max(np.abs(base[-1]))) > BEYOND_BOUNDS:
+        return float("inf")
+    common = min(len(base), len(disturbed))
+    distances = np.max(np.abs(disturbed[:common] - base[:common]), axis=1, initial=0.0)
+    beyond = np.flatnonzero(distances > ENOUGH * DISTURBANCE)
+    if beyond.size:
+        return float((distances[beyond[0]] / distances[0]) ** (1.0 / max(beyond[0], 1)))
+    if overflown or common < points.count:
+        return None
+    quarter = points.count // 4
+    before, after = np.max(distances[-2 * quarter : -quarter]), np.max(distances[-quarter:])
+    return float((after / before) ** (1.0 / quarter)) if before > 0 else None

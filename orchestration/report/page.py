@@ -14,6 +14,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.packaging.cache import kept
+
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
 
@@ -74,5 +76,18 @@ def _packed(sections: Sequence[Section]) -> str:
     drawn = [f"{i}:{each.figure.to_json()}" for i, each in enumerate(sections, 1) if each.figure is not None]
     if not drawn:
         return ""
-    script = f"{get_plotlyjs()}\nconst figures = {{{','.join(drawn)}}};"
-    return base64.b64encode(zlib.compress(script.encode())).decode()
+    library, script = get_plotlyjs().encode(), f"\nconst figures = {{{','.join(drawn)}}};".encode()
+    # The library, nearly all of the page, is compressed once and kept: what follows continues its stream.
+    rest = zlib.compressobj(wbits=-zlib.MAX_WBITS)
+    stream = (
+        kept("plotly", metadata.version("plotly"), lambda: _begun(library)),
+        rest.compress(script) + rest.flush(),
+        zlib.adler32(script, zlib.adler32(library)).to_bytes(4, "big"),
+    )
+    return base64.b64encode(b"".join(stream)).decode()
+
+
+def _begun(content: bytes) -> bytes:
+    """The beginning of a compressed stream, which does not end with its content."""
+    begun = zlib.compressobj()
+    return begun.compress(content) + begun.flush(zlib.Z_FULL_FLUSH)

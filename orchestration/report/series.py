@@ -56,7 +56,7 @@ def series_writers(
                 writer.write_table(pyarrow.Table.from_arrays(arrays, names=headings))
 
     writers: dict[str, Callable[[Path], object]] = {
-        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema))
+        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema, use_dictionary=False))
     }
     if csv:
         writers["results.csv"] = lambda path: write(pyarrow.csv.CSVWriter(path, schema))
@@ -65,8 +65,7 @@ def series_writers(
 
 def _blocks(table: Table, columns: Sequence[int]) -> Iterator[NDArray[np.float64]]:
     """Times and values of some thousand points after another, shape (1 + columns, points)."""
-    points = table.points
+    times = table.times
     for first in range(0, len(table), BLOCK_ROWS):
         values = np.asarray(table.values[first : first + BLOCK_ROWS])[:, columns]
-        times = points.start_time + np.arange(first, first + len(values), dtype=np.float64) * points.step_size
-        yield np.vstack([times, values.T])
+        yield np.vstack([times[first : first + BLOCK_ROWS], values.T])

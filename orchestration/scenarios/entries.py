@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.scenarios.quantity import in_si, not_positive
 from warmlink.orchestration.text_files import shortened, shown
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Quantity
 from warmlink.orchestration.scenarios.expression import Expression

@@ -16,7 +16,13 @@ from warmlink.orchestration.files import locked_folder, stamped, temporary_folde
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.processes import DEFAULT_JOBS, ClusterWorkers, LocalWorkers, check_jobs
+from warmlink.orchestration.studies.processes import (
+    DEFAULT_JOBS,
+    ClusterWorkers,
+    LocalWorkers,
+    check_jobs,
+    connected,
+)
 from warmlink.orchestration.studies.workers import FmuSet, Remark, Workers, agreeing, joined_systems
 
 FILE = "runs.jsonl"
@@ -67,18 +73,20 @@ def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None 
     with ExitStack() as stack:
         folder = Path(out) if out is not None else stack.enter_context(temporary_folder()) / "study"
         stack.enter_context(locked_folder(folder))
-        fresh, said = not any(folder.iterdir()), list[str]()
+        fresh, said, client = not any(folder.iterdir()), list[str](), None
         try:
+            if means.scheduler is not None:  # before anything is built, which may be for nothing
+                client = stack.enter_context(connected(means.scheduler))
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = joined_systems(scenarios, said.append)
                 fmus = replace(fmus, rollouts=agreeing(scenarios, fmus, whole, said.append))
-            if means.scheduler is None:
+            if client is None:
                 workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
             else:
-                workers = stack.enter_context(ClusterWorkers(fmus, means.scheduler))
+                workers = ClusterWorkers(fmus, client)
             yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():

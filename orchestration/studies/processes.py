@@ -13,12 +13,15 @@ from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.isolation import die_with_parent
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 DEFAULT_JOBS = 2
 MOST_JOBS = 1024
@@ -52,6 +55,9 @@ class _Processes:
 
     def __enter__(self) -> Any:
         return self
+
+    def __exit__(self, *raised: object) -> None:
+        """End what the workers themselves began."""
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
         """Run cases, those of a worker that died again, each alone; InputError where that cannot go on."""
@@ -223,7 +229,7 @@ def _work(pipe: Connection, fmus: FmuSet) -> None:
 
 
 class ClusterWorkers(_Processes):
-    """The workers of a scheduler at an address; they need warmlink installed and get the FMUs from here.
+    """The workers of a Dask scheduler; they need warmlink installed and get the FMUs from here.
 
     The scheduler gives the share of a dead worker to another one. It blames a death on all that the worker
     had before it, so what is blamed too often is run once more, alone.
@@ -231,31 +237,11 @@ class ClusterWorkers(_Processes):
 
     rounds = 2
 
-    def __init__(self, fmus: FmuSet, address: str) -> None:
+    def __init__(self, fmus: FmuSet, client: Client) -> None:
         super().__init__(fmus)
-        try:
-            from distributed import Client
-        except ImportError:
-            raise MissingExtraError("a Dask cluster", "studies") from None
-        # Dask tells of a slow start, and where a scheduler is lost, beside the sentence that is ours.
-        for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)
-        try:
-            self._client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError) as fault:
-            raise InputError(
-                f"--scheduler {address}: no Dask scheduler answers there; start one, or leave --scheduler out"
-            ) from fault
-        try:
-            self._client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
-        except Exception as fault:
-            self._client.close()
-            raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
+        self._client = client
         # A task, unlike scattered data, is done again when every worker that held its result has died.
         self._shared: Any = self._client.submit(_itself, fmus, pure=False)
-
-    def __exit__(self, *raised: object) -> None:
-        self._client.close()
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
         """Run cases as other workers do; whatever Dask raises becomes an InputError."""
@@ -294,6 +280,29 @@ class ClusterWorkers(_Processes):
                 outcomes = None
             yield under_way.pop(future.key), outcomes
             future.release()
+
+
+def connected(address: str) -> Client:
+    """Client of a Dask scheduler, a context; InputError where none answers, or it has no worker."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise MissingExtraError("a Dask cluster", "studies") from None
+    # Dask tells of a slow start, and where a scheduler is lost, beside the sentence that is ours.
+    for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError) as fault:
+        raise InputError(
+            f"--scheduler {address}: no Dask scheduler answers there; start one, or leave --scheduler out"
+        ) from fault
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
+    except Exception as fault:
+        client.close()
+        raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
+    return client
 
 
 def _itself(fmus: FmuSet) -> FmuSet:

@@ -125,9 +125,8 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
 
     Entries of the top-level folders named in `without` are looked at like all others, but not written.
-
-    Raises InputError if the archive is damaged, an entry would land outside `target`, is a link or is
-    encrypted, two entries share a name, or the limits are exceeded.
+    InputError if the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
+    entries share a name, or the limits are exceeded.
     """
     with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -19,18 +19,10 @@ from warmlink.orchestration.system.units import Unit
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
-    """Give a component of a system; writing lists as its connectors what is connected, set, or put out.
+    """Give a component of a system, with start values in the variables' own units.
 
-    Parameters
-    ----------
-    name : the component's name in the system
-    fmu : path of the .fmu file
-    values : start values by variable name, in the variables' own units
-
-    Raises
-    ------
-    InputError
-        If the FMU cannot be read or a value does not fit.
+    Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
+    or a value does not fit.
     """
     info = read_description(fmu)
     checked = {
@@ -68,17 +60,10 @@ def assemble(
 
 
 def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
-    """Give connections between variables, with the conversion of their units.
+    """Give connections between variables, as `motor.heat_flow`, with the conversion of their units.
 
-    Parameters
-    ----------
-    components : the system's components by name
-    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
-
-    Raises
-    ------
-    InputError
-        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
+    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
+    quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}

@@ -58,14 +58,8 @@ _FLAGS = {
 def read_description(fmu: Path) -> ModelInfo:
     """Read an FMU's modelDescription.xml; the same unchanged file is read once in a process.
 
-    Parameters
-    ----------
-    fmu : path of the .fmu file
-
-    Raises
-    ------
-    InputError
-        If the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-simulation.
+    InputError if the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-
+    simulation.
     """
     if not is_file(fmu):
         raise InputError(f"{fmu}: no such file; give the path of an .fmu file")

@@ -7,10 +7,11 @@ flattened on reading; a component then bears its full dotted name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Literal, get_args
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 
@@ -189,15 +190,12 @@ class ModelInfo:
 
     Parameters
     ----------
-    path : the .fmu file it was read from
     fmi_version : `2.0` or `3.0`, whatever the minor version
     guid : FMI 2.0 `guid` or FMI 3.0 `instantiationToken`
-    variables : by name, in the FMU's order; aliases of FMI 3.0 under their own names too. Elements of arrays
-        are called `A[1,2]`.
+    variables : by name, in the FMU's order, aliases too; elements of arrays are called `A[1,2]`
     arrays : names of the elements by the name of their array
     outputs : names, in the order of ModelStructure
-    dependencies : for each output the names it depends on; None where the FMU declares nothing, which means
-        all
+    dependencies : for each output the names it depends on; None where the FMU declares nothing: all
     log_categories : what it may be asked to log; empty where it declares nothing
     accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
     """

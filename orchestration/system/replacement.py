@@ -9,21 +9,21 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.archive import extract, file_digest
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.ssp.elements import to_bytes
 from warmlink.orchestration.system.units import QuantityError, Unit, conversion
-from warmlink.orchestration.system.xml import parse_xml
+from warmlink.orchestration.system.xml import parse_xml, to_bytes
 
 DESCRIPTION = "modelDescription.xml"
 

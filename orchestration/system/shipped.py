@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
@@ -11,6 +11,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.packaging.flags import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
@@ -27,8 +28,7 @@ class Blueprint:
 
     Attributes
     ----------
-    components : name of the component behind each instance, as `ThermalLink` behind `link`; empty for
-        the compensator, whose component is chosen with the controller
+    components : name of the component behind each instance, `ThermalLink` behind `link`; empty: a controller
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
     signals : inputs that one signal from outside the system feeds, by the name of the signal
     instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
@@ -68,10 +68,8 @@ class Blueprint:
     ) -> Component:
         """The system as one component.
 
-        Parameters
-        ----------
-        controller : component of the compensator, where the system has one
-        values : start values by instance and variable, in SI units
+        The component of the compensator is chosen with the controller; start values are by instance and
+        variable, in SI units.
         """
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
         parts = {name: kinds[kind] for name, kind in self.components.items()}
@@ -90,19 +88,10 @@ class Blueprint:
         controller: str | None = None,
         values: Mapping[str, Mapping[str, Value]] | None = None,
     ) -> System:
-        """System with its FMUs.
+        """System with FMUs by the component's name, and start values by instance and variable in SI units.
 
-        Parameters
-        ----------
-        fmus : file of each component by the component's name
-        controller : component of the compensator, where the system has one
-        values : start values by instance and variable, in SI units
-
-        Raises
-        ------
-        InputError
-            If a value is meant for an instance that the system does not have, or an end, a value or a
-            unit does not fit the FMUs.
+        The component of the compensator is chosen with the controller. InputError if a value is meant for an
+        instance that the system does not have, or an end, a value or a unit does not fit the FMUs.
         """
         files = {instance: fmus[kind] for instance, kind in self.components_with(controller).items()}
         wires = (*self.wires, *_flag_wires(files, self.wires))

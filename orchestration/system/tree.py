@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import takewhile
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, Connector, System
 from warmlink.orchestration.system.ssp.net import Edge, Node, edge_of
@@ -32,10 +33,8 @@ End = tuple[str, str]
 class Ports:
     """What a system exchanges with a larger one that holds it.
 
-    Attributes
-    ----------
-    drivers : components to leave out; an input of the system takes the place of each of their outputs
-    shown : components and outputs that outputs of the system pass on, as `("link", "elongation")`
+    An input of the system takes the place of each output of the `drivers`, which are left out; outputs of the
+    system pass on what is `shown`, as `("link", "elongation")`.
     """
 
     drivers: tuple[str, ...]
@@ -192,12 +191,8 @@ def boxes(heights: Mapping[str, int], links: Iterable[tuple[str, str]]) -> dict[
     """Give each part its place.
 
     A part stands one column right of the last part before it, in the order given, that feeds it; what comes
-    back from later parts moves nothing.
-
-    Parameters
-    ----------
-    heights : names of the parts in their order, each with how many connectors its longer side has
-    links : names of the parts that are connected, from and to; empty for the system around them
+    back from later parts moves nothing. The heights are how many connectors a part's longer side has; the
+    links name the parts that are connected, from and to, empty for the system around them.
     """
     order = list(heights)
     column: dict[str, int] = {}

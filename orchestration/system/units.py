@@ -10,13 +10,14 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.xml import (
     children,
     integer,
@@ -24,6 +25,7 @@ from warmlink.orchestration.system.xml import (
     only_child,
     optional,
     required,
+    sub_element,
 )
 
 ZERO_CELSIUS = 273.15
@@ -72,13 +74,9 @@ class QuantityError(InputError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit and what it means; `exponents` is None where a file only names it.
+    """A unit with its name in the file, as `W/(m2.K)`: `base = factor * value + offset`.
 
-    Parameters
-    ----------
-    name : as in the file, such as `W/(m2.K)`
-    exponents : of kg, m, s, A, K, mol, cd, rad
-    factor, offset : `base = factor * value + offset`
+    The exponents are of kg, m, s, A, K, mol, cd, rad; None where a file only names it.
     """
 
     name: str
@@ -112,19 +110,11 @@ IDENTITY = Conversion()
 
 
 def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversion:
-    """Give the conversion between two units of one quantity.
+    """Give the conversion between two units of one quantity; where one has no exponents its name is read.
 
-    Parameters
-    ----------
-    source, target : units; where one has no exponents its name is read
-    difference : whether the value is a difference, so that offsets do not apply: 5 degC of difference are 5 K
-
-    Raises
-    ------
-    QuantityError
-        If the units measure different quantities; the caller adds where, and what to do.
-    InputError
-        If one is neither defined nor known by name.
+    Offsets do not apply to a `difference`: 5 degC of difference are 5 K. QuantityError if the units measure
+    different quantities (the caller adds where, and what to do), InputError if one is neither defined nor
+    known.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
         return IDENTITY
@@ -166,9 +156,7 @@ def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
 def parse_unit(name: str) -> Unit:
     """Read a unit's name: `W/(m2.K)`, `N.m`, `rad/s`, `W.s2/rad2`, `degC`, `um`, `W/(m**2*K)`, `1`.
 
-    A radian counts as a base unit, as it does in FMI.
-
-    Raises InputError if the name is no unit.
+    A radian counts as a base unit, as it does in FMI. InputError if the name is no unit.
     """
     if len(name) > _LONGEST_NAME:
         raise InputError(f"{name[:40]!r}... is not a unit; define it with a BaseUnit")
@@ -220,3 +208,14 @@ def _registry() -> Any:
     for definition in _PLANE_ANGLES:
         registry.define(definition)
     return registry
+
+
+def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:
+    """Add a `Units` element with the definitions of some units, by name; nothing where there are none."""
+    ordered = sorted(units, key=lambda unit: unit.name)
+    held = sub_element(root, prefix, "Units") if ordered else None
+    for unit in map(meaning, ordered):
+        shown = dict(zip(BASE_UNITS, (each or None for each in unit.exponents or ()), strict=True))
+        scale = None if unit.factor == 1.0 else unit.factor
+        child = sub_element(held, "ssc", "Unit", name=unit.name)
+        sub_element(child, "ssc", "BaseUnit", **shown, factor=scale, offset=unit.offset or None)

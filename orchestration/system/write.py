@@ -14,7 +14,6 @@ from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import Component, Connector, DefaultExperiment, System, Value
-from warmlink.orchestration.system.ssp.elements import element, sub_element, to_bytes, unit_elements
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
 from warmlink.orchestration.system.tree import (
     Box,
@@ -28,7 +27,8 @@ from warmlink.orchestration.system.tree import (
     tree_of,
     with_connectors,
 )
-from warmlink.orchestration.system.units import Unit, meaning
+from warmlink.orchestration.system.units import Unit, meaning, unit_elements
+from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = "parameters"
@@ -62,10 +62,9 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
 def write_nested_ssp(system: System, path: Path) -> None:
     """Write a system as `write_ssp` does, but with a system inside it for each name before a dot.
 
-    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on
-    what crosses its bounds. Reading makes it flat again, under the same names.
-
-    Raises InputError as `write_ssp`, and if a name before a dot is that of a component too.
+    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on what
+    crosses its bounds; InputError if a name before a dot is that of a component too. Reading makes it flat
+    again.
     """
     system = _checked(system)
     _write(system, tree_of(system, nested=True), path)

@@ -54,3 +54,17 @@ def test_the_shell_completes_commands_and_names(tmp_path: Path, words: str, prop
         COMP_CWORD=str(len(words.split())),
     )
     assert proposed in done.stdout.split()
+
+
+def test_the_process_ends_at_once_but_not_before_what_is_due(tmp_path: Path) -> None:
+    """What was printed is out, what waits for the end of the process is done, and the exit code is told."""
+    code = (
+        "import atexit, sys\n"
+        "from warmlink.orchestration import cli\n"
+        "atexit.register(print, 'tidied up')\n"
+        "def command():\n    print('answer')\n    raise SystemExit(1)\n"
+        "cli.app = command\n"
+        "cli.script()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "answer\ntidied up\n", "")

@@ -64,6 +64,19 @@ def test_series_are_read_by_pandas_and_agree_with_the_metrics(outcome: tuple[str
     error = table["link.elongation [m]"] - table["compensator.correction [m]"]
     metrics = json.loads((folder / "metrics.json").read_text("utf-8"))
     assert 1e6 * error.abs().max() == pytest.approx(metrics["compensated"]["max_abs_um"])
+    assert np.array_equal(table["error [m]"], error)
+    assert 1e6 * table["uncompensated_error [m]"].abs().max() == pytest.approx(
+        metrics["uncompensated"]["max_abs_um"]
+    )
+
+
+@pytest.mark.parametrize("named", [(), ("error",)])
+def test_the_error_of_a_run_is_plotted_from_its_folder(
+    outcome: tuple[str, Path], named: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = tmp_path / "plot.html"
+    assert run(["plot", str(outcome[1]), *named, "--out", str(page)], monkeypatch) == 0
+    assert "error" in plots(page)
 
 
 def test_the_report_needs_no_network(outcome: tuple[str, Path]) -> None:

@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.answer.claims import Claim
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.extension import Compensated
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, name_of
+from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.problem import Item
@@ -37,80 +40,74 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
     diagnosis : what was found
     ssv, ssp : names of the files of the extended model, where they are written
     """
-    experiment, proposed, hint = diagnosis.experiment, diagnosis.proposed, diagnosis.hint
-    wander = diagnosis.assessment.fitter.wander
+    experiment, assessment = diagnosis.experiment, diagnosis.assessment
+    wander, hint = assessment.fitter.wander, diagnosis.hint
+    held_out = zip(("before", "after"), diagnosis.held_out, strict=False)
     return {
         "verdict": diagnosis.verdict,
         "causes": [cause_entry(diagnosis, item) for item in diagnosis.causes],
         "ambiguous": diagnosis.ambiguous,
-        "next_experiment": None
-        if proposed is None
-        else {
-            **asdict(proposed),
-            "duty": [
-                {
-                    "duration_s": segment.duration,
-                    "speed": segment.speed,
-                    "torque": segment.torque,
-                    "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
-                    "ambient_temperature": segment.ambient_temperature,
-                }
-                for segment in proposed.duty
-            ],
-            "alike": [list(pair) for pair in proposed.alike],
-        },
+        "next_experiment": None if diagnosis.proposed is None else _proposed(diagnosis.proposed),
         "calibrated": {each.name: asdict(each) for each in calibration(diagnosis)},
         "wrong": wrong_entries(diagnosis, diagnosis.wrong),
         "remaining": wrong_entries(diagnosis, diagnosis.remaining),
         "artefacts": {
             "communication_step": {
                 "solved_in_one_piece": not experiment.rig.in_loop,
-                "error_sigma": diagnosis.assessment.artefact,
+                "error_sigma": assessment.artefact,
             }
         },
         "prediction": {
             "because": diagnosis.judged[1] or None,
-            **{
-                when: None if each is None else asdict(each)
-                for when, each in zip(("before", "after"), diagnosis.held_out, strict=False)
-            },
+            **{when: None if each is None else asdict(each) for when, each in held_out},
         },
         "wandering": {
             "room_K": wander.room,
             "heat_W": wander.heat,
             "memory_s": None if wander.still else wander.memory,
         },
-        "missing_heat": [
-            {
-                "run": each.run,
-                "time_s": each.time.tolist(),
-                "heat_W": each.heat.tolist(),
-                "std_W": each.deviation.tolist(),
-            }
-            for each in diagnosis.missing_heat
-        ],
-        "hint": None
-        if hint is None
-        else {
-            "channel": hint.channel,
-            "terms": [{"term": name, "coefficient": value} for name, value in hint.terms.items()],
-            "explained_share": hint.share,
-            "sentence": hint.sentence,
-        },
+        "missing_heat": [_missing(each) for each in diagnosis.missing_heat],
+        "hint": None if hint is None else _looks_like(hint),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
-        "claims": [
-            {
-                "duty": each.duty,
-                "largest_um": 1e6 * each.largest,
-                "change_um": 1e6 * each.change,
-                "band_um": 1e6 * each.widest,
-                "holds": each.holds,
-            }
-            for each in diagnosis.claims
-        ],
+        "claims": [_claimed(each) for each in diagnosis.claims],
         "remarks": list(experiment.remarks),
     }
+
+
+def _proposed(proposed: Proposed) -> dict[str, Any]:
+    duty = [
+        {
+            "duration_s": segment.duration,
+            "speed": segment.speed,
+            "torque": segment.torque,
+            "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+            "ambient_temperature": segment.ambient_temperature,
+        }
+        for segment in proposed.duty
+    ]
+    return {**asdict(proposed), "duty": duty, "alike": [list(pair) for pair in proposed.alike]}
+
+
+def _missing(missing: MissingHeat) -> dict[str, Any]:
+    courses = {"time_s": missing.time, "heat_W": missing.heat, "std_W": missing.deviation}
+    return {"run": missing.run, **{name: course.tolist() for name, course in courses.items()}}
+
+
+def _looks_like(hint: Hint) -> dict[str, Any]:
+    terms = [{"term": name, "coefficient": value} for name, value in hint.terms.items()]
+    return {
+        "channel": hint.channel,
+        "terms": terms,
+        "explained_share": hint.share,
+        "sentence": hint.sentence,
+    }
+
+
+def _claimed(claim: Claim) -> dict[str, Any]:
+    lengths = {"largest_um": claim.largest, "change_um": claim.change, "band_um": claim.widest}
+    in_um = {name: 1e6 * length for name, length in lengths.items()}
+    return {"duty": claim.duty, **in_um, "holds": claim.holds}
 
 
 def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import ClassVar
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 
@@ -13,10 +13,7 @@ from warmlink.orchestration.master.slaves.network import Network
 class Stepper(ABC):
     """An algorithm that is bound to one network, with what it remembers from step to step.
 
-    Attributes
-    ----------
-    remarks : tuple of str
-        Sentences that say what these slaves do not allow, and what is done instead.
+    Its remarks say what these slaves do not allow, and what is done instead.
     """
 
     remarks: tuple[str, ...] = ()
@@ -25,12 +22,8 @@ class Stepper(ABC):
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves from `time` to `time + step_size` (s) and exchange their values.
 
-        Before the first step every output has been read and every input set.
-
-        Raises
-        ------
-        SlaveError
-            Where a slave fails or a value is not finite.
+        Before the first step every output has been read and every input set. SlaveError where a slave fails
+        or a value is not finite.
         """
 
     def memory(self) -> object:
@@ -45,14 +38,9 @@ class Stepper(ABC):
 class Schedule:
     """Order of work in a communication step that steps each slave once, with inputs that are known already.
 
-    Attributes
-    ----------
-    slaves : tuple of int
-        In the order of stepping.
-    at_once : bool
-        All step before any value is exchanged; else each value is handed on as soon as it is there.
-    again : tuple of int
-        Slaves that are read again after the exchange, which the compiled loop does not do.
+    The slaves in the order of stepping: `at_once`, before any value is exchanged, else each value is handed
+    on as soon as it is there. Those `again` are read once more after the exchange, which no compiled loop
+    does.
     """
 
     slaves: tuple[int, ...]
@@ -63,10 +51,7 @@ class Schedule:
 class Algorithm(ABC):
     """A master algorithm, as chosen by a user; it does nothing until it is bound to a network.
 
-    Attributes
-    ----------
-    repeats_steps : bool
-        Steps that a slave discards are repeated in smaller parts.
+    Some do by themselves what `Retry` does around others: `repeats_steps` in parts that a slave discards.
     """
 
     repeats_steps: ClassVar[bool] = False
@@ -82,37 +67,4 @@ class Algorithm(ABC):
 
     @abstractmethod
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
-        """Prepare for one network and the communication points of one run.
-
-        Raises
-        ------
-        InputError
-            Where the slaves cannot do what the algorithm needs.
-        """
-
-
-@dataclass(frozen=True)
-class Around(Algorithm):
-    """An algorithm that has another one do its steps, `inner`, and is of that one's order."""
-
-    inner: Algorithm
-
-    @property
-    def order(self) -> int:
-        """Order of convergence of the inner algorithm."""
-        return self.inner.order
-
-
-class StepperAround(Stepper):
-    """A stepper that has another one do its steps, and carries what that one remembers."""
-
-    def __init__(self, inner: Stepper) -> None:
-        self.inner, self.remarks = inner, inner.remarks
-
-    def memory(self) -> object:
-        """Give that of the inner stepper."""
-        return self.inner.memory()
-
-    def recall(self, memory: object) -> None:
-        """Restore what `memory` returned."""
-        self.inner.recall(memory)
+        """Prepare for one network and run; InputError where the slaves cannot do what the algorithm needs."""

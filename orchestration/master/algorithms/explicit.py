@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
 from typing import ClassVar
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -31,15 +31,10 @@ class Explicit(Algorithm):
 class Jacobi(Explicit):
     """Step every slave with held inputs, read all outputs, set all inputs.
 
-    An output with direct feedthrough is thus read with the old inputs at the new time, as libcosim's
-    fixed-step algorithm and Ecos do it.
-
-    Parameters
-    ----------
-    settled : bool
-        After the exchange, read outputs with direct feedthrough again, now with the new inputs, and pass
-        them on: all values then belong to the same communication point. Three times as accurate on a
-        motor and its link; not what libcosim and Ecos do.
+    An output with direct feedthrough is thus read with the old inputs at the new time, as libcosim's fixed-
+    step algorithm and Ecos do it. Where it is `settled`, such outputs are read again after the exchange and
+    passed on, so that all values belong to one communication point: three times as accurate on a motor and
+    its link.
     """
 
     settled: bool = False
@@ -54,10 +49,7 @@ class Jacobi(Explicit):
 class GaussSeidel(Explicit):
     """Set a slave's inputs from the newest outputs, step it, read its outputs; then the next.
 
-    Parameters
-    ----------
-    sequence : tuple of str, optional
-        The slaves' names in the order of stepping; default: by direct feedthrough.
+    The sequence names the slaves in the order of stepping; default: by direct feedthrough.
     """
 
     sequence: tuple[str, ...] | None = None
@@ -92,10 +84,9 @@ class ScheduledStepper(Stepper):
             return
         for k in slaves:
             network.step(k, time, step_size)
-        for k in slaves:
-            network.read(k)
-        for k in slaves:
-            network.write(k)
+        for exchange in (network.read, network.write):
+            for k in slaves:
+                exchange(k)
         for k in again:
             network.write(k)
             network.read(k)

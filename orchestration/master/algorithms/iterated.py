@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import ClassVar, cast
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, plan
@@ -37,12 +37,8 @@ DIFFERENCE = 1e-6  # of the nominal value
 class Iterated(Algorithm):
     """Repeat each step until the inputs at its end are what the slaves answer.
 
-    Parameters
-    ----------
-    interpolation : int
-        Order 0, 1 or 2 of the inputs during a step.
-    tolerance : float
-        On the residual of each iterated input, as a fraction of its nominal value.
+    `interpolation` is the order, 0, 1 or 2, of the inputs during a step; `tolerance` is on the residual of
+    each iterated input, as a fraction of its nominal value.
     """
 
     interpolation: int = 1
@@ -221,25 +217,17 @@ class IteratedStepper(Stepper):
                 self._advance(k, time, step_size, started, given)
             return np.array([network.arriving(k, position) for k, position in group.torn], float)
 
-        guess = [
-            value_at(self._points(k, position, time, _REMEMBERED), step_size) for k, position in group.torn
-        ]
-        scale = [
-            nominal(network.slaves[k].variables[network.writes[k][position]]) for k, position in group.torn
-        ]
-        converged, self._kept[index] = self.algorithm.solve(
-            sweep, np.array(guess), np.array(scale), self._kept[index]
-        )
+        guess = np.array([value_at(self._points(*each, time, _REMEMBERED), step_size) for each in group.torn])
+        scale = np.array([nominal(network.slaves[k].variables[network.writes[k][p]]) for k, p in group.torn])
+        converged, self._kept[index] = self.algorithm.solve(sweep, guess, scale, self._kept[index])
         if not converged:
             k, position = group.torn[0]
-            raise SlaveError(
-                network.slaves[k].name,
-                "not converged",
-                time,
+            told = (
                 f"the iteration of {', '.join(network.slaves[m].name for m in group.members)} does not "
-                f"converge within a step of {step_size:g} s; take smaller communication steps",
-                network.writes[k][position],
+                f"converge within a step of {step_size:g} s; take smaller communication steps"
             )
+            name, variable = network.slaves[k].name, network.writes[k][position]
+            raise SlaveError(name, "not converged", time, told, variable)
 
     def _advance(
         self,
@@ -287,10 +275,7 @@ class IteratedStepper(Stepper):
 def derivatives(points: Sequence[Point]) -> tuple[float, float]:
     """Give first and second derivative at offset 0 of the polynomial through one to three points.
 
-    Parameters
-    ----------
-    points : sequence of (offset, value)
-        The first has offset 0 s. Newton's divided differences.
+    The first has offset 0 s. Newton's divided differences.
     """
     (_, v0), *rest = points
     if not rest:

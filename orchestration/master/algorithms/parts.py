@@ -8,14 +8,15 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, cast
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Around, Schedule, Stepper, StepperAround
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
@@ -28,25 +29,36 @@ SHARE_OF_NOMINAL = 1e-6
 # Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.
 FIRST_KEYFRAME_STEPS, LAST_KEYFRAME_STEPS = 64, 4096
 CAREFUL_STEPS = 16
+# How many parts follow a comparison without one of their own, and how much longer than that one's.
+MOST_TRUSTED, LONGER = 8, 4.0
 
 
 @dataclass(frozen=True)
-class InParts(Around):
-    """An algorithm that may do a step in parts, of `minimum_step` s or more (default: 1/1024 of it)."""
+class InParts(Algorithm):
+    """Has `inner` do a step, or parts of it of `minimum_step` s or more (default: 1/1024 of it)."""
 
+    inner: Algorithm
     minimum_step: float | None = field(default=None, kw_only=True)
     repeats_steps: ClassVar[bool] = True
 
+    @property
+    def order(self) -> int:
+        """Order of convergence of the inner algorithm."""
+        return self.inner.order
 
-class PartsStepper(StepperAround):
+
+class PartsStepper(Stepper):
     """Covers each macro step with parts whose size follows an error estimate.
 
     The next part is doubled where the estimate is below the fraction `growth` of what is allowed. All slaves
     must restore their state.
     """
 
+    remembered: ClassVar[tuple[str, ...]] = ("_size",)
+
     def __init__(self, network: Network, chosen: InParts, points: CommunicationPoints, growth: float) -> None:
-        super().__init__(chosen.inner.bind(network, points))
+        self.inner = chosen.inner.bind(network, points)
+        self.remarks = self.inner.remarks
         smallest = points.step_size / 1024 if chosen.minimum_step is None else chosen.minimum_step
         if not 0 < smallest <= points.step_size:
             raise InputError(
@@ -94,13 +106,15 @@ class PartsStepper(StepperAround):
         self._size = size
 
     def memory(self) -> object:
-        """Give the size reached and the inner stepper's memory."""
-        return self._size, super().memory()
+        """Give what decides how the next parts are done."""
+        return {name: getattr(self, name) for name in self.remembered}, self.inner.memory()
 
     def recall(self, memory: object) -> None:
-        """Take what `memory` gave."""
-        self._size, carried = cast("tuple[int, object]", memory)
-        super().recall(carried)
+        """Take what `memory` gave; copies of states are from long ago then."""
+        own, carried = cast("tuple[dict[str, object], object]", memory)
+        vars(self).update(own)
+        self._kept = None
+        self.inner.recall(carried)
 
     def _try(self, time: float, part: float, *, last: bool) -> float:
         self.keep()
@@ -112,15 +126,13 @@ class PartsStepper(StepperAround):
             if last:
                 raise failure.because(f"smaller steps were tried, down to {part:g} s") from failure
             error = math.inf
+        if error > 1.0 and last:
+            told = (
+                f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
+                "what is allowed; allow more, or a smaller minimum step"
+            )
+            raise SlaveError(self.network.slaves[0].name, "not converged", time, told)
         if error > 1.0:
-            if last:
-                raise SlaveError(
-                    self.network.slaves[0].name,
-                    "not converged",
-                    time,
-                    f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
-                    "what is allowed; allow more, or a smaller minimum step",
-                )
             self.back()
             self.network.rejected += 1
         return error
@@ -146,6 +158,8 @@ class RetryStepper(PartsStepper):
     began. To copy every state before every step would cost more than most steps; instead a copy is made now
     and then, and after a discard the steps since are done again, which gives the same values bit for bit.
     """
+
+    remembered = ("_size", "_careful")
 
     def __init__(self, network: Network, chosen: Retry, points: CommunicationPoints) -> None:
         super().__init__(network, chosen, points, growth=-1.0)
@@ -175,32 +189,19 @@ class RetryStepper(PartsStepper):
             if failure.status not in REPEATABLE:
                 raise
             if self._stuck:
-                raise failure.because(
-                    f"no smaller step could be tried, for {self._stuck} cannot restore its state or change "
-                    "its step"
-                ) from failure
+                told = f"{self._stuck} cannot restore its state or change its step"
+                raise failure.because(f"no smaller step could be tried, for {told}") from failure
             if self._ticks == 1:
                 raise
             self.back()
             for earlier in self._since:
                 self.inner.step(*earlier)
             self.network.rejected += 1
-            self._size = self._ticks // 2
-            self._careful = CAREFUL_STEPS
+            self._size, self._careful = self._ticks // 2, CAREFUL_STEPS
             self._in_parts(time, step_size)
             return
         if not self._stuck:
             self._since.append((time, step_size))
-
-    def memory(self) -> object:
-        """Give what decides how the next steps are done."""
-        return self._careful, super().memory()
-
-    def recall(self, memory: object) -> None:
-        """Take what `memory` gave; the next step makes a keyframe."""
-        self._careful, carried = cast("tuple[int, object]", memory)
-        self._kept, self._since = None, []
-        super().recall(carried)
 
     def _in_parts(self, time: float, step_size: float) -> None:
         super().step(time, step_size)
@@ -218,7 +219,7 @@ class StepDoubling(InParts):
     Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
     one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
     most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
-    that do not grow by themselves then stay below the tolerance at the end, too.
+    that do not grow by themselves then stay below the tolerance at the end.
 
     Parameters
     ----------
@@ -231,33 +232,38 @@ class StepDoubling(InParts):
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network, whose slaves must all be able to repeat steps."""
-        for unable, why in (
-            (
-                network.unable_to_restore(),
-                "cannot restore its state, which step doubling needs to repeat a step",
-            ),
-            (network.of_one_step(), "takes steps of one size only, so step doubling cannot change them"),
-        ):
-            if unable:
-                raise InputError(f"{', '.join(unable)}: {why}; choose a fixed step")
+        reason = "cannot restore its state, which step doubling needs to repeat a step"
+        unable = network.unable_to_restore()
+        if not unable:
+            reason = "takes steps of one size only, so step doubling cannot change them"
+            unable = network.of_one_step()
+        if unable:
+            raise InputError(f"{', '.join(unable)}: {reason}; choose a fixed step")
         return DoublingStepper(network, self, points)
 
 
 class DoublingStepper(PartsStepper):
-    """Step doubling on one network."""
+    """Step doubling on one network.
+
+    Two steps beside the one are two thirds of the work. Where the last comparison says that the next part,
+    done in one step, will be far within what is allowed, it is done so, at most `MOST_TRUSTED` times in turn.
+    """
+
+    remembered = ("_size", "_compared", "_trusted")
 
     def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
-        order = chosen.inner.order
-        super().__init__(network, chosen, points, growth=0.5 ** (order + 2))
+        self._order = chosen.inner.order
+        super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
         self._duration = points.stop_time - points.start_time
-        self._share = float(2**order - 1)
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
         self._tolerances = np.array(list(tolerances.values()))
         self._switching = switching_outputs(network)
+        self._compared = 0.0, 0.0  # length in s of the last part that was compared, and its error
+        self._trusted = MOST_TRUSTED
 
     def attempt(self, time: float, step_size: float, *, last: bool) -> float:
-        """Step once, go back, step twice, compare.
+        """Step once; unless that is known to do, go back, step twice, compare.
 
         A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
         then bounds how late it is seen.
@@ -266,14 +272,30 @@ class DoublingStepper(PartsStepper):
         self.inner.step(time, step_size)
         if held != self._switches() and not last:
             return math.inf
+        expected = self._expected(step_size)
+        if expected < self._growth and held == self._switches():
+            self._trusted += 1
+            return expected
         coarse = self._values()
         self.back()
         self.inner.step(time, step_size / 2)
         self.inner.step(time + step_size / 2, step_size / 2)
+        self._trusted = 0
         if held != self._switches():
+            self._compared = 0.0, 0.0
             return 1.0 if last else math.inf
         allowed = self._tolerances * (step_size / self._duration)
-        return float(np.max(np.abs(self._values() - coarse) / self._share / allowed, initial=0.0))
+        share = float(2**self._order - 1)
+        error = float(np.max(np.abs(self._values() - coarse) / share / allowed, initial=0.0))
+        self._compared = step_size, error
+        return error
+
+    def _expected(self, step_size: float) -> float:
+        """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""
+        length, error = self._compared
+        if self._trusted >= MOST_TRUSTED or step_size > LONGER * length:
+            return math.inf
+        return error * (2.0 * step_size / length) ** self._order
 
     def _switches(self) -> list[Value]:
         return [self.network.outputs[k][position] for k, position in self._switching]
@@ -284,10 +306,9 @@ class DoublingStepper(PartsStepper):
 
 def _exchanged(network: Network) -> dict[str, float]:
     """Give a tolerance for every continuous signal that is exchanged."""
-    found = {}
-    for k in range(len(network.slaves)):
-        for position in continuous_inputs(network, k):
-            wire = network.wires[k][position]
-            source = network.source(wire)
-            found[f"{network.slaves[wire.slave].name}.{source.name}"] = SHARE_OF_NOMINAL * nominal(source)
-    return found
+    sources = {
+        f"{network.slaves[wire.slave].name}.{network.source(wire).name}": network.source(wire)
+        for k in range(len(network.slaves))
+        for wire in (network.wires[k][position] for position in continuous_inputs(network, k))
+    }
+    return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}

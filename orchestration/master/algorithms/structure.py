@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from warmlink.fmus.component.dependencies import stepping_order
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave
 
@@ -24,11 +23,9 @@ def feedthrough_order(network: Network) -> tuple[int, ...]:
 
 
 def is_sampled(slave: Slave) -> bool:
-    """Tell whether a slave acts at samples.
+    """Tell whether a slave acts at samples: no output is a continuous Real, or it has a `sample_time`.
 
-    None of its outputs is then a continuous Real, or it has a parameter `sample_time`, as our own have.
-    Such a slave sees its inputs at its sampling instants alone, so they are neither interpolated nor
-    iterated: it takes the newest values.
+    It sees its inputs at its samples alone, so they are neither interpolated nor iterated.
     """
     if "sample_time" in slave.variables:
         return True
@@ -73,10 +70,9 @@ def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
 class Group:
     """Slaves that are stepped together.
 
-    The members are iterated in the order of a sweep; a single one without a loop needs no iteration. The
-    followers are part of the loop but cannot restore their state: they step once, when the members have
-    converged. The torn inputs (slave, position) come from a member at the same place or later in the sweep:
-    they are the unknowns.
+    The members are iterated in the order of a sweep. The followers are part of the loop but cannot restore
+    their state: they step once, when the members have converged. The torn inputs (slave, position) come from
+    a member at the same place or later in the sweep: they are the unknowns.
     """
 
     members: tuple[int, ...]
@@ -86,10 +82,9 @@ class Group:
 
 @dataclass(frozen=True)
 class Plan:
-    """The order of a macro step.
+    """The order of a macro step: groups by what feeds what, then by feedthrough those that act at samples.
 
-    The groups of continuous slaves come each after those it takes continuous signals from, then by direct
-    feedthrough those that act at samples; the remarks say what slaves without state restore prevent.
+    The remarks say what slaves without state restore prevent.
     """
 
     groups: tuple[Group, ...]

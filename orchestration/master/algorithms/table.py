@@ -37,13 +37,7 @@ ALGORITHMS = {name: made for name, (made, _) in _ENTRIES.items()}
 
 
 def algorithm(name: str) -> Algorithm:
-    """Give an algorithm by its name, with its default settings.
-
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    """
+    """Give an algorithm by its name, with its default settings; InputError where there is none."""
     if name not in ALGORITHMS:
         raise InputError(f"master: {name!r} is not known; {instead(name, ALGORITHMS)}")
     return ALGORITHMS[name]

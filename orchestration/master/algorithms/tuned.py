@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.master.algorithms.algorithm import Around, Stepper, StepperAround
+from warmlink.fmus.records import dataclass
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.check import checked_value
@@ -24,28 +23,30 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Tuned(Around):
+class Tuned(Algorithm):
     """Change tunable parameters at communication points, then step as the inner algorithm does.
 
-    A change between two communication points acts from the later one on.
+    A change between two communication points acts from the later one on. InputError if a change is of
+    something else than a tunable parameter, or its value does not fit.
     """
 
+    inner: Algorithm
     changes: tuple[Change, ...]
 
-    def bind(self, network: Network, points: CommunicationPoints) -> TunedStepper:
-        """Prepare for one network.
+    @property
+    def order(self) -> int:
+        """Order of convergence of the inner algorithm."""
+        return self.inner.order
 
-        Raises
-        ------
-        InputError
-            If a change is of something else than a tunable parameter, or its value does not fit.
-        """
-        slaves = {slave.name: slave for slave in network.slaves}
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network."""
         for change in self.changes:
             where = f"{change.slave}.{change.parameter}"
-            if change.slave not in slaves:
-                raise InputError(f"{where}: there is no such component; {instead(change.slave, slaves)}")
-            known = slaves[change.slave].variables
+            if change.slave not in network.index:
+                raise InputError(
+                    f"{where}: there is no such component; {instead(change.slave, network.index)}"
+                )
+            known = network.slaves[network.index[change.slave]].variables
             if change.parameter not in known:
                 raise InputError(f"{where}: there is no such variable; {instead(change.parameter, known)}")
             variable = known[change.parameter]
@@ -55,7 +56,7 @@ class Tuned(Around):
         return TunedStepper(self.inner.bind(network, points), network, self.changes)
 
 
-class TunedStepper(StepperAround):
+class TunedStepper(Stepper):
     """The inner stepper, before each of whose steps the parameters are those of the time.
 
     They are set anew in every step, because a step that is repeated starts from a state that holds the
@@ -63,13 +64,14 @@ class TunedStepper(StepperAround):
     """
 
     def __init__(self, inner: Stepper, network: Network, changes: tuple[Change, ...]) -> None:
-        super().__init__(inner)
-        self._slaves = {slave.name: slave for slave in network.slaves}
+        self.inner, self.remarks = inner, inner.remarks
+        self.memory, self.recall = inner.memory, inner.recall  # type: ignore[method-assign]
+        self._network = network
         self._changes = sorted(changes, key=lambda change: change.time)
 
     def step(self, time: float, step_size: float) -> None:
         """Change what is due, then step."""
         due = {(c.slave, c.parameter): c.value for c in self._changes if c.time <= time + 1e-9 * step_size}
         for (slave, parameter), value in due.items():
-            self._slaves[slave].set((parameter,), (value,))
+            self._network.slaves[self._network.index[slave]].set((parameter,), (value,))
         self.inner.step(time, step_size)

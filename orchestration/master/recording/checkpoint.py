@@ -7,15 +7,15 @@ import os
 from base64 import b64decode, b64encode
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.files import stamped, unstamped, whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.recorder import Folder, Recorder, writing
+from warmlink.orchestration.master.recording.recorder import Recorder, Values, writing
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
@@ -28,14 +28,8 @@ _VERSION = "warmlink checkpoint 3"
 class LongRun:
     """Stream a run's values into a folder, and leave checkpoints there.
 
-    Parameters
-    ----------
-    folder : Path
-        Gets `values.npy`, `columns.json` and `checkpoint`.
-    every : int, optional
-        Communication steps between checkpoints; None for none.
-    resume : bool
-        Continue from the folder's checkpoint if there is one.
+    The folder gets `values.npy`, `columns.json` and `checkpoint`, `every` so many communication steps (None:
+    never). To `resume` is to continue from its checkpoint if there is one.
     """
 
     folder: Path
@@ -80,7 +74,7 @@ class Checkpoints:
         self.found = self._load() if chosen.resume else None
         # The run's values go behind those that the checkpoint found vouches for.
         rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
-        self.folder = Folder(chosen.folder, keep=rows, digest=digest)
+        self.values = Values(chosen.folder, keep=rows, digest=digest)
 
     def next_after(self, point: int, last: int) -> int:
         """Give the next point at which a checkpoint is due, or the last of the run."""
@@ -97,7 +91,7 @@ class Checkpoints:
         kept = Checkpoint(
             self._fingerprint,
             recorder.rows,
-            self.folder.secure(),
+            self.values.secure(),
             [b64encode(slave.serialize()).decode() for slave in network.slaves],
             network.outputs,
             network.inputs,

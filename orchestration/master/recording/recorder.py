@@ -44,7 +44,7 @@ def writing(path: Path) -> Iterator[None]:
         raise StoreError(path, fault) from None
 
 
-class Folder:
+class Values:
     """Writes `values.npy` and `columns.json` into a folder, block by block.
 
     The header of `values.npy` counts the rows that were written before it was, so that the file can be read
@@ -80,9 +80,8 @@ class Folder:
             if not self._keep:
                 write_all(self._file, self._npy_header(0))
         except OSError as fault:
-            raise InputError(
-                f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
-            ) from None
+            told = f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
+            raise InputError(told) from None
 
     def _check(self) -> None:
         """Refuse values that are not those which the checkpoint counts on."""
@@ -91,10 +90,8 @@ class Folder:
             raise InputError(f"{self.path}: lacks values that the checkpoint beside it counts on; start anew")
         self._digest.update(np.memmap(self.path, np.uint8, "r", begin, (end - begin,)).data)
         if self._digest.hexdigest() != self._expected:
-            raise InputError(
-                f"{self.path}: is damaged, its values are not those that the checkpoint beside it counts on; "
-                "start anew"
-            )
+            told = "is damaged, its values are not those that the checkpoint beside it counts on; start anew"
+            raise InputError(f"{self.path}: {told}")
 
     def put(self, first: int, rows: Array) -> None:
         """Write rows to their place, then count them; StoreError where the disk does not take them."""
@@ -150,16 +147,9 @@ class Recorder:
     internals) as they stand when the exchange is done. Where they are written to a folder, that is done block
     by block; else the block is the whole run's, and `memory` gives it, all NaN, where the run is guarded.
 
-    Attributes
-    ----------
-    header : Table
-        What is recorded, without values.
-    rows : int
-        Points recorded so far.
-    sources : list of (slave, variable, position)
-        For each column, its position among the outputs read from the slave, or None.
-    late : list of tuple of str
-        For each slave, the variables that are got anew after the exchange.
+    The `header` says what is recorded, `rows` counts the points, of which the `cells` of `under_way` tell.
+    Each column has its slave, variable and position among the outputs read (`sources`), None for variables
+    that are got anew after the exchange (`late`, by slave).
     """
 
     def __init__(
@@ -167,13 +157,13 @@ class Recorder:
         network: Network,
         names: Sequence[str],
         points: CommunicationPoints,
-        folder: Folder | None,
+        folder: Values | None,
         memory: Callable[[int, int], Array] | None,
     ) -> None:
         names = tuple(dict.fromkeys(names))
         self.points, self._network, self._folder = points, network, folder
         self.rows = self._base = 0
-        self._cells = under_way.here.cells
+        self.cells = under_way.here.cells
         units: dict[str, str | None] = {}
         self.sources: list[tuple[int, str, int | None]] = []
         for name in names:
@@ -222,7 +212,7 @@ class Recorder:
 
     def filled(self, point: int) -> None:
         """Note that all rows up to a point are filled; write a full block to the folder."""
-        self.rows = self._cells[under_way.ROWS] = point + 1
+        self.rows = self.cells[under_way.ROWS] = point + 1
         if len(self.left) == 0 and self.rows <= self.points.count:
             self.flush()
 
@@ -234,7 +224,7 @@ class Recorder:
 
     def resume(self, rows: int) -> None:
         """Go on behind rows that the folder holds already."""
-        self.rows = self._base = self._cells[under_way.ROWS] = rows
+        self.rows = self._base = self.cells[under_way.ROWS] = rows
 
     def table(self) -> Table:
         """Give everything recorded."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
-from warmlink.orchestration.master.slaves.timed import CALLS, SlaveStatistics
+from warmlink.orchestration.master.slaves.slave import CALLS, Slave, SlaveError, SlaveStatistics
 from warmlink.orchestration.system.model import Connection
 
 if TYPE_CHECKING:
@@ -24,16 +24,8 @@ if TYPE_CHECKING:
 class Table:
     """Values at the first communication points of a run; a file on disk may stand behind them.
 
-    Attributes
-    ----------
-    names : tuple of str
-        As `slave.variable`.
-    units : mapping
-        Unit by name; None where the slave gives none.
-    points : CommunicationPoints
-        The run's.
-    values : ndarray, shape (points, columns)
-        In those units.
+    The names are `slave.variable`; a unit is None where the slave gives none; the values in those units have
+    the shape (points, columns).
     """
 
     names: tuple[str, ...]
@@ -84,13 +76,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Balance:
-    """Two cumulative outputs that should grow alike, both in the same unit.
-
-    Attributes
-    ----------
-    delivered, received : str
-        As `motor.heat_delivered` and `link.heat_received`.
-    """
+    """Two cumulative outputs that should grow alike, in one unit, as `link.heat_received`."""
 
     delivered: str
     received: str
@@ -98,7 +84,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Audit:
-    """A balance evaluated over a recorded run."""
+    """A balance evaluated over a recorded run, in the unit of both ends."""
 
     balance: Balance
     table: Table = field(repr=False)
@@ -110,33 +96,29 @@ class Audit:
 
     @property
     def delivered(self) -> float:
-        """What was delivered over the run, in `unit`."""
+        """What was delivered over the run."""
         column = self.table[self.balance.delivered]
         return float(column[-1] - column[0]) if len(column) else 0.0
 
     @property
     def total(self) -> float:
-        """Delivered minus received over the run, in `unit`."""
-        column = self.table[self.balance.received]
-        return self.delivered - (float(column[-1] - column[0]) if len(column) else 0.0)
+        """Delivered minus received over the run."""
+        received = self.table[self.balance.received]
+        return self.delivered - (float(received[-1] - received[0]) if len(received) else 0.0)
 
     @property
     def per_step(self) -> Array:
-        """Delivered minus received in each communication step, in `unit`, shape (steps,)."""
+        """Delivered minus received in each communication step, shape (steps,)."""
         return np.diff(self.table[self.balance.delivered] - self.table[self.balance.received])
 
     @property
     def largest_step(self) -> float:
-        """Largest absolute difference within one step, in `unit`."""
+        """Largest absolute difference within one step."""
         return float(np.max(np.abs(self.per_step), initial=0.0))
 
 
 def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:
-    """Find the heat balances of a system.
-
-    Wherever a slave that counts `heat_delivered` feeds its `heat_flow` to a slave that counts
-    `heat_received`, unconverted and alone, the two counts belong together.
-    """
+    """Find what counts the `heat_delivered` of a `heat_flow`, and what its `heat_received`, unconverted."""
     variables = {slave.name: slave.variables for slave in slaves}
     return tuple(
         Balance(f"{c.source_component}.heat_delivered", f"{c.target_component}.heat_received")
@@ -152,26 +134,11 @@ def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) ->
 class Statistics:
     """Number of steps and time that a run took.
 
-    Attributes
-    ----------
-    communication_steps : int
-        Macro steps done.
-    slave_steps : int
-        Steps of single slaves, repeated ones included.
-    rejected_steps : int
-        Macro steps, or parts of them, that were undone and repeated with a smaller step.
-    initialization_sweeps : int
-        Sweeps until the feedthrough loops had settled.
-    wall_seconds : float
-        Of stepping alone.
-    compiled : bool
-        Whether the compiled loop did it.
-    largest_lag : float
-        Largest delay behind real time in s, in a paced run.
-    slaves : tuple of SlaveStatistics
-        What each slave was asked for, where that was to be counted.
-    memory_bytes : int
-        Largest memory that the process has held; 0 where the platform does not tell.
+    `slave_steps` are steps of single slaves, repeated ones included; `rejected_steps` macro steps, or parts
+    of them, that were undone and repeated with a smaller step; `initialization_sweeps` until the feedthrough
+    loops had settled; `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s
+    of a paced run; `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest
+    memory that the process has held, 0 where the platform does not tell.
     """
 
     communication_steps: int = 0
@@ -221,15 +188,11 @@ class Result(Answer):
     table : Table
         Times and recorded columns.
     status : str
-        `completed` or `stopped`.
-    reason : str or None
-        Why it stopped, in one sentence.
-    error : SlaveError or None
-        The failure behind it: slave, variable, status and time.
-    remarks : tuple of str
-        Sentences that say what the slaves did not allow, and what was done instead.
+        `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`.
     balances : tuple of Balance
         Pairs of recorded columns that should grow alike.
+    remarks : tuple of str
+        Sentences that say what the slaves did not allow, and what was done instead.
     """
 
     table: Table

@@ -16,9 +16,8 @@ from weakref import WeakValueDictionary
 
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
-from warmlink.orchestration.master.slaves.library import Library
+from warmlink.orchestration.master.slaves.library import Library, Surroundings
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
-from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo, Variable
 from warmlink.orchestration.system.model import Value
 
@@ -54,26 +53,20 @@ class FmuLog:
 
 
 class FmiSlave(ABC):
-    """One instance of an FMU, which was unpacked into a folder.
+    """One instance of an FMU, which was unpacked into a folder; `component` is its address.
+
+    InputError where the FMU has no library for this platform, or one that lacks functions of its FMI version;
+    SlaveError where it does not instantiate.
 
     Attributes
     ----------
-    component : ctypes pointer
-        The instance.
     answers, wants_to_end : ctypes objects
         What a step tells beside its status, and of that whether the FMU asks to end the simulation.
     stepping : int
         What `under_way` calls a step of it.
     watched : bool
-        Whether the process is looked at after each of its steps: after the first, and always where a step
-        has changed what FMUs share.
-
-    Raises
-    ------
-    InputError
-        Where the FMU has no library for this platform, or one that lacks functions of its FMI version.
-    SlaveError
-        Where it does not instantiate.
+        Whether the process is looked at after each of its steps: after the first, and always where a step has
+        changed what FMUs share.
     """
 
     prefix: ClassVar[str]

@@ -10,13 +10,13 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 
@@ -31,15 +31,7 @@ START_LIMIT = 60.0
 
 @dataclass(frozen=True)
 class Isolation:
-    """What an isolated slave may take.
-
-    Attributes
-    ----------
-    time_limit : float
-        For one call (instantiating it, or a step, say), in s of wall time.
-    memory_limit : float
-        For its process, beyond what that has before the FMU is loaded, in bytes; kept on Linux.
-    """
+    """What an isolated slave may take: s of wall time for a call, bytes beyond those before it was loaded."""
 
     time_limit: float = 60.0
     memory_limit: float = 4e9
@@ -85,11 +77,11 @@ class OtherProcess:
     def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
         """Give the next answer; once it is hurried, it is waited for but briefly.
 
-        Raises TimeoutError, and ends the process, where there is none within the limit in s;
+        TimeoutError, and the process is ended, where there is none within the limit in s;
         `ProcessEndedError` where it has ended.
         """
+        end = time.monotonic() + limit
         try:
-            end = time.monotonic() + limit
             while not self._pipe.poll(min(0.1, limit)):
                 if hurried():
                     end = min(end, time.monotonic() + PATIENCE)
@@ -190,8 +182,7 @@ class IsolatedSlave:
         except TimeoutError:
             if under_way.asked():
                 self._fail("interrupted", f"{method} had not returned; its process was ended")
-            told = f"{method} has not returned within {limit:g} s; its process was ended"
-            self._fail("time limit", told)
+            self._fail("time limit", f"{method} has not returned within {limit:g} s; its process was ended")
         except ProcessEndedError as ended:
             self._died(method, ended)
         if isinstance(answer, SlaveError | InputError):
@@ -243,15 +234,14 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
 
 def _limit_memory(more: float) -> None:
     """Let this process take so many bytes more than it has; beyond, it is told that there is no memory."""
-    if sys.platform != "linux":
-        return
-    import resource
+    if sys.platform == "linux":
+        import resource
 
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
-    limit = pages * resource.getpagesize() + int(more)
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    if hard == resource.RLIM_INFINITY or limit < hard:
-        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        limit = pages * resource.getpagesize() + int(more)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        if hard == resource.RLIM_INFINITY or limit < hard:
+            resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 def _perform(slave: Slave, states: dict[int, object], method: str, *given: Any) -> Any:

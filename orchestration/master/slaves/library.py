@@ -1,8 +1,9 @@
-"""An FMU's shared library, with the functions of FMI 2.0 or 3.0 declared."""
+"""An FMU's shared library with the functions of FMI 2.0 or 3.0, and what all such libraries share."""
 
 from __future__ import annotations
 
 import ctypes
+import locale
 import os
 import platform
 import sys
@@ -12,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.master.slaves.surroundings import working_folder
 
 FMI2_TYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
 FMI3_TYPES: dict[str, Any] = {
@@ -52,24 +52,10 @@ _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for
 
 
 class Library:
-    """The shared library of an unpacked FMU.
+    """The shared library of an unpacked FMU; its `functions` by their names in FMI 3.0, without the prefix.
 
-    Parameters
-    ----------
-    name : of the instance, put before a sentence
-    fmu : name of the file
-    folder : where the FMU was unpacked
-    identifier : its model identifier
-    prefix : `fmi2` or `fmi3`
-
-    Attributes
-    ----------
-    functions : the FMU's functions by their names without the prefix, as FMI 3.0 spells them
-
-    Raises
-    ------
-    InputError
-        If there is no library for this platform, or one that does not load or lacks functions.
+    Takes the instance's name for sentences, that of the file, the folder, the model identifier, and `fmi2` or
+    `fmi3`. InputError if there is no library for this platform, or one that does not load or lacks functions.
     """
 
     def __init__(self, name: str, fmu: str, folder: Path, identifier: str, prefix: str) -> None:
@@ -124,3 +110,49 @@ def platform_name(prefix: str) -> str:
 def c_library() -> Any:
     """The C library of this process."""
     return ctypes.cdll.msvcrt if sys.platform == "win32" else ctypes.CDLL(None)
+
+
+_ENVIRONMENT_BYTES = 256  # the largest of any platform is far below
+_TINY = sys.float_info.min
+
+
+class Surroundings:
+    """What the process's arithmetic, locale and folder were when this object was made."""
+
+    def __init__(self) -> None:
+        self._c = c_library() if hasattr(c_library(), "fegetenv") else None
+        self._arithmetic = ctypes.create_string_buffer(_ENVIRONMENT_BYTES)
+        if self._c is not None:
+            self._c.fegetenv(self._arithmetic)
+        self._rounding = self._rounds()
+        self._locale = locale.setlocale(locale.LC_ALL)
+        self._folder = working_folder()
+
+    def put_back(self) -> tuple[str, ...]:
+        """Undo what has changed since; give its names."""
+        changed = []
+        if self._rounds() != self._rounding:
+            changed.append("how numbers are rounded")
+            if self._c is not None:
+                self._c.fesetenv(self._arithmetic)
+        if locale.setlocale(locale.LC_ALL) != self._locale:
+            changed.append("the locale")
+            locale.setlocale(locale.LC_ALL, self._locale)
+        if self._folder is not None and working_folder() != self._folder:
+            changed.append("the working folder")
+            with suppress(OSError):  # it is gone
+                os.chdir(self._folder)
+        return tuple(changed)
+
+    def _rounds(self) -> tuple[int, bool]:
+        """Tell the direction of rounding, and whether very small numbers are kept (FTZ and DAZ are off)."""
+        direction = 0 if self._c is None else self._c.fegetround()
+        return direction, _TINY * 0.5 > 0.0
+
+
+def working_folder() -> Path | None:
+    """Give the working folder; None where it is gone."""
+    try:
+        return Path.cwd()
+    except OSError:
+        return None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
 
@@ -50,15 +50,6 @@ class Snapshot:
 class Network:
     """The slaves by index, what is read from each, what is written to each, and the values.
 
-    Parameters
-    ----------
-    slaves, connections : sequence
-        InputError where a connection's end is unknown or an input has two sources.
-    watched : collection of str
-        Further outputs, as `slave.variable`, that are read at every communication point.
-    process : int, optional
-        That the slaves were made in, default: this one; a copy of it, made by an FMU that forks, ends itself.
-
     Attributes
     ----------
     reads, writes : list of tuple of str
@@ -78,22 +69,31 @@ class Network:
         watched: Collection[str] = (),
         process: int | None = None,
     ) -> None:
+        """Lay the wires; InputError where a connection's end is unknown or an input has two sources.
+
+        The outputs `watched`, as `slave.variable`, are read at every communication point too. A copy of the
+        `process` that the slaves were made in (default: this one), made by an FMU that forks, ends itself.
+        """
         self.slaves = list(slaves)
-        self.connections = tuple(connections)
         self.index = {slave.name: k for k, slave in enumerate(self.slaves)}
-        if len(self.index) < len(self.slaves):
-            names = [slave.name for slave in self.slaves]
-            twice = next(n for n in names if names.count(n) > 1)
-            raise InputError(f"{twice}: two slaves have this name; give each its own")
-        reads: list[dict[str, None]] = [{} for _ in self.slaves]
-        for connection in connections:
-            self._check(connection)
-            reads[self.index[connection.source_component]][connection.source_variable] = None
-        for name in watched:
-            component, variable = self.locate(name)
-            reads[component][variable] = None
+        for k, slave in enumerate(self.slaves):
+            if self.index[slave.name] != k:
+                raise InputError(f"{slave.name}: two slaves have this name; give each its own")
+        reads: list[dict[str, int]] = [{} for _ in self.slaves]
+        laid: list[dict[str, Wire]] = [{} for _ in self.slaves]
+        for link in connections:
+            source, target = (self._end(link, end) for end in (0, 1))
+            position = reads[source].setdefault(link.source_variable, len(reads[source]))
+            if link.target_variable in laid[target]:
+                raise InputError(
+                    f"connection {link.source} -> {link.target}: the input has another source already; an "
+                    "input takes one"
+                )
+            real = self.slaves[target].variables[link.target_variable].kind == "Real"
+            laid[target][link.target_variable] = Wire(source, position, link.factor, link.offset, real)
+        for component, variable in map(self.locate, watched):
+            reads[component].setdefault(variable, len(reads[component]))
         self.reads: list[Names] = [tuple(names) for names in reads]
-        laid = self._lay(connections)
         self.writes: list[Names] = [tuple(wires) for wires in laid]
         self.wires = [list(wires.values()) for wires in laid]
         # Where nothing is converted, places in `outputs` suffice.
@@ -119,33 +119,15 @@ class Network:
             f"{name}: no slave has such a variable; give slave.variable as the system names them"
         )
 
-    def _check(self, connection: Connection) -> None:
-        ends = (
-            ("source", connection.source_component, connection.source_variable),
-            ("target", connection.target_component, connection.target_variable),
+    def _end(self, link: Connection, end: int) -> int:
+        """Give the slave at one end of a connection, 0 or 1."""
+        component, variable = link.ends[end]
+        if component in self.index and variable in self.slaves[self.index[component]].variables:
+            return self.index[component]
+        raise InputError(
+            f"connection {link.source} -> {link.target}: its {('source', 'target')[end]} "
+            f"{component}.{variable} does not exist; correct the name"
         )
-        for end, component, variable in ends:
-            if component not in self.index or variable not in self.slaves[self.index[component]].variables:
-                raise InputError(
-                    f"connection {connection.source} -> {connection.target}: its {end} "
-                    f"{component}.{variable} does not exist; correct the name"
-                )
-
-    def _lay(self, connections: Sequence[Connection]) -> list[dict[str, Wire]]:
-        """Give for each slave the sources of its inputs."""
-        laid: list[dict[str, Wire]] = [{} for _ in self.slaves]
-        for connection in connections:
-            source, target = self.index[connection.source_component], self.index[connection.target_component]
-            name = connection.target_variable
-            if name in laid[target]:
-                raise InputError(
-                    f"connection {connection.source} -> {connection.target}: the input has another source "
-                    "already; an input takes one"
-                )
-            position = self.reads[source].index(connection.source_variable)
-            real = self.slaves[target].variables[name].kind == "Real"
-            laid[target][name] = Wire(source, position, connection.factor, connection.offset, real)
-        return laid
 
     def source(self, wire: Wire) -> Variable:
         """Give the output that a wire begins at."""
@@ -162,11 +144,10 @@ class Network:
         """
         slave = self.slaves[k]
         takers: dict[int, list[bool]] = {}
-        for target, wires in enumerate(self.wires):
-            for name, wire in zip(self.writes[target], wires, strict=True):
+        for taker, names, wires in zip(self.slaves, self.writes, self.wires, strict=True):
+            for name, wire in zip(names, wires, strict=True):
                 if wire.slave == k:
-                    accepted = name in self.slaves[target].accepts_nan
-                    takers.setdefault(wire.position, []).append(accepted)
+                    takers.setdefault(wire.position, []).append(name in taker.accepts_nan)
         return tuple(
             position
             for position, name in enumerate(self.reads[k])
@@ -187,18 +168,11 @@ class Network:
         checked = self.checked[k]
         # One sum instead of many questions; where it overflows, they are asked after all.
         finite = values if len(checked) == len(values) else [values[p] for p in checked]
-        if math.isfinite(sum(finite)):
-            return
-        for position in checked:
-            value = values[position]
-            if not math.isfinite(value):
-                raise SlaveError(
-                    self.slaves[k].name,
-                    "not finite",
-                    self.time,
-                    f"the output is {value}; no input that it feeds accepts that",
-                    self.reads[k][position],
-                )
+        for position in () if math.isfinite(sum(finite)) else checked:
+            if not math.isfinite(values[position]):
+                told = f"the output is {values[position]}; no input that it feeds accepts that"
+                variable = self.reads[k][position]
+                raise SlaveError(self.slaves[k].name, "not finite", self.time, told, variable)
 
     def gather(self, k: int) -> list[Value]:
         """Give the values that a slave's inputs should have, from the outputs last read."""
@@ -242,12 +216,8 @@ class Network:
         states = tuple(self.slaves[k].state(state) for k, state in zip(chosen, old, strict=True))
         if reuse is None:
             self._copies += zip(chosen, states, strict=True)
-        return Snapshot(
-            chosen,
-            states,
-            tuple(list(values) for values in self.outputs),
-            tuple(list(values) for values in self.inputs),
-        )
+        outputs, inputs = (tuple(list(each) for each in held) for held in (self.outputs, self.inputs))
+        return Snapshot(chosen, states, outputs, inputs)
 
     def rewind(self, snapshot: Snapshot) -> None:
         """Return to a snapshot, which may be used again."""
@@ -260,7 +230,7 @@ class Network:
         """Free all copied states; slaves that can no longer do so do not keep the others from it."""
         while self._copies:
             k, state = self._copies.pop()
-            with contextlib.suppress(SlaveError):
+            with suppress(SlaveError):
                 self.slaves[k].free(state)
 
     def unable_to_restore(self) -> tuple[str, ...]:

@@ -2,42 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, Protocol
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     from warmlink.orchestration.system.description import Capabilities, Variable
     from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
-Status = Literal[
-    "discard",
-    "error",
-    "fatal",
-    "terminated",
-    "not finite",
-    "not converged",
-    "crash",
-    "time limit",
-    "interrupted",
-]
+_OfFmi = Literal["discard", "error", "fatal", "terminated"]
+Status = _OfFmi | Literal["not finite", "not converged", "crash", "time limit", "interrupted"]
 
 
 class SlaveError(Exception):
     """A slave could not do what was asked; the run ends there, and its results up to there are kept.
 
-    Parameters
-    ----------
-    slave : str
-        The slave's name.
-    status : Status
-        The FMI status, or what stands in its place.
-    time : float
-        Communication point in s at which the call was made.
-    message : str
-        What happened, with the slave's own log lines.
-    variable : str, optional
-        The variable concerned.
+    The status is FMI's, or what stands in its place; the time in s is that of the communication point.
     """
 
     def __init__(
@@ -63,26 +47,12 @@ def nominal(variable: Variable) -> float:
 
 
 class Slave(Protocol):
-    """A co-simulation slave, from instantiated to terminated.
+    """A co-simulation slave, from instantiated to terminated, which is called in the order of FMI.
 
-    The order of calls is that of FMI: `set` start values, `enter_initialization`, `set` and `get`,
-    `exit_initialization`, then `step`, `set` and `get`, at last `terminate`. Every method raises
-    `SlaveError` where the slave answers discard, error or fatal.
-
-    Attributes
-    ----------
-    name : str
-        The name in the system.
-    variables : mapping
-        Variables by name.
-    capabilities : Capabilities
-        What it can do beyond stepping.
-    dependencies : mapping
-        For each output, the inputs that it depends on at once (direct feedthrough).
-    accepts_nan : frozenset
-        Inputs that take NaN to mean "no value", and outputs that give it in that sense.
-    remarks : sequence of str
-        What the user should know of its conduct.
+    It has a name in the system, variables by name, capabilities beyond stepping, for each output the inputs
+    that it depends on at once (direct feedthrough), inputs that take NaN to mean "no value" and outputs that
+    give it in that sense, and remarks on its conduct. Every method raises `SlaveError` where the slave
+    answers discard, error or fatal.
     """
 
     @property
@@ -136,3 +106,57 @@ class Slave(Protocol):
 
     def terminate(self) -> None:
         """End the simulation and release everything; harmless when called twice."""
+
+
+CALLS = ("step", "set", "get", "state", "restore")
+"""What is counted: steps, values set and got, copies of the state, and returns to one (rollbacks)."""
+
+
+@dataclass
+class Calls:
+    """Calls of one kind: how many, how long in s, and how many were refused (discard or error)."""
+
+    count: int = 0
+    seconds: float = 0.0
+    refused: int = 0
+
+
+@dataclass
+class SlaveStatistics:
+    """What a slave was asked for in a run: `calls` by the names of `CALLS`, and steps by their size in s."""
+
+    name: str
+    calls: Mapping[str, Calls] = field(default_factory=lambda: {name: Calls() for name in CALLS})
+    step_sizes: dict[float, int] = field(default_factory=dict)
+
+
+class TimedSlave:
+    """A slave as it is, but that its calls are counted."""
+
+    def __init__(self, slave: Slave) -> None:
+        self._slave = slave
+        self.statistics = SlaveStatistics(slave.name)
+        for name in CALLS:
+            setattr(self, name, self._timed(name, getattr(slave, name)))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._slave, name)
+
+    def _timed(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        calls, sizes = self.statistics.calls[name], self.statistics.step_sizes
+
+        def timed(*given: Any) -> Any:
+            calls.count += 1
+            if name == "step":
+                size = float(f"{given[1]:.6g}")
+                sizes[size] = sizes.get(size, 0) + 1
+            began = time.perf_counter()
+            try:
+                return call(*given)
+            except SlaveError:
+                calls.refused += 1
+                raise
+            finally:
+                calls.seconds += time.perf_counter() - began
+
+        return timed

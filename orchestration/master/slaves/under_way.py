@@ -21,8 +21,7 @@ LOADING, INITIALIZING, STEPPING, EXCHANGING, COPYING, ENDING = range(1, len(CALL
 class UnderWay:
     """What a process is doing, in `SIZE` bytes that are zero at first and that another process may share.
 
-    The cells hold at `CALL` the slave's number times 16 plus one of `CALLS`, at `ROWS` the rows recorded, at
-    `ASKED` whether to stop.
+    At `CALL` stands the slave's number times 16 plus one of `CALLS`, at `ASKED` whether to stop.
     """
 
     def __init__(self, memory: bytearray | mmap.mmap) -> None:

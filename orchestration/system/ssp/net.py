@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path as File
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Connection, ConnectorKind, ModelInfo
 from warmlink.orchestration.system.units import Conversion, Unit

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system.model import TYPES, Value
-from warmlink.orchestration.system.ssp.elements import (
-    element,
-    root_of_file,
-    sub_element,
-    to_bytes,
-    unit_elements,
-)
 from warmlink.orchestration.system.ssp.net import Edge, Node
-from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units
+from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units, unit_elements
 from warmlink.orchestration.system.xml import (
     children,
+    element,
     integer,
     local,
     number,
@@ -28,6 +23,9 @@ from warmlink.orchestration.system.xml import (
     optional,
     refuse_other_children,
     required,
+    root_of_file,
+    sub_element,
+    to_bytes,
     truth,
 )
 
@@ -36,10 +34,8 @@ from warmlink.orchestration.system.xml import (
 class Parameter:
     """One value of a parameter set: an Enumeration's is the name of its item.
 
-    Parameters
-    ----------
-    type : `Real`, `Integer`, `Boolean`, `String` or `Enumeration`
-    unit : unit of a Real; None means that of the variable it goes to
+    Its type is `Real`, `Integer`, `Boolean`, `String` or `Enumeration`; where a Real has no unit, it is in
+    that of the variable it goes to.
     """
 
     name: str
@@ -49,21 +45,9 @@ class Parameter:
 
 
 def read_ssv(path: Path) -> dict[str, Parameter]:
-    """Read an SSV file.
+    """Read an SSV file: the parameters by name, each with its own unit.
 
-    Parameters
-    ----------
-    path : the file
-
-    Returns
-    -------
-    dict
-        The parameters by name, each with its own unit.
-
-    Raises
-    ------
-    InputError
-        If the file is absent, not an SSV, or holds what is not supported.
+    InputError if the file is absent, not an SSV, or holds what is not supported.
     """
     return parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)
 
@@ -75,12 +59,8 @@ def write_ssv(
 ) -> None:
     """Write an SSV file, whole or not at all.
 
-    Parameters
-    ----------
-    values : by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
-        told
-    path : where to write
-    name : name of the parameter set
+    Values are by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
+    told.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
 from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Net, Node, Path
@@ -62,11 +63,8 @@ class _Carried:
 class Resolver:
     """A net beside the variables of its FMUs.
 
-    Attributes
-    ----------
-    bindings : those of inner elements before those of the systems around them
-    units : those that connectors use because their FMUs tell none
-    remarks : what the standard lets a reader pass over
+    The bindings of inner elements come before those of the systems around them. It gathers `units` that
+    connectors use because their FMUs tell none, and `remarks` on what the standard lets a reader pass over.
     """
 
     net: Net

@@ -5,15 +5,15 @@ What the rest cannot make use of is refused here, by name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path as File
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, DefaultExperiment
-from warmlink.orchestration.system.ssp.elements import check_root, root_of_file
 from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
@@ -23,6 +23,7 @@ from warmlink.orchestration.system.ssp.parameter_values import (
 from warmlink.orchestration.system.ssp.resolve import Binding
 from warmlink.orchestration.system.units import Unit, definitions_of_units
 from warmlink.orchestration.system.xml import (
+    check_root,
     children,
     integer,
     local,
@@ -31,6 +32,7 @@ from warmlink.orchestration.system.xml import (
     optional,
     refuse_other_children,
     required,
+    root_of_file,
 )
 from warmlink.orchestration.text_files import is_file
 

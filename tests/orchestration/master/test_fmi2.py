@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.fmi2 import Fmi2Slave
+from warmlink.orchestration.master.slaves.versions import Fmi2Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, Connection, System, Value

@@ -229,6 +229,12 @@ class HandDrivenTime:
         self.now += seconds
 
 
+@pytest.mark.parametrize("pace", [0, -1.0, float("inf"), float("nan")])
+def test_what_is_no_pace_is_refused(pace: float) -> None:
+    with pytest.raises(InputError, match="is not a pace; give a number above 0"):
+        simulate(assembly([counter("x")]), 10.0, 1.0, pacing=pace)
+
+
 @pytest.mark.parametrize(("hold_up", "lag"), [(0.0, 0.0), (0.03, 10 * 0.01)])
 def test_pacing_keeps_to_the_wall_clock(monkeypatch: pytest.MonkeyPatch, hold_up: float, lag: float) -> None:
     # A step is due every 0.02 s; where each takes 0.03 s, the run falls behind by 0.01 s a step.

@@ -145,6 +145,20 @@ def test_a_bad_number_of_processes_is_refused_before_fmus_are_built(
     assert not list(cache.rglob("*.fmu"))
 
 
+def test_a_scheduler_that_is_not_there_is_refused_before_fmus_are_built(
+    tmp_path_factory: pytest.TempPathFactory,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("warmlink.orchestration.studies.processes.CONNECT_TIMEOUT_S", 1.0)
+    cache = tmp_path_factory.mktemp("cache")
+    monkeypatch.setenv("WARMLINK_CACHE", str(cache))
+    told = refused(["sweep", "study.toml", "--scheduler", "tcp://127.0.0.1:9"], capsys, monkeypatch)
+    assert "no Dask scheduler answers there" in told
+    assert not list(cache.rglob("*.fmu"))
+
+
 @pytest.mark.skipif(os.name == "nt", reason="has no such locks")
 def test_the_folder_is_held_until_the_results_are_in_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

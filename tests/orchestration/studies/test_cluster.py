@@ -13,7 +13,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.points import points_of, sweep
-from warmlink.orchestration.studies.processes import ClusterWorkers
+from warmlink.orchestration.studies.processes import ClusterWorkers, connected
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.studies.workers import FmuSet
 
@@ -53,7 +53,7 @@ def test_figures_are_those_of_this_process_though_a_worker_dies(
             killed.append(next(iter(cluster.workers.values())).pid)
             psutil.Process(killed[0]).kill()
 
-    with ClusterWorkers(fmus, cluster.scheduler_address) as workers:
+    with connected(cluster.scheduler_address) as client, ClusterWorkers(fmus, client) as workers:
         there = sweep(study, points, workers, kill_one)
     assert killed
     assert repr(there) == repr(here)
@@ -62,7 +62,7 @@ def test_figures_are_those_of_this_process_though_a_worker_dies(
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL is POSIX")
 def test_a_run_that_always_kills_its_worker_is_recorded(cluster: Any, folder: Path, fmus: FmuSet) -> None:
     good = short(folder)
-    with ClusterWorkers(fmus, cluster.scheduler_address) as workers:
+    with connected(cluster.scheduler_address) as client, ClusterWorkers(fmus, client) as workers:
         found = dict(workers.run([good, deadly(folder, 99), good]))
     assert [place for place, outcome in sorted(found.items()) if outcome.stopped is not None] == [1]
     assert "the worker died at each" in str(found[1].stopped)
@@ -145,7 +145,7 @@ def test_dask_prints_no_traceback_beside_that_sentence(
 ) -> None:
     log = logging.getLogger("distributed.client")
     log.addHandler(caplog.handler)
-    with ClusterWorkers(fmus, cluster.scheduler_address):
+    with connected(cluster.scheduler_address) as client, ClusterWorkers(fmus, client):
         log.error("Failed to reconnect to scheduler after 5.00 seconds, closing client")
     log.removeHandler(caplog.handler)
     assert [each for each in caplog.records if each.name == log.name] == []

@@ -1,4 +1,4 @@
-/* The macro-step loop over the functions of FMUs. Tables and buffers are those of layout.py. */
+/* The macro-step loop over the functions of FMUs. Tables and buffers are those of loop.py. */
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -96,7 +96,7 @@ static int do_step(const Slave *slave, double time, double step)
                                        POINTER(double, slave->last_time));
 }
 
-/* Sizes and tables, as layout.py lays them out: all of eight bytes. */
+/* Sizes and tables, as loop.py lays them out: all of eight bytes. */
 typedef struct {
     int64_t count, all_reads, width, at_once, uneven;
     const int64_t *sequence;
