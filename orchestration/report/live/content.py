@@ -16,8 +16,8 @@ from warmlink.orchestration.report.live.form import OWN, drivers_of, vectors_of
 from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.quantity import converter
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.system.ssp.elements import to_bytes
 from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element
+from warmlink.orchestration.system.xml import to_bytes
 from warmlink.orchestration.text_files import read_toml
 
 IDEAL = (
