@@ -98,6 +98,10 @@ def test_what_is_no_link_is_refused(draw: Callable[[Any], None], sentence: str, 
             "--tool-point 1, 2 mm: is no point; write it with its unit",
         ),
         ((*FACES[:2], "--tool-point", "0, 1, 2 mm"), "lies on the heated face"),
+        (
+            (*FACES[:2], "--tool-point", "0, 12.7, 3.175 mm", "--tool-face", "330.2, 12.7, 3 mm"),
+            "--tool-point 0, 12.7, 3.175 mm: is the middle of the heated face",
+        ),
         ((*FACES, "--cooled", "#2;"), "--cooled : no such face"),
         ((*FACES, "--cooled", "#2;#3", "--cooled", "#3"), "--cooled: face #3 is named twice"),
         (
