@@ -115,7 +115,7 @@ def make_room() -> None:
         left = -1.0
     if not left >= 0:
         raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
-    with suppress(OSError):  # another process is making room too
+    with suppress(OSError, InputError):  # another process is making room too, or there is no cache
         entries = sorted((_last_used(entry) for entry in cache_folder().glob("*/*")), reverse=True)
         for when, size, entry in entries:
             left -= size

@@ -117,6 +117,15 @@ def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert file.stat().st_mtime > time.time() - 60
 
 
+def test_where_nothing_can_be_kept_it_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> Path:
+        raise InputError("there is no folder for it")
+
+    monkeypatch.setattr(cache, "cache_folder", none)
+    cache.make_room.cache_clear()
+    assert kept("things", "the same", lambda: b"made") == b"made"
+
+
 @pytest.mark.parametrize("limit", ["much", "-1", "nan"])
 def test_a_limit_that_is_none_is_refused(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
