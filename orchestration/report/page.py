@@ -43,8 +43,9 @@ class Section:
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
-    """Write the page; `lead` is the answer in a sentence or two."""
-    html = rendered("page.html.j2", title=title, lead=lead, sections=sections, packed=_packed(sections))
+    """Write the page, which ends with the versions of software; `lead` is the answer in a sentence or two."""
+    shown = [*sections, Section("Versions", table=_versions())]
+    html = rendered("page.html.j2", title=title, lead=lead, sections=shown, packed=_packed(sections))
     path.write_text(html, encoding="utf-8")
 
 
@@ -57,7 +58,7 @@ def rendered(template: str, **content: Any) -> str:
     return found.render(content)
 
 
-def versions() -> Table:
+def _versions() -> Table:
     """Versions of what a result depends on."""
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:

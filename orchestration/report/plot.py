@@ -9,7 +9,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.report.figures import Line, time_plot
+from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.scenarios.quantity import heading
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     factor = 1.0
     if unit == "m" and max(np.nanmax(np.abs(values)) for values in lines.values()) < 1e-3:
         unit, factor = "µm", 1e6
-    name = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
-    drawn = [Line(name, factor * values) for name, values in lines.items()]
-    return time_plot(frame[TIME], drawn, f"{name} [{unit}]".strip())
+    axis = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
+    drawn = {name: factor * values for name, values in lines.items()}
+    return time_plot(frame[TIME], drawn, f"{axis} [{unit}]".strip())
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:
