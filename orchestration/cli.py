@@ -127,15 +127,30 @@ def script() -> NoReturn:
 
     To free one by one the objects that it holds would take half as long as loading them.
     """
-    code: object = 0
-    try:
-        main()
-    except SystemExit as end:
-        code = end.code
+    code = _ended(main)
     atexit._run_exitfuncs()
-    with suppress(BrokenPipeError):
-        sys.stdout.flush()
-    os._exit(code if isinstance(code, int) else 0)
+    if code:
+        with suppress(OSError):
+            _flush()
+    else:
+        code = _ended(lambda: guarded(_flush))
+    os._exit(code)
+
+
+def _ended(command: Callable[[], None]) -> int:
+    """Exit code that a command ends with."""
+    try:
+        command()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 0
+    return 0
+
+
+def _flush() -> None:
+    """Write what was printed and is still in memory; a stream that the caller closed is None."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
 
 
 def main() -> None:
@@ -156,6 +171,14 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
+    except OSError as fault:
+        from warmlink.orchestration.files import FULL_DISK
+
+        if fault.errno not in FULL_DISK:
+            raise
+        told = os.strerror(fault.errno).lower()
+        remark(f"the answer cannot be written ({told}); free space there, and run it again")
+        raise SystemExit(FAILED) from None
     except KeyboardInterrupt:
         raise interrupted() from None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -18,11 +18,10 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
-from warmlink.orchestration.master.error_budget import coupling_error, tried
+from warmlink.orchestration.master.error_budget import bounded, coupling_error, tried
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
@@ -114,10 +113,8 @@ class ClosedLoop(Answer):
     @property
     def table(self) -> Table:
         """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
-        table, errors = (
-            self.result.table,
-            {"error": self.error, "uncompensated_error": self.uncompensated_error},
-        )
+        table = self.result.table
+        errors = {"error": self.error, "uncompensated_error": self.uncompensated_error}
         return replace(
             table,
             names=(*table.names, *errors),
@@ -252,19 +249,20 @@ def _bounded_run(
         result = once(scenario.step_size, whole, 0, 1 / 3, statistics=statistics)
         if result.reason is not None:
             return result, None, result.reason
-        coupling = None
-        try:
-            fine = once(scenario.step_size / 2, finer, 1 / 3, 2 / 3, record=plant, check_stability=False)
-            coupling, cut_short = coupling_um(result, fine, whole.order, scenario.setup), fine.reason
-        except KeyboardInterrupt:
-            cut_short = "interrupted"
-        except SlaveError as fault:  # before its first value, which costs the first run nothing
-            cut_short = str(fault)
-    return result, coupling, cut_short and f"{cut_short} in the run at half the step"
+
+        def again() -> Result:
+            return once(scenario.step_size / 2, finer, 1 / 3, 2 / 3, record=plant, check_stability=False)
+
+        bounds, cut_short = bounded(result, again, whole.order, plant)
+    return result, _largest_um(bounds), cut_short
 
 
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
     """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
-    bounds = coupling_error(result, fine, order, setup.roles.plant)
+    return _largest_um(coupling_error(result, fine, order, setup.roles.plant))
+
+
+def _largest_um(bounds: Mapping[str, float]) -> float | None:
+    """Largest of some bounds in m, in um; None if one is unknown."""
     largest = max(bounds.values(), default=np.inf)
     return 1e6 * largest if np.isfinite(largest) else None

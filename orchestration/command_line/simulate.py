@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,8 +73,9 @@ def simulate(
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
-    from warmlink.orchestration.master.error_budget import coupling_error, tried
+    from warmlink.orchestration.master.error_budget import bounded, tried
     from warmlink.orchestration.master.guard import guarded
+    from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
@@ -124,18 +126,21 @@ def simulate(
 
             for whole, finer in tried(chosen, allowed):
                 result = run(step_size, whole, 0.0, 1 / (1 + 2 * repeats), **first)
-                series = series_writers(result.table, options.listed(record) or (), csv)
-                lost = write_files(target, series)
                 bounds: dict[str, float] = {}
+                broken = None
                 if repeats and result.status == "completed":
-                    watched = {"record": watch or result.table.names, "long_run": streamed}
-                    fine = run(step_size / 2, finer, 1 / 3, 2 / 3, check_stability=False, **watched)
-                    bounds = coupling_error(result, fine, whole.order, watch or result.table.names)
+                    names = watch or result.table.names
+                    fine = {"record": names, "long_run": streamed, "check_stability": False}
+                    again = partial(run, step_size / 2, finer, 1 / 3, 2 / 3, **fine)
+                    bounds, broken = bounded(result, again, whole.order, names)
                 master = master if whole is chosen else FOLLOWING
                 missed = [name for name, bound in bounds.items() if bound > allowed.get(name, math.inf)]
-                if not missed and result.error is None:
+                if broken is not None or (not missed and result.error is None):
                     break
-    summary = _summary(result, bounds, folder)
+            with interruption():  # a Ctrl-C now does not cost what was computed
+                lost = write_files(target, series_writers(result.table, options.listed(record) or (), csv))
+    stopped = result.reason or broken
+    summary = _summary(result, stopped, bounds, folder)
     if json:
         answer_json(summary)
     else:
@@ -144,13 +149,13 @@ def simulate(
             options.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in missed:
+    for name in missed if broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
     if lost is not None:
         remark(f"{folder}: {lost}")
-    if result.reason is not None:
-        remark(f"stopped early: {result.reason}; what was computed up to there is kept")
-    if lost is not None or result.reason is not None:
+    if stopped is not None:
+        remark(f"stopped early: {stopped}; what was computed up to there is kept")
+    if lost is not None or stopped is not None:
         raise SystemExit(FAILED)
 
 
@@ -170,11 +175,13 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     return Isolation(**limits) if isolate else None
 
 
-def _summary(result: Result, bounds: Mapping[str, float], folder: Path) -> dict[str, Any]:
+def _summary(
+    result: Result, stopped: str | None, bounds: Mapping[str, float], folder: Path
+) -> dict[str, Any]:
     errors = {name: _finite(bound) for name, bound in bounds.items()}
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
-        "stopped": result.reason,
+        "stopped": stopped,
         "remarks": list(result.remarks),
         "compiled": result.statistics.compiled,
         **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
@@ -212,14 +219,14 @@ def _finite(value: float) -> float | None:
 
 
 def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
-    headings = ["output", "unit", "last", "least", "largest", *["coupling error"] * bounded]
+    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
     rows = []
     for name, figures in summary["outputs"].items():
-        bound = figures.get("coupling_error")
-        shown = ["unknown" if bound is None else f"±{bound:.2g}"] * ("coupling_error" in figures)
-        rows.append(
-            (name, figures["unit"] or "1", *(_cell(figures[k]) for k in ("last", "min", "max")), *shown)
-        )
+        cells = [_cell(figures[key]) for key in ("last", "min", "max")]
+        if "coupling_error" in figures:
+            bound = figures["coupling_error"]
+            cells.append("unknown" if bound is None else f"±{bound:.2g}")
+        rows.append((name, figures["unit"] or "1", *cells))
     print_table(head, headings, rows, texts=2, width=WIDTH)
     for balance in summary["heat_balances"]:
         answer(

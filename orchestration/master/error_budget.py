@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
-from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 SAFETY = 1.5
 BOLD = (100.0, 10.0, 1.0)
@@ -31,6 +32,35 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
             for share in (1.0, 0.5**inner.order)
         )
         yield following, finer
+
+
+def bounded(
+    coarse: Result, again: Callable[[], Result], order: int, variables: Sequence[str]
+) -> tuple[dict[str, float], str | None]:
+    """Bound the coupling errors of a run by a second one, which costs the first one nothing if it fails.
+
+    Parameters
+    ----------
+    coarse : Result
+        The first run, completed.
+    again : callable
+        Does the run at half the step.
+    order, variables : int, sequence of str
+        As `coupling_error` takes them.
+
+    Returns
+    -------
+    tuple
+        The bounds, infinite where the second run ended early, and why it did; None where it did not.
+    """
+    try:
+        fine = again()
+        bounds, reason = coupling_error(coarse, fine, order, variables), fine.reason
+    except KeyboardInterrupt:
+        bounds, reason = dict.fromkeys(variables, np.inf), "interrupted"
+    except SlaveError as fault:  # before the second run's first value
+        bounds, reason = dict.fromkeys(variables, np.inf), str(fault)
+    return bounds, reason and f"{reason} in the run at half the step"
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:

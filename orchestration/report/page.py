@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import base64
 import platform
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.packaging.cache import kept
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
@@ -54,8 +58,16 @@ def rendered(template: str, **content: Any) -> str:
     from jinja2 import Environment, PackageLoader, select_autoescape
 
     loader = PackageLoader("warmlink.orchestration", "report")
-    found = Environment(loader=loader, autoescape=select_autoescape(default=True)).get_template(template)
-    return found.render(content)
+    environment = Environment(loader=loader, autoescape=select_autoescape(default=True))
+    environment.filters["with_code"] = _with_code
+    return environment.get_template(template).render(content)
+
+
+def _with_code(text: object) -> Markup:
+    """Text in which what stands between backticks is shown as code."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _versions() -> Table:

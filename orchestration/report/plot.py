@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 TIME = "time [s]"
 
+ERRORS = ("uncompensated_error", "error")
+"""What is drawn where no variable is named."""
+
 
 def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """Plotly figure of variables over time, all of one unit.
@@ -34,15 +37,16 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """
     frame = frame_of(results)
     columns = {heading(str(column))[0]: str(column) for column in frame.columns if column != TIME}
-    if not variables and "error" in columns:
-        variables = ("uncompensated_error", "error")
+    variables = variables or tuple(name for name in ERRORS if name in columns)
+    if not variables:
+        raise InputError(f"no variable is named, and the results hold no error; {instead('', columns)}")
     for name in variables:
         if name not in columns:
             raise InputError(f"{name}: no such variable in the results; {instead(name, columns)}")
     units = {heading(columns[name])[1] or "1" for name in variables}
     if len(units) != 1:
-        told = ", ".join(sorted(units)) or "nothing"
-        raise InputError(f"{', '.join(variables) or 'no variable'}: is of {told}; name variables of one unit")
+        told = ", ".join(sorted(units))
+        raise InputError(f"{', '.join(variables)}: is of {told}; name variables of one unit")
     (unit,) = units
     lines = {name: np.asarray(frame[columns[name]]) for name in variables}
     if against is not None:

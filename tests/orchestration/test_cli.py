@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -68,3 +70,19 @@ def test_the_process_ends_at_once_but_not_before_what_is_due(tmp_path: Path) -> 
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (1, "answer\ntidied up\n", "")
+
+
+@pytest.mark.platform
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
+@pytest.mark.parametrize("arguments", ["--version", "list", "list --json"])
+def test_an_answer_that_cannot_be_printed_is_no_traceback(arguments: str) -> None:
+    """Standard output is a full disk, or was closed by whoever started the command."""
+    command = f"{shlex.quote(sys.executable)} -m warmlink {arguments}"
+    full, closed = (
+        subprocess.run(["sh", "-c", f"{command} {output}"], capture_output=True, text=True, check=False)
+        for output in ("> /dev/full", ">&-")
+    )
+    reason = os.strerror(errno.ENOSPC).lower()
+    told = f"warmlink: the answer cannot be written ({reason}); free space there, and run it again\n"
+    assert (full.returncode, full.stderr) == (1, told)
+    assert (closed.returncode, closed.stderr) == (0, "")

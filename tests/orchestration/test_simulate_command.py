@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,9 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.master import guard
+from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.model import (
     Component,
     Connection,
@@ -192,6 +197,41 @@ def test_a_new_run_forgets_an_old_checkpoint(fmu: Path, capsys: pytest.CaptureFi
     simulate(path, "--out", "o", "--checkpoint", "100", "--step", "0.2 s", capsys=capsys)
     assert not Path("o/checkpoint").exists()
     assert len(read_folder(Path("o"))) == 6
+
+
+def fails(result: Result) -> Result:
+    raise SlaveError("b", "error", 0.0, "refuses this step")
+
+
+def is_interrupted(result: Result) -> Result:
+    return replace(result, status="stopped", reason="interrupted at 0.5 s")
+
+
+@pytest.mark.parametrize(
+    ("ends", "told"),
+    [(fails, "b: error at 0 s: refuses this step"), (is_interrupted, "interrupted at 0.5 s")],
+)
+@pytest.mark.parametrize("options", [(), ("--tolerance", "1e-9")], ids=["bounded", "with a tolerance"])
+def test_a_second_run_that_ends_early_costs_the_bounds_alone(
+    fmu: Path,
+    ends: Callable[[Result], Result],
+    told: str,
+    options: Sequence[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    real = guard.guarded
+
+    def guarded(work: Callable[[guard.Line | None], Result], *shown: Any) -> Result:
+        result = real(work, *shown)
+        return result if result.table.points.step_size > 0.06 else ends(result)
+
+    monkeypatch.setattr(guard, "guarded", guarded)
+    path = oscillator(fmu, 1.0)
+    answer, err = simulate(path, "--step", "0.1 s", *options, "--out", "o", capsys=capsys, expected=1)
+    assert f"stopped early: {told} in the run at half the step; what was computed up to there is kept" in err
+    assert answer["outputs"]["a.y"]["coupling_error"] is None
+    assert len(pd.read_csv("o/results.csv")) == 11
 
 
 def test_a_pace_is_kept(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:

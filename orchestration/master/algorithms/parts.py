@@ -1,4 +1,4 @@
-"""Communication steps in parts: smaller after a discard, or as small as an estimate of the error asks.
+"""Communication steps in parts: smaller after a discard, or as an estimate of the error asks.
 
 Parts are binary fractions of the macro step, so that times stay exact.
 """
@@ -7,30 +7,21 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import field
 from typing import ClassVar, cast
 
-import numpy as np
-
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
-from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
-from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 REPEATABLE = ("discard", "not converged")
 DEEPEST = 40  # halvings
-SHARE_OF_NOMINAL = 1e-6
 # Copies are made ever more seldom while nothing is discarded: of Python FMUs they cost several steps.
 FIRST_KEYFRAME_STEPS, LAST_KEYFRAME_STEPS = 64, 4096
 CAREFUL_STEPS = 16
-# How many parts follow a comparison without one of their own, and how much longer than that one's.
-MOST_TRUSTED, LONGER = 8, 4.0
 
 
 @dataclass(frozen=True)
@@ -210,105 +201,3 @@ class RetryStepper(PartsStepper):
         # Steps done in parts are not replayed: a new keyframe follows.
         self._interval = FIRST_KEYFRAME_STEPS
         self._since = [(time, step_size)] * self._interval
-
-
-@dataclass(frozen=True)
-class StepDoubling(InParts):
-    """Keep the coupling error of chosen variables within tolerances over the whole run.
-
-    Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
-    one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
-    most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
-    that do not grow by themselves then stay below the tolerance at the end.
-
-    Parameters
-    ----------
-    tolerances : mapping, optional
-        Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
-        every continuous signal that is exchanged.
-    """
-
-    tolerances: Mapping[str, float] | None = None
-
-    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
-        """Prepare for one network, whose slaves must all be able to repeat steps."""
-        reason = "cannot restore its state, which step doubling needs to repeat a step"
-        unable = network.unable_to_restore()
-        if not unable:
-            reason = "takes steps of one size only, so step doubling cannot change them"
-            unable = network.of_one_step()
-        if unable:
-            raise InputError(f"{', '.join(unable)}: {reason}; choose a fixed step")
-        return DoublingStepper(network, self, points)
-
-
-class DoublingStepper(PartsStepper):
-    """Step doubling on one network.
-
-    Two steps beside the one are two thirds of the work. Where the last comparison says that the next part,
-    done in one step, will be far within what is allowed, it is done so, at most `MOST_TRUSTED` times in turn.
-    """
-
-    remembered = ("_size", "_compared", "_trusted")
-
-    def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
-        self._order = chosen.inner.order
-        super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
-        self._duration = points.stop_time - points.start_time
-        tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
-        self._places = [network.locate(name) for name in tolerances]
-        self._tolerances = np.array(list(tolerances.values()))
-        self._switching = switching_outputs(network)
-        self._compared = 0.0, 0.0  # length in s of the last part that was compared, and its error
-        self._trusted = MOST_TRUSTED
-
-    def attempt(self, time: float, step_size: float, *, last: bool) -> float:
-        """Step once; unless that is known to do, go back, step twice, compare.
-
-        A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
-        then bounds how late it is seen.
-        """
-        held = self._switches()
-        self.inner.step(time, step_size)
-        if held != self._switches() and not last:
-            return math.inf
-        expected = self._expected(step_size)
-        if expected < self._growth and held == self._switches():
-            self._trusted += 1
-            return expected
-        coarse = self._values()
-        self.back()
-        self.inner.step(time, step_size / 2)
-        self.inner.step(time + step_size / 2, step_size / 2)
-        self._trusted = 0
-        if held != self._switches():
-            self._compared = 0.0, 0.0
-            return 1.0 if last else math.inf
-        allowed = self._tolerances * (step_size / self._duration)
-        share = float(2**self._order - 1)
-        error = float(np.max(np.abs(self._values() - coarse) / share / allowed, initial=0.0))
-        self._compared = step_size, error
-        return error
-
-    def _expected(self, step_size: float) -> float:
-        """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""
-        length, error = self._compared
-        if self._trusted >= MOST_TRUSTED or step_size > LONGER * length:
-            return math.inf
-        return error * (2.0 * step_size / length) ** self._order
-
-    def _switches(self) -> list[Value]:
-        return [self.network.outputs[k][position] for k, position in self._switching]
-
-    def _values(self) -> Array:
-        return np.array([self.network.slaves[k].get((name,))[0] for k, name in self._places], float)
-
-
-def _exchanged(network: Network) -> dict[str, float]:
-    """Give a tolerance for every continuous signal that is exchanged."""
-    sources = {
-        f"{network.slaves[wire.slave].name}.{network.source(wire).name}": network.source(wire)
-        for k in range(len(network.slaves))
-        for wire in (network.wires[k][position] for position in continuous_inputs(network, k))
-    }
-    return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}

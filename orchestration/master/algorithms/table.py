@@ -5,9 +5,9 @@ from __future__ import annotations
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
-from warmlink.orchestration.master.algorithms.parts import StepDoubling
 
 FOLLOWING = "error_controlled"
 """Name of the algorithm whose steps follow the error."""

@@ -9,14 +9,14 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
-from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about, algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import Capabilities
 
-from .mock import MockSlave, real
+from .mock import Inputs, MockSlave, real
 from .motor_link import monolithic, motor_link
 from .pairs import assembly, counter, wire
 
@@ -155,6 +155,35 @@ def test_a_jump_within_a_step_is_located() -> None:
     located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
     assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
     assert located.statistics.slave_steps < 500
+
+
+def test_what_begins_to_move_late_is_compared_at_once() -> None:
+    # At rest, comparisons find no error; a signal without jumps then sets two integrators in a loop in motion.
+    def source() -> MockSlave:
+        return MockSlave("source", outputs={"y": lambda x, u, t: max(0.0, t - onset)})
+
+    def integrator(name: str, sign: float) -> MockSlave:
+        def advance(x: float, u: Inputs, t: float, h: float) -> float:
+            return x + sum(
+                factor * (c[0] * h + c[1] * h**2 / 2 + c[2] * h**3 / 6)
+                for factor, c in ((sign, u.coefficients("u")), (1.0, u.coefficients("push")))
+            )
+
+        return MockSlave(
+            name,
+            inputs={"u": 0.0, "push": 0.0},
+            outputs={"y": lambda x, u, t: float(x)},
+            state=0.0,
+            advance=advance,
+        )
+
+    onset, tolerance = 30.3, 1e-2
+    wires = (wire("source.y -> a.push"), wire("a.y -> b.u"), wire("b.y -> a.u"))
+    slaves = [source(), integrator("a", -1.0), integrator("b", 1.0)]
+    chosen = StepDoubling(InterfaceNewton(), {"a.y": tolerance}, minimum_step=1e-5)
+    result = simulate(assembly(slaves, *wires), 45.0, 1.0, chosen)
+    exact = 1.0 - np.cos(np.maximum(0.0, result.times - onset))
+    assert np.max(np.abs(result["a.y"] - exact)) <= tolerance
 
 
 def test_a_minimum_step_that_does_not_suffice_is_said() -> None:

@@ -21,9 +21,9 @@ import pytest
 from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
-from warmlink.orchestration.master.algorithms.parts import StepDoubling
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.run import simulate

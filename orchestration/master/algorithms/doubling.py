@@ -1,0 +1,145 @@
+"""Step doubling: parts of a communication step that are as small as an estimate of the error asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.records import dataclass
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
+from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.slave import nominal
+from warmlink.orchestration.system.model import Value
+
+SHARE_OF_NOMINAL = 1e-6
+# How many parts follow a comparison without one of their own, how much longer than that one's, and how much
+# more the variables may bend in them.
+MOST_TRUSTED, LONGER, MORE_BENT = 8, 4.0, 2.0
+
+
+@dataclass(frozen=True)
+class StepDoubling(InParts):
+    """Keep the coupling error of chosen variables within tolerances over the whole run.
+
+    Each part is done in one step and in two. The results differ by (2**p - 1) times the error of the finer
+    one, p being the order of the inner algorithm (Richardson). The finer one is kept where that error is at
+    most the tolerance's share of the part in the run's duration; else the part is halved and repeated. Errors
+    that do not grow by themselves then stay below the tolerance at the end.
+
+    Parameters
+    ----------
+    tolerances : mapping, optional
+        Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
+        every continuous signal that is exchanged.
+    """
+
+    tolerances: Mapping[str, float] | None = None
+
+    def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
+        """Prepare for one network, whose slaves must all be able to repeat steps."""
+        reason = "cannot restore its state, which step doubling needs to repeat a step"
+        unable = network.unable_to_restore()
+        if not unable:
+            reason = "takes steps of one size only, so step doubling cannot change them"
+            unable = network.of_one_step()
+        if unable:
+            raise InputError(f"{', '.join(unable)}: {reason}; choose a fixed step")
+        return DoublingStepper(network, self, points)
+
+
+class DoublingStepper(PartsStepper):
+    """Step doubling on one network.
+
+    Two steps beside the one are two thirds of the work. Where the last comparison says that the next part,
+    done in one step, will be far within what is allowed, it is done so, at most `MOST_TRUSTED` times in turn,
+    and as long as the variables do not bend more than they did then, as where something begins to move.
+    """
+
+    remembered = ("_size", "_compared", "_trusted", "_before")
+
+    def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
+        self._order = chosen.inner.order
+        super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
+        self._duration = points.stop_time - points.start_time
+        tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
+        self._places = [network.locate(name) for name in tolerances]
+        self._tolerances = np.array(list(tolerances.values()))
+        self._switching = switching_outputs(network)
+        self._compared = 0.0, 0.0, 0.0  # of the last part compared: length in s, error, bend for each second
+        self._before: tuple[float, list[float]] = 0.0, []  # of the part before: length in s, rates of change
+        self._trusted = MOST_TRUSTED
+
+    def attempt(self, time: float, step_size: float, *, last: bool) -> float:
+        """Step once; unless that is known to do, go back, step twice, compare.
+
+        A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
+        then bounds how late it is seen.
+        """
+        held, start = self._switches(), self._values()
+        self.inner.step(time, step_size)
+        if held != self._switches() and not last:
+            return math.inf
+        coarse = self._values()
+        bend = self._bend(coarse - start, step_size)
+        expected = self._expected(step_size, bend)
+        if expected < self._growth and held == self._switches():
+            self._trusted += 1
+            self._before = step_size, ((coarse - start) / step_size).tolist()
+            return expected
+        self.back()
+        self.inner.step(time, step_size / 2)
+        self.inner.step(time + step_size / 2, step_size / 2)
+        self._trusted = 0
+        fine = self._values()
+        if held != self._switches():
+            self._compared, self._before = (0.0, 0.0, 0.0), (0.0, [])
+            return 1.0 if last else math.inf
+        allowed = self._tolerances * (step_size / self._duration)
+        share = float(2**self._order - 1)
+        error = float(np.max(np.abs(fine - coarse) / share / allowed, initial=0.0))
+        self._compared = step_size, error, bend / (self._before[0] + step_size)
+        if error <= 1.0:
+            self._before = step_size, ((fine - start) / step_size).tolist()
+        return error
+
+    def _bend(self, change: Array, step_size: float) -> float:
+        """Distance from where the rates of the part before lead, as a fraction of the error allowed.
+
+        0 after a jump, so that a second comparison follows the first one.
+        """
+        if not self._before[1]:
+            return 0.0
+        straight = np.array(self._before[1]) * step_size
+        allowed = self._tolerances * (step_size / self._duration)
+        return float(np.max(np.abs(change - straight) / allowed, initial=0.0))
+
+    def _expected(self, step_size: float, bend: float) -> float:
+        """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""
+        length, error, bent = self._compared
+        most = max(self._growth, MORE_BENT * bent * (self._before[0] + step_size))
+        if self._trusted >= MOST_TRUSTED or step_size > LONGER * length or bend > most:
+            return math.inf
+        return error * (2.0 * step_size / length) ** self._order
+
+    def _switches(self) -> list[Value]:
+        return [self.network.outputs[k][position] for k, position in self._switching]
+
+    def _values(self) -> Array:
+        return np.array([self.network.slaves[k].get((name,))[0] for k, name in self._places], float)
+
+
+def _exchanged(network: Network) -> dict[str, float]:
+    """Give a tolerance for every continuous signal that is exchanged."""
+    sources = {
+        f"{network.slaves[wire.slave].name}.{network.source(wire).name}": network.source(wire)
+        for k in range(len(network.slaves))
+        for wire in (network.wires[k][position] for position in continuous_inputs(network, k))
+    }
+    return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}
