@@ -105,6 +105,7 @@ def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch:
         (folder / "file").write_bytes(bytes(400_000))
         for path in (folder / "file", folder):
             os.utime(path, (time.time() - days * 86400,) * 2)
+    (tmp_path / "studies" / f"{5:016x}").mkdir()  # as one has it that nothing was unpacked into
     cache.make_room.cache_clear()
     kept("things", "the next", lambda: bytes(400_000))
     left = {path.parent.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("file")}
