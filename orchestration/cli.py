@@ -5,8 +5,8 @@ from __future__ import annotations
 import atexit
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from importlib import import_module
 from inspect import cleandoc
 from typing import TYPE_CHECKING, NoReturn
@@ -123,7 +123,7 @@ def _before_any_command(*, version: bool = False) -> None:
 
 
 def script() -> NoReturn:
-    """Run the command as a process, and end it at once.
+    """Run the command as a process, and end it at once, with all that is due before.
 
     To free one by one the objects that it holds would take half as long as loading them.
     """
@@ -132,10 +132,20 @@ def script() -> NoReturn:
         main()
     except SystemExit as end:
         code = end.code
+    if not isinstance(code, int | None):
+        remark(str(code))
+        code = FAILED
+    threading._shutdown()  # type: ignore[attr-defined]  # of threads and pools of processes
     atexit._run_exitfuncs()
-    with suppress(BrokenPipeError):
-        sys.stdout.flush()
-    os._exit(code if isinstance(code, int) else 0)
+    try:
+        if sys.stdout is not None:  # which may have been closed before the start
+            sys.stdout.flush()
+    except BrokenPipeError:
+        pass
+    except OSError as fault:
+        remark(f"the answer could not be written ({fault.strerror})")
+        code = FAILED
+    os._exit(code or 0)
 
 
 def main() -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -68,3 +70,48 @@ def test_the_process_ends_at_once_but_not_before_what_is_due(tmp_path: Path) -> 
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (1, "answer\ntidied up\n", "")
+
+
+def ended(
+    statement: str, stdout: IO[str] | None = None, before: Callable[[], None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Process whose command is one statement."""
+    code = (
+        f"from warmlink.orchestration import cli\ndef command():\n    {statement}\n"
+        "cli.app = command\ncli.script()\n"
+    )
+    call = [sys.executable, "-c", code]
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return subprocess.run(
+        call, env=buffered, stderr=subprocess.PIPE, text=True, check=False, stdout=stdout, preexec_fn=before
+    )
+
+
+def test_an_end_with_a_text_says_it_and_fails() -> None:
+    done = ended("raise SystemExit('why it ended')")
+    assert (done.returncode, done.stderr) == (1, "warmlink: why it ended\n")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
+def test_an_answer_that_cannot_be_written_is_no_success() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = ended("print('answer')", stdout=full)
+    assert (done.returncode, done.stderr) == (
+        1,
+        "warmlink: the answer could not be written (No space left on device)\n",
+    )
+
+
+@pytest.mark.skipif(os.name == "nt", reason="closes a descriptor by its number")
+def test_a_closed_standard_output_is_no_fault() -> None:
+    done = ended("print('answer')", before=lambda: os.close(1))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_pool_of_processes_ends_before_the_process_does() -> None:
+    done = ended(
+        "from concurrent.futures import ProcessPoolExecutor as Pool; import multiprocessing; global pool; "
+        "pool = Pool(2, multiprocessing.get_context('spawn')); pool.submit(abs, 1); "
+        "pool.submit(abs, 2).result()"
+    )
+    assert (done.returncode, done.stderr) == (0, "")
