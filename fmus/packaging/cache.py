@@ -115,12 +115,22 @@ def make_room() -> None:
         left = -1.0
     if not left >= 0:
         raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
-    with suppress(OSError):  # another process is making room too
-        entries = sorted((_last_used(entry) for entry in cache_folder().glob("*/*")), reverse=True)
-        for when, size, entry in entries:
-            left -= size
-            if left < 0 and when < time.time() - _IN_USE_S:
-                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+    found: list[Path] = []
+    with suppress(OSError, InputError):  # there is no cache
+        found += cache_folder().glob("*/*")
+    entries = []
+    for entry in found:
+        with suppress(OSError):  # another process is making room too
+            entries.append(_last_used(entry))
+    for when, size, entry in sorted(entries, reverse=True):
+        left -= size
+        if left >= 0 or when >= time.time() - _IN_USE_S:
+            continue
+        if entry.is_dir():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                entry.unlink()
 
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:

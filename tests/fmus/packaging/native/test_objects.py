@@ -108,6 +108,35 @@ def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch:
     assert kept_before("things", "the next") is not None
 
 
+def test_two_processes_make_room_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
+    (tmp_path / "things").mkdir()
+    for name in ("older", "old"):
+        (tmp_path / "things" / name).write_bytes(b"file")
+        os.utime(tmp_path / "things" / name, (0, 0))
+    look = cache._last_used
+
+    def looked(entry: Path) -> tuple[float, int, Path]:
+        if entry.name == "old":
+            entry.unlink()  # by the other process
+        return look(entry)
+
+    monkeypatch.setattr(cache, "_last_used", looked)
+    cache.make_room.cache_clear()
+    cache.make_room()
+    assert not [*(tmp_path / "things").iterdir()]
+
+
+def test_what_is_made_needs_no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> Path:
+        raise InputError("cannot be written")
+
+    monkeypatch.setattr(cache, "cache_folder", none)
+    cache.make_room.cache_clear()
+    assert kept("things", "the same", lambda: b"made") == b"made"
+
+
 def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     kept("things", "the same", lambda: b"made")
