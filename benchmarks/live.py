@@ -25,9 +25,9 @@ PAGES = {"warm_up": "", "six_axis_shift": "axis2."}
 """Scenarios, and what the name of their link begins with."""
 
 SCRIPT = """
-    while (!document.querySelector(".slider")) await new Promise((go) => setTimeout(go, 50));
+    while (!document.querySelector(".slider:not([hidden])")) await new Promise((go) => setTimeout(go, 50));
     const name = "{axis}link.length";
-    const value = model.content.parameters.find((each) => each.name === name).value;
+    const value = model.get(name);
     const drawn = () => new Promise((go) => setTimeout(go));
     async function redrawn(before) {{
       const times = [];
@@ -35,7 +35,7 @@ SCRIPT = """
         before();
         await drawn();
         const begun = performance.now();
-        model.setValue(name, value * (1 + i / 1000));
+        model.set({{ [name]: value * (1 + i / 1000) }});
         await drawn();
         times.push(performance.now() - begun);
       }}

@@ -13,15 +13,19 @@ if TYPE_CHECKING:
     from warmlink.fmus.component.join import join as join
     from warmlink.fmus.errors import InputError as InputError
     from warmlink.orchestration.closed_loop.run import run as run
+    from warmlink.orchestration.command_line.build import build_files
     from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.at_work import Means as Means
     from warmlink.orchestration.studies.compare import compare as compare
     from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
     from warmlink.orchestration.system.read import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
+
+    build, tune = build_files, tune_study
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",

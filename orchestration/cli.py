@@ -7,6 +7,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from inspect import cleandoc
 from typing import TYPE_CHECKING, NoReturn
@@ -123,29 +124,38 @@ def _before_any_command(*, version: bool = False) -> None:
 
 
 def script() -> NoReturn:
-    """Run the command as a process, and end it at once, with all that is due before.
+    """Run the command as a process, and end it at once.
 
     To free one by one the objects that it holds would take half as long as loading them.
     """
-    code: object = 0
-    try:
-        main()
-    except SystemExit as end:
-        code = end.code
-    if not isinstance(code, int | None):
-        remark(str(code))
-        code = FAILED
-    threading._shutdown()  # type: ignore[attr-defined]  # of threads and pools of processes
+    code = _ended(main)
+    threading._shutdown()  # type: ignore[attr-defined]  # of threads and pools of processes, as Python does first
     atexit._run_exitfuncs()
+    if code:
+        with suppress(OSError):
+            _flush()
+    else:
+        code = _ended(lambda: guarded(_flush))
+    os._exit(code)
+
+
+def _ended(command: Callable[[], None]) -> int:
+    """Exit code that a command ends with."""
     try:
-        if sys.stdout is not None:  # which may have been closed before the start
-            sys.stdout.flush()
-    except BrokenPipeError:
-        pass
-    except OSError as fault:
-        remark(f"the answer could not be written ({fault.strerror})")
-        code = FAILED
-    os._exit(code or 0)
+        command()
+    except SystemExit as end:
+        if isinstance(end.code, int | None):
+            return end.code or 0
+        remark(str(end.code))
+        return FAILED
+    return 0
+
+
+def _flush() -> None:
+    """Write what was printed and is still in memory; a stream that the caller closed is None."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
 
 
 def main() -> None:
@@ -166,6 +176,14 @@ def guarded(command: Callable[[], None]) -> None:
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
         raise SystemExit(0) from None
+    except OSError as fault:
+        from warmlink.orchestration.files import FULL_DISK
+
+        if fault.errno not in FULL_DISK:
+            raise
+        told = os.strerror(fault.errno).lower()
+        remark(f"the answer cannot be written ({told}); free space there, and run it again")
+        raise SystemExit(FAILED) from None
     except KeyboardInterrupt:
         raise interrupted() from None
 

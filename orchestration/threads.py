@@ -37,7 +37,10 @@ def one_thread() -> Iterator[None]:
 def _libraries() -> Iterator[tuple[ctypes.CDLL, str]]:
     """Each OpenBLAS in this process, and the form of its functions' names."""
     for module in _USE_BLAS:
-        library = ctypes.CDLL(str(import_module(module).__file__))
+        try:
+            library = ctypes.CDLL(str(import_module(module).__file__))
+        except (ImportError, OSError):  # inner modules of NumPy and SciPy, which may be called otherwise
+            continue
         yield from ((library, form) for form in _CALLED if hasattr(library, form.format("set_num_threads")))
 
 

@@ -157,9 +157,17 @@ def settled(
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    duty_modes = what.duty_modes, verdict.duty_modes
     suspected = offset.compared(
-        x, filters, duty_modes, what.own_heat, verdict.alike, sample.heard, told, p, step
+        x,
+        filters,
+        verdict.duty_modes,
+        what.own_heat,
+        verdict.alike,
+        verdict.warm,
+        sample.heard,
+        told,
+        p,
+        step,
     )
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
@@ -256,8 +264,8 @@ def reported(
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
-    off = (p.elongation_per_kelvin * x.unexplained) ** 2 + (p.expansion_std * x.elongation) ** 2
-    sure = ready((told["correction_std"] ** 2 + (1.0 - watched) * off) ** 0.5, p.tolerance)
+    off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
+    sure = ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance)
     return told | {
         "retained": retained.kept(x, filters.quiet.mean),
         "ready": where(x.doubt > 0, 0.0, sure),

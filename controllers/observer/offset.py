@@ -11,6 +11,8 @@ tells them apart. To g counts heat from the shaft that no model's error explains
 The law is ready only where b and its uncertainty, and all that s and s_1 leave of y, fit into the tolerance.
 """
 
+from typing import NamedTuple
+
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, Told
@@ -34,6 +36,9 @@ HEAT_SHARE, HEAT_EXCESS = 0.6, 1.25
 LEFT = 0.5
 """K of growth by such heat below which it has gone."""
 
+LOOK = 10.0
+"""s between two looks at the difference."""
+
 PARAMETERS = (
     Parameter(
         "offset_std",
@@ -51,25 +56,18 @@ PARAMETERS = (
         minimum=0,
         nominal=0.1,
     ),
-    Parameter(
-        "expansion_std",
-        "1",
-        0.015,
-        "relative error of the expansion coefficient that no thermometer tells (1 sigma); affects only ready",
-        minimum=0,
-        nominal=0.01,
-    ),
 )
 
 STATES = (
     State("heat_modes", "1", size=MODES),
     State("heated", "1"),
+    State("since", "s"),
     State("delayed_growth", "K"),
     State("shares", "1", size=3),
     State("shares_spread", "1", size=packed_size(3)),
     State("unexplained", "K"),
 )
-"""Modes by unknown heat alone, 1 while there is any; L g; s, s_1 and b, their covariance, what they leave."""
+"""Modes by unknown heat alone, 1 while there is any; time since the last look; the fields of `Learnt`."""
 
 
 def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Number]:
@@ -77,6 +75,7 @@ def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Numb
     return {
         "heat_modes": 0.0 * duty_modes,
         "heated": 0.0,
+        "since": 0.0,
         "delayed_growth": _growth(duty_modes, p),
         "shares": stack(0.0, 0.0, 0.0),
         "shares_spread": _prior(_growth(modes - duty_modes, p), p),
@@ -87,9 +86,10 @@ def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Numb
 def compared(
     x: Record,
     filters: Filters,
-    duty_modes: tuple[Number, Number],
+    duty_modes: Number,
     own_heat: Number,
     alike: Number,
+    warm: Number,
     heard: Number,
     told: Told,
     p: Record,
@@ -99,21 +99,37 @@ def compared(
 
     Parameters
     ----------
-    duty_modes : by the duty alone, before and after warmth became known
+    duty_modes : by the duty alone
     own_heat : losses of the motor in W
     alike : as in `readings.Shape`
+    warm : 1 where it has just become known that the cell was left warm, else 0
     heard : 1 where a thermometer is in use, else 0
     """
-    modes, heat = filters.quiet.mean[:MODES], filters.alert.mean[MODES]
+    heat = filters.alert.mean[MODES]
     burst = truth(heat > HEAT_SHARE * own_heat + HEAT_EXCESS * p.disturbance_std[0])
     left = where(absolute(_growth(x.heat_modes, p)) > LEFT, x.heated, 0.0)
     heated = maximum(burst, left)
     heat_modes = heated * _heated(x.heat_modes, heat, told, p, heated)
-    named = _learnt(x, modes, duty_modes, heat_modes, alike, heard, p, step)
-    return {"heat_modes": heat_modes, "heated": heated, **dict(zip(_LEARNT, named, strict=True))}
+    since = x.since + step
+    look = maximum(truth(since >= LOOK), warm)
+    learnt = Learnt(*(getattr(x, name) for name in Learnt._fields))
+    known = duty_modes + heat_modes
+    learnt = _looked(learnt, filters.quiet.mean[:MODES] - known, known, alike, warm, heard, p, since, look)
+    return {
+        "heat_modes": heat_modes,
+        "heated": heated,
+        "since": where(look > 0, 0.0, since),
+        **learnt._asdict(),
+    }
 
 
-_LEARNT = ("delayed_growth", "shares", "shares_spread", "unexplained")
+class Learnt(NamedTuple):
+    """States that change only with a look, by name: L g; s, s_1, b and their covariance; what they leave."""
+
+    delayed_growth: Number
+    shares: Number
+    shares_spread: Number
+    unexplained: Number
 
 
 @idle_at_zero
@@ -124,34 +140,49 @@ def _heated(modes: Number, heat: Number, told: Told, p: Record, heated: Number) 
     return where(heated > 0, later, modes)
 
 
-@kept_whole
-def _learnt(
-    x: Record,
-    modes: Number,
-    duty_modes: tuple[Number, Number],
-    heat_modes: Number,
+@idle_at_zero
+def _looked(
+    before: Learnt,
+    beyond: Number,
+    known: Number,
     alike: Number,
+    warm: Number,
     heard: Number,
     p: Record,
-    step: Number,
-) -> tuple[Number, Number, Number, Number]:
-    known = duty_modes[1] + heat_modes
-    growth, difference = _growth(known, p), _growth(modes - known, p)
-    delayed = x.delayed_growth + step / (step + DELAY) * (growth - x.delayed_growth)
+    since: Number,
+    look: Number,
+) -> Learnt:
+    """What is learnt from a look `since` seconds after the last one, where there is one."""
+    after = _learnt(before, beyond, known, alike, warm, heard, p, since)
+    return Learnt(*(where(look > 0, new, old) for new, old in zip(after, before, strict=True)))
+
+
+@kept_whole
+def _learnt(
+    before: Learnt,
+    beyond: Number,
+    known: Number,
+    alike: Number,
+    warm: Number,
+    heard: Number,
+    p: Record,
+    since: Number,
+) -> Learnt:
+    growth, difference = _growth(known, p), _growth(beyond, p)
+    delayed = before.delayed_growth + since / (since + DELAY) * (growth - before.delayed_growth)
 
     # Warmth that has just become known leaves nothing of what was learnt before.
-    anew = where(absolute(_growth(duty_modes[1] - duty_modes[0], p)) > 0, 1.0, 0.0)
-    delayed = where(anew > 0, growth, delayed)
-    shares = (1.0 - anew) * x.shares
-    spread = symmetric(anew * _prior(0.0, p) + (1.0 - anew) * x.shares_spread, 3)
-    spread = spread + diagonal(stack(0.0, 0.0, p.offset_per_hour**2 * step / 3600.0))
+    delayed = where(warm > 0, growth, delayed)
+    shares = (1.0 - warm) * before.shares
+    spread = symmetric(warm * _prior(0.0, p) + (1.0 - warm) * before.shares_spread, 3)
+    spread = spread + diagonal(stack(0.0, 0.0, p.offset_per_hour**2 * since / 3600.0))
     row = stack(growth, delayed, 1.0)
     across = spread @ row
-    gain = across * (heard / (dot(row, across) + STRUCTURE / step))
+    gain = across * (heard / (dot(row, across) + STRUCTURE / since))
     shares = shares + gain * (difference - dot(row, shares))
     spread = upper(spread - outer(gain, across))
     left = maximum(absolute(shares[2]), absolute(difference - growth * shares[0] - delayed * shares[1]))
-    return delayed, shares, spread, (maximum(left, alike) ** 2 + spread[5]) ** 0.5
+    return Learnt(delayed, shares, spread, (maximum(left, alike) ** 2 + spread[5]) ** 0.5)
 
 
 def _prior(shown: Number, p: Record) -> Number:

@@ -88,6 +88,7 @@ class Verdict(NamedTuple):
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
     disagree : 1 where they contradict each other
     alike : as in `Shape`
+    warm : 1 where readings have just shown that the cell was left warm
     """
 
     lower: Number
@@ -100,6 +101,7 @@ class Verdict(NamedTuple):
     doubt: Number
     disagree: Number
     alike: Number
+    warm: Number
 
 
 class Known(NamedTuple):
@@ -214,6 +216,7 @@ def _weighed(
         doubt,
         disagree,
         shape.alike,
+        warm,
     )
 
 

@@ -6,11 +6,11 @@ TOML file, or a recorded CSV.
 
 import numpy as np
 
-from warmlink.orchestration.report.figures import Line, time_plot
+from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import demands_at
 
 names = ("shift_with_breaks", "random_jobs", "stop_and_go")
 times = 30.0 * np.arange(480)
 speeds = {name: demands_at(duty_files.load(name).unrolled(), times)["speed"] for name in names}
-figure = time_plot(times, [Line(name, speed) for name, speed in speeds.items()], "speed [rad/s]")
+figure = time_plot(times, speeds, "speed [rad/s]")

@@ -5,11 +5,11 @@ thermometer tells (`lag` uses none) stays as an error.
 """
 
 from warmlink.orchestration import api as wl
-from warmlink.orchestration.report.figures import Band, Line, time_plot
+from warmlink.orchestration.report.figures import time_plot
 
 runs = {
     law: wl.run("stop_and_go", law, mismatches=["thermal_high", "noisy_sensors"], step="2 s")
     for law in ("lag", "regression", "observer")
 }
-lines = [Line(law, 1e6 * run.error) for law, run in runs.items()]
-figure = time_plot(runs["lag"].time, lines, "error of the tool point [µm]", Band(-5, 5, "tolerance"))
+lines = {law: 1e6 * run.error for law, run in runs.items()}
+figure = time_plot(runs["lag"].time, lines, "error of the tool point [µm]", tolerance=5)

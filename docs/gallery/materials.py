@@ -7,12 +7,12 @@ grows.
 from pathlib import Path
 
 from warmlink.orchestration import api as wl
-from warmlink.orchestration.report.figures import Line, time_plot
+from warmlink.orchestration.report.figures import time_plot
 
-lines = []
+lines = {}
 for material in ("aluminium_6061", "steel", "cast_iron", "invar"):
     path = Path(f"{material}.toml")
     path.write_text(f'duty = "windshield_wiper"\ncontroller = "none"\n[materials]\nlink = "{material}"\n')
     run = wl.run(path, step="5 s")
-    lines.append(Line(material, 1e6 * run.uncompensated_error))
+    lines[material] = 1e6 * run.uncompensated_error
 figure = time_plot(run.time, lines, "elongation [µm]")

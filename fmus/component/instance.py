@@ -286,8 +286,10 @@ def is_possible(component: Component, snapshot: Snapshot) -> bool:
     ):
         return False
     for scalar, value in zip(component.scalars(), snapshot.parameters + snapshot.inputs, strict=False):
-        whole = math.isfinite(value) and value == round(value)
-        if not {"Real": True, "Integer": whole, "Boolean": value in (0, 1)}[scalar.variable.type]:
+        kind = scalar.variable.type
+        if kind == "Boolean" and value not in (0, 1):
+            return False
+        if kind == "Integer" and not (math.isfinite(value) and value == round(value)):
             return False
     if not snapshot.initialized:
         return time == start and not any(samples)

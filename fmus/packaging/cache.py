@@ -3,6 +3,7 @@
 import hashlib
 import os
 import pickle
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -27,6 +28,12 @@ _IN_USE_S = 86400.0
 
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
+
+_OWN = re.compile(r"[0-9a-f]{16}/.*|.*/[0-9a-f]{16,64}|.*/.*[0-9a-f]{40}\.(kept|lock)|unpacked/\d+")
+"""Paths of what is kept, below the cache: digests of what it is made from, or processes.
+
+Nothing else is removed: somebody may have named a folder in which other things lie too.
+"""
 
 _DIGEST = hashlib.sha256().digest_size
 _GENERATORS = ("casadi", "pythonfmu")
@@ -115,11 +122,13 @@ def make_room() -> None:
         left = -1.0
     if not left >= 0:
         raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
-    found: list[Path] = []
+    own: list[Path] = []
     with suppress(OSError, InputError):  # there is no cache
-        found += cache_folder().glob("*/*")
+        folder = cache_folder()
+        found = folder.glob("*/*")
+        own += (path for path in found if _OWN.fullmatch(path.relative_to(folder).as_posix()))
     entries = []
-    for entry in found:
+    for entry in own:
         with suppress(OSError):  # another process is making room too
             entries.append(_last_used(entry))
     for when, size, entry in sorted(entries, reverse=True):
@@ -135,10 +144,12 @@ def make_room() -> None:
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:
     """When a file or folder was last used, its size in bytes, and itself."""
-    facts = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
-    facts.append(entry.lstat())
-    read = [each.st_atime for each in facts[: -1 if entry.is_dir() else None]]
-    return max(read + [each.st_mtime for each in facts]), sum(each.st_size for each in facts), entry
+    inside = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
+    own = entry.lstat()
+    # A folder counts as read whenever it is listed, as here.
+    read = [each.st_atime for each in (inside if entry.is_dir() else [own])]
+    written = [each.st_mtime for each in (*inside, own)]
+    return max(*read, *written), sum(each.st_size for each in (*inside, own)), entry
 
 
 def _digest(content: bytes) -> bytes:

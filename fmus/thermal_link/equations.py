@@ -33,6 +33,9 @@ ORDINARY_RISE = 10.0
 
 SENSORS = 8
 
+SENSOR_SHARES = (0.0, 0.5, 1.0, *(i / (SENSORS - 2) for i in range(1, SENSORS - 2)))
+"""Share of the way from base to tip at which each sensor sits by itself: at both, at the middle, between."""
+
 SMALLEST_STRETCH = 1e-6
 """Least length of a stretch as a share of the link's; an overhang of no length keeps its nodes."""
 
@@ -243,12 +246,11 @@ def discretisation_error(temperature: Number, p: Record) -> Number:
 
 
 def sensor_positions(p: Record) -> list[Number]:
-    """Places of the sensors in m; where -1 is given: base, middle, tip, then evenly spaced in between."""
-    shares = [0.0, 0.5, 1.0, *((i + 1) / (SENSORS - 2) for i in range(SENSORS - 3))]
+    """Places of the sensors in m; where -1 is given, those by `SENSOR_SHARES`."""
     span = p.tip_position - p.base_position
     return [
         where(p.sensor_position[i] < 0, p.base_position + share * span, p.sensor_position[i])
-        for i, share in enumerate(shares)
+        for i, share in enumerate(SENSOR_SHARES)
     ]
 
 

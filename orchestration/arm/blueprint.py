@@ -94,8 +94,12 @@ def write_arm(system: System, folder: Path) -> list[Path]:
 
 def _ports(arm: System) -> Ports:
     """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
-    wanted = {"error": KINEMATICS, "elongation": "_link", "reading": "_sensors"}
-    wanted["correction"] = f"_{COMPENSATOR}"
+    wanted = {
+        "error": KINEMATICS,
+        "elongation": "_link",
+        "correction": f"_{COMPENSATOR}",
+        "reading": "_sensors",
+    }
     shown = tuple(
         (name, variable.name)
         for name, held in arm.components.items()

@@ -113,10 +113,8 @@ class ClosedLoop(Answer):
     @property
     def table(self) -> Table:
         """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
-        table, errors = (
-            self.result.table,
-            {"error": self.error, "uncompensated_error": self.uncompensated_error},
-        )
+        table = self.result.table
+        errors = {"error": self.error, "uncompensated_error": self.uncompensated_error}
         return replace(
             table,
             names=(*table.names, *errors),

@@ -49,11 +49,13 @@ def hide(
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.scenarios.duties.duty import length
 
+    if seed < 0:
+        raise InputError(f"--seed {seed}: is negative; give 0 or above")
     kinds = {"white": made_up.WHITE, "real": made_up.REAL}
-    for option, given, known in (("with", with_, (GRID, FEA)), ("noise", noise, kinds)):
-        if given not in known:
-            what = "solver" if option == "with" else option
-            raise InputError(f"--{option} {given}: no such {what}; {instead(given, known)}")
+    if with_ not in (GRID, FEA):
+        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
+    if noise not in kinds:
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = dict(map(_strength, effects or ()))
@@ -96,11 +98,13 @@ def _strength(given: str) -> tuple[str, float]:
     from warmlink.orchestration.diagnosis.practice.effects import effect_of
 
     name, equals, size = given.partition("=")
-    strength = effect_of(name).size
+    effect = effect_of(name)
     try:
-        strength = float(size) if equals else strength
+        strength = float(size) if equals else effect.size
     except ValueError:
         strength = math.nan
     if not math.isfinite(strength):
         raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
+    if effect.on_truth and effect.neutral and strength <= 0:
+        raise InputError(f"{given}: the strength is a factor; give one above 0, where 1 hides nothing")
     return name, strength

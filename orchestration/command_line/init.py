@@ -67,8 +67,12 @@ KINDS: dict[str, tuple[str, ...]] = {
     "study": ("study.toml", "study.json"),
     "law": ("law.py",),
     "experiment": (
-        *("experiment.toml", "experiment.json"),
-        *("causes.toml", "causes.json", "run.csv", "check.csv"),
+        "experiment.toml",
+        "experiment.json",
+        "causes.toml",
+        "causes.json",
+        "run.csv",
+        "check.csv",
     ),
     "causes": ("causes.toml", "causes.json"),
 }

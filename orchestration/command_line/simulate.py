@@ -219,14 +219,14 @@ def _finite(value: float) -> float | None:
 
 
 def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
-    headings = ["output", "unit", "last", "least", "largest", *["coupling error"] * bounded]
+    headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
     rows = []
     for name, figures in summary["outputs"].items():
-        bound = figures.get("coupling_error")
-        shown = ["unknown" if bound is None else f"±{bound:.2g}"] * ("coupling_error" in figures)
-        rows.append(
-            (name, figures["unit"] or "1", *(_cell(figures[k]) for k in ("last", "min", "max")), *shown)
-        )
+        cells = [_cell(figures[key]) for key in ("last", "min", "max")]
+        if "coupling_error" in figures:
+            bound = figures["coupling_error"]
+            cells.append("unknown" if bound is None else f"±{bound:.2g}")
+        rows.append((name, figures["unit"] or "1", *cells))
     print_table(head, headings, rows, texts=2, width=WIDTH)
     for balance in summary["heat_balances"]:
         answer(

@@ -105,8 +105,9 @@ def compare(
     else:
         title = "largest error in µm, and the share of it removed"
         print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
-        files = f"{LEGEND}\ntable   {folder / 'compare.csv'}"
-        answer(files + f"\nreport  {folder / 'report.html'}" * report)
+        answer(f"{LEGEND}\ntable   {folder / 'compare.csv'}")
+        if report:
+            answer(f"report  {folder / 'report.html'}")
     stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
     for row in stopped[:3]:
         remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
@@ -219,8 +220,10 @@ def _means(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> M
 def _answer(found: Searched, files: str, folder: Path, report: bool, json: bool) -> None:
     if json:
         answer_json(found.to_dict())
-    else:
-        answer(f"{found.summary()}\n{files}" + f"\nreport  {folder / 'report.html'}" * report)
+        return
+    answer(f"{found.summary()}\n{files}")
+    if report:
+        answer(f"report  {folder / 'report.html'}")
 
 
 @contextmanager

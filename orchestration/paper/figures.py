@@ -9,7 +9,7 @@ import numpy as np
 from warmlink.orchestration.paper.cases import CaseResult, front_profile
 from warmlink.orchestration.paper.data import load_geometry, load_paper
 from warmlink.orchestration.paper.reproduce import Reproduction
-from warmlink.orchestration.report.figures import Line, chart, styled, time_plot
+from warmlink.orchestration.report.figures import chart, styled, time_plot
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 FEA, LINK, PAPER, PALE = "#0b5d9c", "#d9730d", "#111111", "#c9d2d9"
@@ -157,20 +157,20 @@ def _printed(x: list[float], *quantities: str) -> list[dict[str, Any]]:
 
 
 def _temperatures(result: CaseResult) -> Any:
-    lines = [
-        Line(f"{name}, above the {place}", history.temperature[where] - ZERO_CELSIUS)
+    lines = {
+        f"{name}, above the {place}": history.temperature[where] - ZERO_CELSIUS
         for name, history in (("3-D FEA", result.fea), ("1-D link", result.link))
         for where, place in (("base", "shaft"), ("tip", "diode"))
-    ]
+    }
     return time_plot(result.fea.time, lines, "temperature [°C]", height=WIDE["height"])
 
 
 def _elongations(result: CaseResult) -> Any:
-    lines = [
-        Line("3-D FEA", result.fea.elongation * 1e6),
-        Line("1-D link", result.link.elongation * 1e6),
-        Line("corrected Eq. (4)", result.corrected * 1e6),
+    lines = {
+        "3-D FEA": result.fea.elongation * 1e6,
+        "1-D link": result.link.elongation * 1e6,
+        "corrected Eq. (4)": result.corrected * 1e6,
         # As printed it begins beyond all bounds.
-        Line("Eq. (4) as printed", np.minimum(result.printed * 1e6, 1.3 * result.corrected.max() * 1e6)),
-    ]
+        "Eq. (4) as printed": np.minimum(result.printed * 1e6, 1.3 * result.corrected.max() * 1e6),
+    }
     return time_plot(result.fea.time, lines, "elongation [µm]", height=WIDE["height"])

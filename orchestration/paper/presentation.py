@@ -11,7 +11,7 @@ from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.figures import figures
 from warmlink.orchestration.paper.reproduce import Reproduction, Row
 from warmlink.orchestration.paper.tried import Attempt
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -53,7 +53,6 @@ def write_report(result: Reproduction, path: Path) -> None:
         ),
         Section("1-D link against 3-D FEA", _AGREEMENT, Table(agreed_headings, agreed)),
         _materials(),
-        Section("Versions", table=versions()),
     ]
     with fresh_file(path) as partial:
         write_page(partial, TITLE, _lead(result), sections)

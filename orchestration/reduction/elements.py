@@ -19,7 +19,7 @@ from scipy.sparse import block_diag, csc_matrix, csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.thermal_link.equations import SENSORS
+from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.forms import (
     conduction,
@@ -29,6 +29,9 @@ from warmlink.orchestration.finite_elements.forms import (
     thermal_load,
 )
 from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
+
+LEAST_REACH = 1e-5
+"""m from the middle of the heated face to the tool point, along which a link grows."""
 
 TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
 """Of the conjugate gradients: relative residual, and when they are given up."""
@@ -73,12 +76,19 @@ class Use:
         return heated, tool, *(groups or [[face for face in solid.faces if face not in heated]])
 
     def places(self, base: Array) -> tuple[Array, Array]:
-        """Tool point, and thermometers about the base's middle, shape (3,) and (8, 3) [m]."""
+        """Tool point, and thermometers, by themselves on the way to it from the base's middle; in m.
+
+        Shapes (3,) and (8, 3). InputError where one is no such place.
+        """
         if len(self.sensors) > SENSORS:
             raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
         tool = point(self.tool_point, "--tool-point")
-        shares = np.array([0.0, 0.5, 1.0, *(np.arange(1, SENSORS - 2) / (SENSORS - 2))])
-        sensors = base + shares[:, None] * (tool - base)
+        if np.linalg.norm(tool - base) < LEAST_REACH:
+            raise InputError(
+                f"--tool-point {self.tool_point}: is the middle of the heated face, from which no direction "
+                "leads to it; give another point"
+            )
+        sensors = base + np.outer(SENSOR_SHARES, tool - base)
         for i, text in enumerate(self.sensors):
             sensors[i] = point(text, "--sensor")
         return tool, sensors

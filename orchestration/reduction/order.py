@@ -171,9 +171,13 @@ class Responses:
         """Bases that were tried until the error at every sampled setting was within the tolerance.
 
         A greedy search: at each step the Gramian of the worst setting is added, and the order grows, unless
-        it is given. InputError where no order up to `LARGEST_ORDER` keeps to the tolerance.
+        it is given. InputError where no order up to `LARGEST_ORDER` keeps to the tolerance, or the span has
+        fewer patterns.
         """
-        orders = range(SMALLEST_ORDER, LARGEST_ORDER + 1, ORDER_STEP) if order is None else [order] * TRIED
+        most = min(LARGEST_ORDER, len(self.heat.integrals))
+        if order is not None and order > most:
+            raise InputError(f"--order {order}: on this mesh there are {most} patterns; give no more")
+        orders = range(SMALLEST_ORDER, most + 1, ORDER_STEP) if order is None else [order] * TRIED
         gramian = self._gramian(0)
         found: list[Tried] = []
         for size in orders:
@@ -183,7 +187,7 @@ class Responses:
             gramian = gramian + self._gramian(found[-1].worst)
         if order is None:
             raise InputError(
-                f"{LARGEST_ORDER} patterns leave an error {found[-1].error:.2g} times the tolerance; allow a "
+                f"{orders[-1]} patterns leave an error {found[-1].error:.2g} times the tolerance; allow a "
                 "larger --tolerance, or a narrower range of convection"
             )
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, col
 from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
-from warmlink.orchestration.report.figures import Line, styled, time_plot
+from warmlink.orchestration.report.figures import styled, time_plot
 from warmlink.orchestration.report.page import Section, Table
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -19,19 +20,21 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 def sections(outcome: ClosedLoop) -> list[Section]:
     """The arm's sections."""
-    errors, names, grid = ArmErrors(outcome.result), [axis.name for axis in axes()], workspace()
-    ambient = Line("surroundings", outcome.result["axis1.duty.ambient_temperature"] - ZERO_CELSIUS)
+    errors, grid, result = ArmErrors(outcome.result), workspace(), outcome.result
+    names = [axis.name for axis in axes()]
 
-    def plot(values: Array, label: str, named: list[str] = names, *others: Line) -> Any:
+    def plot(
+        heading: str, label: str, values: Array, named: Sequence[str] = names, text: str = ""
+    ) -> Section:
         """Lines over time, one for each column of the values."""
-        lines = [Line(name, column) for name, column in zip(named, values.T, strict=True)]
-        return time_plot(outcome.time, [*lines, *others], label)
+        lines = dict(zip(named, values.T, strict=True))
+        return Section(heading, text, figure=time_plot(outcome.time, lines, label))
 
-    def temperatures(variable: str) -> Any:
-        return plot(columns(outcome.result, variable) - ZERO_CELSIUS, "temperature [°C]", names, ambient)
+    def temperatures(heading: str, variable: str) -> Section:
+        ambient = result["axis1.duty.ambient_temperature"]
+        values = np.column_stack([columns(result, variable), ambient]) - ZERO_CELSIUS
+        return plot(heading, "temperature [°C]", values, [*names, "surroundings"])
 
-    flows = columns(outcome.result, "motor.neighbour_heat_flow")[:, 1:]
-    tool = 1e6 * errors.tool_error(errors.left)
     return [
         Section(
             "Where it comes from, axis by axis",
@@ -39,9 +42,9 @@ def sections(outcome: ClosedLoop) -> list[Section]:
             "the largest error.",
             table=_axes_table(outcome, errors),
         ),
-        Section("Elongation of each link", figure=plot(1e6 * errors.growth, "length [µm]")),
-        Section("What the compensation of each axis leaves", figure=plot(1e6 * errors.left, "length [µm]")),
-        Section("Left over in x, y and z", figure=plot(tool, "error [µm]", list(COORDINATES))),
+        plot("Elongation of each link", "length [µm]", 1e6 * errors.growth),
+        plot("What the compensation of each axis leaves", "length [µm]", 1e6 * errors.left),
+        plot("Left over in x, y and z", "error [µm]", 1e6 * errors.tool_error(errors.left), COORDINATES),
         Section(
             "Error over the workspace, uncompensated",
             "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. "
@@ -51,12 +54,14 @@ def sections(outcome: ClosedLoop) -> list[Section]:
         Section(
             f"Error over the workspace, with {outcome.controller}", figure=_maps(outcome, grid, errors.left)
         ),
-        Section("Shafts", figure=temperatures("motor.shaft_temperature")),
-        Section("Links, half-way", figure=temperatures("link.sensor_temperature[2]")),
-        Section(
+        temperatures("Shafts", "motor.shaft_temperature"),
+        temperatures("Links, half-way", "link.sensor_temperature[2]"),
+        plot(
             "Heat along the chain",
+            "heat flow [W]",
+            columns(result, "motor.neighbour_heat_flow")[:, 1:],
+            names[1:],
             "Heat from a joint into the tip of the link before it; below zero it takes heat from there.",
-            figure=plot(flows, "heat flow [W]", names[1:]),
         ),
         Section(
             "The arm's figures",
@@ -73,18 +78,12 @@ def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
     largest = by_name(1e6 * errors.growth.max(axis=0))
     left = by_name(1e6 * np.abs(errors.left).max(axis=0))
     rows = [
-        (
-            name,
-            f"{largest[name]:.1f} µm",
-            f"{left[name]:.2f} µm",
-            *(f"{share[name]:.2f} µm" for share in shares),
-        )
+        [name, f"{largest[name]:.1f} µm", f"{left[name]:.2f} µm", *(f"{of[name]:.2f} µm" for of in shares)]
         for name in largest
     ]
-    rows.append(("all", "", "", *(f"{sum(share.values()):.2f} µm" for share in shares)))
-    return Table(
-        ("axis", "growth, at most", "left of it, at most", *(f"adds: {name}" for name in kinds)), rows
-    )
+    rows.append(["all", "", "", *(f"{sum(of.values()):.2f} µm" for of in shares)])
+    adds = (f"adds: {name}" for name in kinds)
+    return Table(("axis", "growth, at most", "left of it, at most", *adds), rows)
 
 
 def moments(outcome: ClosedLoop) -> list[int]:

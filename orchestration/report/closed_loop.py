@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from warmlink.fmus.names import listed
 from warmlink.orchestration.arm.geometry import NAME as ARM
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
-from warmlink.orchestration.report.figures import Band, Line, time_plot
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.figures import time_plot
+from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -58,12 +57,13 @@ MOST_LINES = 10
 def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
     """Write `report.html`; `live_page` is a file beside it in which the scenario runs, where there is one."""
     scenario, statistics = outcome.scenario, outcome.result.statistics
+    errors = {outcome.controller: 1e6 * outcome.error, NO_CONTROLLER: 1e6 * outcome.uncompensated_error}
     sections = [
         Section("Figures", text=scenario.about.strip(), table=_figures(outcome)),
         Section(
             "Error of the tool point",
             f"{scenario.setup.roles.score.text}, at the communication points.",
-            figure=_error_plot(outcome),
+            figure=time_plot(outcome.time, errors, "error [µm]", 1e6 * scenario.tolerance),
         ),
         *_of_the_system(outcome),
         Section(
@@ -75,14 +75,13 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
             table=_budget(outcome),
         ),
         Section("Settings", table=_settings(outcome)),
-        Section("Versions", table=versions()),
     ]
     if live_page:
         text = "Drag the duty cycle, move parameters, give thermometers faults, and see the error at once."
-        sections.insert(-3, Section("Try it", text, page=live_page))
+        sections.insert(-2, Section("Try it", text, page=live_page))
     if statistics.slaves:
         table = Table(*statistics.table())
-        sections.insert(-1, Section("Calls of each FMU", f"{statistics.summary()}.", table))
+        sections.append(Section("Calls of each FMU", f"{statistics.summary()}.", table))
     write_page(path, f"{scenario.title} · {outcome.controller}", _lead(outcome), sections)
 
 
@@ -90,11 +89,16 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
     """Sections that depend on the system: the arm's, the cell's, or any other's outputs by their units."""
     system, table = outcome.scenario.setup.name, outcome.result.table
     if system == ARM:
-        from warmlink.orchestration.report.arm import sections
+        from warmlink.orchestration.report import arm
 
-        return sections(outcome)
+        return arm.sections(outcome)
     plots = plots_of(system, {name: table.units[name] for name in table.names if "[" not in name})
-    return [Section(heading, figure=_plot(outcome, unit, of)) for (heading, unit), of in plots.items()]
+    sections = []
+    for (heading, unit), variables in plots.items():
+        label, factor, zero = QUANTITIES[unit]
+        lines = {name: factor * (outcome.result[of] - zero) for name, of in variables.items()}
+        sections.append(Section(heading, figure=time_plot(outcome.time, lines, label)))
+    return sections
 
 
 def plots_of(system: str, units: Mapping[str, str | None]) -> Plots:
@@ -105,12 +109,6 @@ def plots_of(system: str, units: Mapping[str, str | None]) -> Plots:
         (heading, unit): {n: n for n in [n for n in units if units[n] == unit][:MOST_LINES]}
         for heading, unit in OWN_PLOTS
     }
-
-
-def _plot(outcome: ClosedLoop, unit: str, variables: Mapping[str, str]) -> Any:
-    label, factor, zero = QUANTITIES[unit]
-    lines = [Line(name, factor * (outcome.result[of] - zero)) for name, of in variables.items()]
-    return time_plot(outcome.time, lines, label)
 
 
 def _lead(outcome: ClosedLoop) -> str:
@@ -143,16 +141,6 @@ def _since(metrics: ErrorMetrics) -> str:
     if metrics.time_to_tolerance_s is None:
         return "never"
     return "start" if metrics.time_to_tolerance_s == 0 else f"{metrics.time_to_tolerance_s / 60:.1f} min"
-
-
-def _error_plot(outcome: ClosedLoop) -> Any:
-    tolerance = 1e6 * outcome.scenario.tolerance
-    lines = [
-        Line(outcome.controller, 1e6 * outcome.error),
-        Line(NO_CONTROLLER, 1e6 * outcome.uncompensated_error),
-    ]
-    band = Band(-tolerance, tolerance, f"±{tolerance:g} µm")
-    return time_plot(outcome.time, lines, "error [µm]", band)
 
 
 def _budget(outcome: ClosedLoop) -> Table:

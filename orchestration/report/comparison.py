@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.orchestration.report.figures import heat_map
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
@@ -45,7 +45,6 @@ def write_report(comparison: Comparison, path: Path) -> None:
             "estimate of its grid's error. Scores that differ by less are equal.",
             table=Table(_HEADINGS, [_line(row) for row in comparison.rows.values()]),
         ),
-        Section("Versions", table=versions()),
     ]
     write_page(path, "Controllers compared", _lead(comparison), sections)
 

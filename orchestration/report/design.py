@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, USUAL_SPEED, LinearPlant
 from warmlink.controllers.design.reduction import ReducedPlant, balanced
 from warmlink.orchestration.report.figures import COLOURS, DASHES, chart, styled
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 
 if TYPE_CHECKING:
     import control
@@ -79,7 +79,6 @@ def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: st
                 height=320,
             ),
         ),
-        Section("Software", table=versions()),
     ]
     write_page(path, title, lead, sections)
 

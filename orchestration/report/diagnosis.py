@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -60,7 +60,6 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
         *([] if diagnosis.proposed is None else [_next(diagnosis.proposed)]),
         Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
         *_beyond(diagnosis),
-        Section("Made with", table=versions()),
     ]
     write_page(path, title, lead, sections)
 

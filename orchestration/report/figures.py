@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,30 +16,8 @@ MOST_POINTS = 2000
 """Points a line keeps in a report; the files beside it hold them all."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """One line of a plot."""
-
-    name: str
-    values: ArrayLike
-
-
-@dataclass(frozen=True)
-class Band:
-    """A stretch of the vertical axis that is marked, with a name."""
-
-    low: float
-    high: float
-    name: str
-
-
 def chart(
-    *traces: dict[str, Any],
-    x: str | dict[str, Any] = "",
-    y: str | dict[str, Any] = "",
-    height: int = 360,
-    least_width: int = 10,
-    **layout: Any,
+    *traces: dict[str, Any], x: Any = "", y: Any = "", height: int = 360, least_width: int = 10, **layout: Any
 ) -> Any:
     """Plotly figure of traces in the reports' common look.
 
@@ -60,31 +37,49 @@ def chart(
 
 
 def time_plot(
-    seconds: ArrayLike, lines: Sequence[Line], axis: str, band: Band | None = None, height: int = 360
+    seconds: ArrayLike,
+    lines: Mapping[str, ArrayLike],
+    axis: str,
+    tolerance: float | None = None,
+    height: int = 360,
 ) -> Any:
-    """Plotly figure of lines over time in minutes or hours, with `axis` (quantity and unit) at the left."""
+    """Plotly figure of lines over time in minutes or hours.
+
+    Parameters
+    ----------
+    seconds : times, shape (points,)
+    lines : values by the line's name, each of shape (points,)
+    axis : quantity and unit of the values
+    tolerance : half the height of a band about 0 in which errors in µm are wanted
+    height : as of `styled`
+    """
     every = np.asarray(seconds)
     kept = np.unique(np.linspace(0, every.size - 1, min(MOST_POINTS, every.size)).astype(np.int64))
     shown = every[kept].astype(np.float32)
     unit, scale = ("h", 3600.0) if shown[-1] > 3 * 3600 else ("min", 60.0)
+    looks = [
+        {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2}
+        for i in range(len(lines))
+    ]
     traces = [
         {
-            "type": "scatter",
             "x": shown / scale,
-            "y": np.asarray(line.values, dtype=np.float32)[kept],
-            "name": line.name,
+            "y": np.asarray(values, np.float32)[kept],
+            "name": name,
             "mode": "lines",
-            "line": {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2},
+            "line": look,
         }
-        for i, line in enumerate(lines)
+        for (name, values), look in zip(lines.items(), looks, strict=True)
     ]
-    x, y = ({"title": title, "zeroline": False} for title in (f"time [{unit}]", axis))
-    figure = chart(*traces, x=x, y=y, height=height)
-    if band is not None:
-        figure.add_hrect(y0=band.low, y1=band.high, fillcolor="#3d8f6f", opacity=0.13, line_width=0)
-        figure.add_annotation(
-            text=band.name, x=1, xref="paper", xanchor="right", y=band.high, yanchor="bottom", showarrow=False
-        )
+    figure = (
+        chart(*traces, x=f"time [{unit}]", y=axis, height=height)
+        .update_xaxes(zeroline=False)
+        .update_yaxes(zeroline=False)
+    )
+    if tolerance is not None:
+        place = {"annotation_text": f"±{tolerance:g} µm", "annotation_position": "top right"}
+        look = {"fillcolor": "#3d8f6f", "opacity": 0.13, "line_width": 0}
+        figure.add_hrect(y0=-tolerance, y1=tolerance, **look, **place)
     return figure
 
 

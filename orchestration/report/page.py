@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import base64
 import platform
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.packaging.cache import kept
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
@@ -43,8 +47,9 @@ class Section:
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
-    """Write the page; `lead` is the answer in a sentence or two."""
-    html = rendered("page.html.j2", title=title, lead=lead, sections=sections, packed=_packed(sections))
+    """Write the page, which ends with the versions of software; `lead` is the answer in a sentence or two."""
+    shown = [*sections, Section("Versions", table=_versions())]
+    html = rendered("page.html.j2", title=title, lead=lead, sections=shown, packed=_packed(sections))
     path.write_text(html, encoding="utf-8")
 
 
@@ -53,11 +58,19 @@ def rendered(template: str, **content: Any) -> str:
     from jinja2 import Environment, PackageLoader, select_autoescape
 
     loader = PackageLoader("warmlink.orchestration", "report")
-    found = Environment(loader=loader, autoescape=select_autoescape(default=True)).get_template(template)
-    return found.render(content)
+    environment = Environment(loader=loader, autoescape=select_autoescape(default=True))
+    environment.filters["with_code"] = _with_code
+    return environment.get_template(template).render(content)
 
 
-def versions() -> Table:
+def _with_code(text: object) -> Markup:
+    """Text in which what stands between backticks is shown as code."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+
+
+def _versions() -> Table:
     """Versions of what a result depends on."""
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:

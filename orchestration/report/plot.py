@@ -9,13 +9,16 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.report.figures import Line, time_plot
+from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.scenarios.quantity import heading
 
 if TYPE_CHECKING:
     import pandas
 
 TIME = "time [s]"
+
+ERRORS = ("uncompensated_error", "error")
+"""What is drawn where no variable is named."""
 
 
 def plot(results: Any, *variables: str, against: Any = None) -> Any:
@@ -34,15 +37,16 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """
     frame = frame_of(results)
     columns = {heading(str(column))[0]: str(column) for column in frame.columns if column != TIME}
-    if not variables and "error" in columns:
-        variables = ("uncompensated_error", "error")
+    variables = variables or tuple(name for name in ERRORS if name in columns)
+    if not variables:
+        raise InputError(f"no variable is named, and the results hold no error; {instead('', columns)}")
     for name in variables:
         if name not in columns:
             raise InputError(f"{name}: no such variable in the results; {instead(name, columns)}")
     units = {heading(columns[name])[1] or "1" for name in variables}
     if len(units) != 1:
-        told = ", ".join(sorted(units)) or "nothing"
-        raise InputError(f"{', '.join(variables) or 'no variable'}: is of {told}; name variables of one unit")
+        told = ", ".join(sorted(units))
+        raise InputError(f"{', '.join(variables)}: is of {told}; name variables of one unit")
     (unit,) = units
     lines = {name: np.asarray(frame[columns[name]]) for name in variables}
     if against is not None:
@@ -54,9 +58,9 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     factor = 1.0
     if unit == "m" and max(np.nanmax(np.abs(values)) for values in lines.values()) < 1e-3:
         unit, factor = "µm", 1e6
-    name = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
-    drawn = [Line(name, factor * values) for name, values in lines.items()]
-    return time_plot(frame[TIME], drawn, f"{name} [{unit}]".strip())
+    axis = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
+    drawn = {name: factor * values for name, values in lines.items()}
+    return time_plot(frame[TIME], drawn, f"{axis} [{unit}]".strip())
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:

@@ -15,7 +15,7 @@ from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
 from warmlink.orchestration.reduction.solid import Integers, Solid
 from warmlink.orchestration.reduction.thermometers import NOISE, best_pair, tool_error
 from warmlink.orchestration.report.figures import COLOURS, chart
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.page import Section, Table, write_page
 
 SHOWN = 0.05
 """Largest displacement in the picture, as a share of the part's extent."""
@@ -103,7 +103,7 @@ def write_report(part: Part, name: str, path: Path) -> None:
     surface = solid.facets[:, solid.boundary_facets()]
     thermometers, best = _thermometers(part, surface)
     shown = [_warming(part, surface, best), thermometers, use, replace(order, figure=orders), mesh]
-    write_page(path, f"{name}, reduced", lead, [*shown, Section("Software", table=versions())])
+    write_page(path, f"{name}, reduced", lead, shown)
 
 
 def write_faces(solid: Solid, name: str, path: Path) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warmlink.orchestration.report.figures import COLOURS, chart, styled
-from warmlink.orchestration.report.page import Section, Table, versions, write_page
+from warmlink.orchestration.report.figures import COLOURS, chart
+from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage
@@ -91,20 +91,15 @@ def _label(axis: Axis) -> str:
 
 def _points(places: Sequence[float], found: Sequence[Judged], word: str) -> list[dict[str, Any]]:
     """Marks of the objective at each place, in another shape where a constraint is broken."""
+    looks = {True: (COLOURS[0], "circle", word), False: (COLOURS[1], "x", "breaks a constraint")}
     marks = []
-    for feasible, colour, symbol, name in (
-        (True, COLOURS[0], "circle", word),
-        (False, COLOURS[1], "x", "breaks a constraint"),
-    ):
-        shown = [i for i, each in enumerate(found) if each.reason is None and each.feasible == feasible]
-        mark = {
-            "x": [places[i] for i in shown],
-            "y": [found[i].objective for i in shown],
-            "mode": "markers",
-            "marker": {"color": colour, "symbol": symbol, "size": 7, "opacity": 0.7},
-            "name": name,
-        }
-        marks += [mark] if shown else []
+    for feasible, (colour, symbol, name) in looks.items():
+        judged = zip(places, found, strict=True)
+        shown = [(x, e.objective) for x, e in judged if e.reason is None and e.feasible == feasible]
+        if shown:
+            x, y = zip(*shown, strict=True)
+            marker = {"color": colour, "symbol": symbol, "size": 7, "opacity": 0.7}
+            marks.append({"x": x, "y": y, "mode": "markers", "marker": marker, "name": name})
     return marks
 
 
@@ -171,21 +166,24 @@ def _importance(storage: Storage) -> Any:
     target = None if len(storage.study.directions) == 1 else lambda trial: trial.values[0]
     warnings.filterwarnings("ignore", message="PedAnovaImportanceEvaluator computes")
     try:
-        figure = optuna.visualization.plot_param_importances(
-            storage.study, evaluator=evaluator, target=target, target_name="objective"
-        )
+        found = optuna.importance.get_param_importances(storage.study, evaluator=evaluator, target=target)
     except (RuntimeError, ValueError):
         return None
-    figure.update_layout(title=None)
-    figure.update_traces(marker_color=COLOURS[0])
-    figure.update_xaxes(title="share")
-    figure.update_yaxes(title=None, automargin=True)
-    return styled(figure, 260)
+    names, shares = list(found), list(found.values())
+    told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
+    look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
+    return chart(
+        {"x": shares, "y": names, **look},
+        x="share",
+        y={"autorange": "reversed", "automargin": True},
+        height=260,
+    )
 
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
-    """The last sections of a page: points that gave no objective, what was asked for, versions."""
+    """The last sections of a page: points that gave no objective, and what was asked for."""
     poisoned = [(str(i), each.reason) for i, each in enumerate(found) if each.reason is not None]
+    heading, table = f"{word.capitalize()}s without an objective", Table((word, "because"), poisoned[:100])
     rows = [
         ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
@@ -195,14 +193,8 @@ def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),
     ]
-    sections = [
-        Section("Study", table=Table(("", "as the study file says"), rows)),
-        Section("Versions", table=versions()),
-    ]
-    if poisoned:
-        table = Table((word, "because"), poisoned[:100])
-        sections.insert(0, Section(f"{word.capitalize()}s without an objective", table=table))
-    return sections
+    asked = Section("Study", table=Table(("", "as the study file says"), rows))
+    return [Section(heading, table=table), asked] if poisoned else [asked]
 
 
 def _range(axis: Axis) -> str:

@@ -31,9 +31,15 @@ LIBRARY = Path(__file__).parent / "mismatches"
 NOMINAL = "nominal"
 
 THERMAL_PARAMETERS = (
-    *("motor.winding_heat_capacity", "motor.shaft_heat_capacity", "motor.winding_conductance"),
-    *("motor.housing_conductance", "motor.joint_conductance", "link.conductivity", "link.specific_heat"),
-    *("link.convection_still", "link.convection_per_speed"),
+    "motor.winding_heat_capacity",
+    "motor.shaft_heat_capacity",
+    "motor.winding_conductance",
+    "motor.housing_conductance",
+    "motor.joint_conductance",
+    "link.conductivity",
+    "link.specific_heat",
+    "link.convection_still",
+    "link.convection_per_speed",
 )
 EXPANSION = "link.expansion_coefficient"
 THERMAL_SPREAD, EXPANSION_SPREAD = 0.20, 0.03

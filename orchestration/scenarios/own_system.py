@@ -103,12 +103,10 @@ def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blu
         components[name] = "" if name in controllers else model if own else f"{name} of {system.name}"
         if components[name] and not own:
             foreign[components[name]] = held.fmu
-    wires, proposed = (
-        tuple((each.source, each.target) for each in system.connections),
-        system.default_experiment,
-    )
-    times = proposed.stop_time or 3600.0, proposed.step_size or 1.0
-    return Blueprint(system.name, "", components, wires, *times), foreign
+    wires = tuple((each.source, each.target) for each in system.connections)
+    proposed = system.default_experiment
+    stop_time, step_size = proposed.stop_time or 3600.0, proposed.step_size or 1.0
+    return Blueprint(system.name, "", components, wires, stop_time, step_size), foreign
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:

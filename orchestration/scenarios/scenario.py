@@ -126,8 +126,9 @@ class Scenario:
             start_values(self.parameters, self.declared, self.name),
             self.duty.start_values(),
         )
-        for instance in self.setup.controllers if "tolerance" in self.controller.component.p.index else ():
-            chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
+        if "tolerance" in self.controller.component.p.index:
+            for instance in self.setup.controllers:
+                chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
 
     def _check_extent(self) -> None:

@@ -155,6 +155,8 @@ def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] |
     rollout = rollouts.get(case.law)
     if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
         return None
+    if not rollout.takes(case.values):
+        return None
     return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
 
 

@@ -61,6 +61,43 @@ def test_without_a_fault_nothing_is_doubted() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "duty", "plant"),
+    [
+        ("both drifts -5 K/h while it runs", "heavy_payload", 0),
+        ("both drifts +5 K/h while it runs", "pick_and_place_fast", 0),
+        ("both drifts +20 K/h while it runs", "still_with_pad", 0),
+        ("base drifts +5 K/h while it runs", "moving_with_pad", 0),
+        ("tip drifts +5 K/h while it runs", "heavy_payload", 0),
+        ("both +2 K from the start", "stop_and_go", 776957),
+        ("base +2 K from the start", "continuous", 448420),
+        ("base +5 K from the start", "still_with_pad", 0),
+    ],
+)
+def test_what_thermometers_are_off_by_is_contradicted(name: str, duty: str, plant: int) -> None:
+    """`ready` was said for 5 to 91 % of each of these runs while the error was beyond the tolerance."""
+    assert trial("observer", KINDS[name], duty, plant, 31).ready_wrong <= ALLOWED_READY
+
+
+@pytest.mark.parametrize(
+    ("duty", "plant", "least"),
+    [
+        ("heavy_payload", 0, 0.99),
+        ("rising_hall_temperature", 0, 0.99),
+        ("still_with_pad", 0, 0.99),
+        ("moving_with_pad", 31, 0.95),
+        ("pick_and_place_fast", 31, 0.95),
+        ("continuous", 32, 0.75),
+        ("windshield_wiper", 32, 0.95),
+    ],
+)
+def test_sound_thermometers_leave_it_ready(duty: str, plant: int, least: float) -> None:
+    """A pad, a hall that warms up, models that are wrong: none of them is taken for an offset for long."""
+    found = trial("observer", Kind("none", "sound", lambda told, draw: told), duty, plant, 1)
+    assert found.ready_share > least
+    assert found.ready_wrong <= ALLOWED_READY
+
+
+@pytest.mark.parametrize(
     ("component", "wrong", "said"),
     [
         (REGRESSION, {"moments[19]": 0.0}, "moments: no positive definite matrix"),

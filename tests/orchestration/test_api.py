@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -65,6 +66,15 @@ def test_every_name_is_there_and_says_what_it_does() -> None:
         wl.rum  # noqa: B018
 
 
+def test_a_type_checker_knows_every_name() -> None:
+    """What is missing there would be taken for `Any`."""
+    (block,) = (each for each in ast.parse(Path(wl.__file__).read_text()).body if isinstance(each, ast.If))
+    found = list(ast.walk(block))
+    known = {each.id for each in found if isinstance(each, ast.Name)}
+    known |= {str(each.asname) for each in found if isinstance(each, ast.alias)}
+    assert {*wl.__all__} <= known
+
+
 def test_importing_it_loads_nothing_heavy() -> None:
     script = (
         "import sys\nfrom warmlink.orchestration import api\n"
@@ -86,6 +96,13 @@ def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
     assert figure.layout.yaxis.title.text == "link.elongation [µm]"
     system = wl.read_system(place / "dist" / "WarmupCell.ssp")
     assert repr(system).startswith("WarmupCell: duty, motor, link")
+
+
+def test_a_plot_of_nothing_named_shows_the_errors_that_are_there() -> None:
+    only = pandas.DataFrame({"time [s]": [0.0, 1.0], "error [m]": [0.0, 1e-6]})
+    assert [line.name for line in wl.plot(only).data] == ["error"]
+    both = only.assign(**{"uncompensated_error [m]": 2e-6})
+    assert [line.name for line in wl.plot(both).data] == ["uncompensated_error", "error"]
 
 
 def test_a_design_goes_into_a_run(place: Path) -> None:
@@ -117,6 +134,7 @@ def test_a_design_goes_into_a_run(place: Path) -> None:
         (lambda: wl.build(fmus="nativ"), "did you mean native"),
         (lambda: wl.plot("absent"), "absent: no results there"),
         (lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]}), "b"), "b: no such variable"),
+        (lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0]})), "is named, and the results"),
         (
             lambda: wl.plot(pandas.DataFrame({"time [s]": [0.0], "a [K]": [0.0], "b [m]": 0.0}), "a", "b"),
             "is of K, m; name variables of one unit",

@@ -21,6 +21,12 @@ class SearchedError(Exception):
     """Stands for a search."""
 
 
+def test_where_blas_is_not_found_the_work_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "_USE_BLAS", ("scipy.linalg._moved",))
+    with threads.one_thread():
+        assert not counts()
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only there functions of a library's library are found")
 def test_a_diagnosis_in_a_notebook_takes_one_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert counts() == {1}, "NumPy and SciPy bring OpenBLAS, which the tests let use one thread"

@@ -39,6 +39,7 @@ class Rollout:
     sample_times : parameter of each clock
     micro_step : in s
     given : how many numbers those parts give that nothing drives
+    inputs : start values by name of the inputs that nothing feeds, which they keep in every run
     """
 
     library: bytes
@@ -50,6 +51,7 @@ class Rollout:
     sample_times: tuple[str, ...]
     micro_step: float
     given: int
+    inputs: Mapping[str, float]
 
     @property
     def runs_here(self) -> bool:
@@ -62,6 +64,11 @@ class Rollout:
         return tuple(
             given.get(part, {}).get(name, self.parameters[f"{part}.{name}"]) for part, _, name in split
         )
+
+    def takes(self, given: Given) -> bool:
+        """Whether a run with such start values leaves the inputs that nothing feeds as they are here."""
+        split = ((*name.rpartition("."), start) for name, start in self.inputs.items())
+        return all(given.get(part, {}).get(name, start) == start for part, _, name, start in split)
 
     def run(self, given: Sequence[Given], count: int, step: float) -> tuple[Array, NDArray[np.bool_]]:
         """Run from 0 s on.
@@ -160,7 +167,7 @@ def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tup
     free[:] = np.frombuffer(settled)[:, None]
     found = aligned((blocks, given, lanes))
     loaded(library).table(ctypes.c_long(blocks), _pointer(times), _pointer(free), _pointer(found))
-    return np.ascontiguousarray(found.transpose(0, 2, 1).reshape(-1, given)[: instants.size])
+    return np.ascontiguousarray(found.transpose(0, 2, 1).reshape(times.size, given)[: instants.size])
 
 
 def _pointer(array: Any) -> ctypes.c_void_p:

@@ -59,6 +59,7 @@ def compiled(whole: Component, recorded: Sequence[str]) -> Rollout:
         tuple(clock.sample_time for clock in cell.driven.clocks),
         cell.driven.micro_step,
         len(cell.given),
+        dict(zip(whole.u.names, whole.start_values()[1].tolist(), strict=True)),
     )
 
 

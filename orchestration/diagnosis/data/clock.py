@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.data.signals import numbers
 
 if TYPE_CHECKING:
     import pandas as pd
-
+    from numpy.typing import NDArray
 
 FEWEST_ROWS = 20
 """Rows with a reading; fewer say nothing about noise."""
@@ -74,7 +74,8 @@ def _seconds(cells: Any) -> Array:
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     values, lost = numbers(sheet, column)
-    for row in lost.tolist():
+    if lost.size:
+        row = int(lost[0])
         raise InputError(
             f"{sheet.at(row, column)}: {sheet.cell(row, column)} is no time; correct it or remove the row"
         )
@@ -91,7 +92,8 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
     """Seconds of written dates or times of the day."""
-    for row in np.flatnonzero(text.to_numpy() == "").tolist():
+    row = _first(text.to_numpy() == "")
+    if row is not None:
         raise InputError(f"{sheet.at(row, column)}: the time is missing")
     if form is not None and "%" in form:
         return _by_forms(sheet, column, text, [form])
@@ -113,8 +115,8 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
         return _by_forms(sheet, column, text, ["ISO8601"])
     if "." not in look:
         text = text.str.replace(r"^(\w+)[-/ ](\w+)[-/ ]", r"\1-\2-", regex=True)
-    halves = clock[-1] in "Mm"
-    hours = ("%I:%M" if halves else "%H:%M") + ":%S" * (clock.count(":") > 1) + " %p" * halves
+    seconds = ":%S" if clock.count(":") > 1 else ""
+    hours = f"%I:%M{seconds} %p" if clock[-1] in "Mm" else f"%H:%M{seconds}"
     return _by_forms(sheet, column, text, [f"{order}{stamp['between']}{hours}" for order in orders])
 
 
@@ -152,8 +154,8 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    right = text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool)
-    for row in np.flatnonzero(~right).tolist():
+    row = _first(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool))
+    if row is not None:
         raise InputError(
             f"{sheet.at(row, column)}: {text.iloc[row]!r} is not of the form HH:MM:SS; write it so, or give "
             f'its form, as --unit "{sheet.headers[column]}=%H:%M"'
@@ -163,11 +165,18 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     return values + DAY * np.cumsum(midnights), "HH:MM:SS"
 
 
+def _first(wrong: NDArray[np.bool_]) -> int | None:
+    """Number of the first row that is wrong; None where none is."""
+    return int(np.argmax(wrong)) if wrong.any() else None
+
+
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
-    for row in np.flatnonzero(~np.isfinite(values)).tolist():
+    row = _first(~np.isfinite(values))
+    if row is not None:
         raise InputError(f"{sheet.at(row, column)}: the time is missing; give it or remove the row")
-    for row in (np.flatnonzero(np.diff(values) <= 0) + 1).tolist():
+    row = _first(np.diff(values, prepend=-np.inf) <= 0)
+    if row is not None:
         raise InputError(
             f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
             "increase, so sort the rows, and give fractions of a second where rows come faster"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 
@@ -58,10 +58,14 @@ def said(
     for text in names:
         if "=" not in text:
             raise InputError(f'--map {text}: no name; write --map "{text}=base_temperature"')
-    single = [text.strip() for text in units if "=" not in text]
-    pairs = [text.partition("=") for text in units if "=" in text], [text.rpartition("=") for text in names]
-    by_name, called = ({name.strip(): said.strip() for name, _, said in each} for each in pairs)
-    return Said(by_name, single, called, decimal, replaced)
+    common = [text.strip() for text in units if "=" not in text]
+    of_columns = _stripped(text.partition("=") for text in units if "=" in text)
+    meant = _stripped(text.rpartition("=") for text in names)
+    return Said(of_columns, common, meant, decimal, replaced)
+
+
+def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:
+    return {name.strip(): value.strip() for name, _, value in pairs}
 
 
 @dataclass(frozen=True)
@@ -239,8 +243,8 @@ class Assignment:
         best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
-        for other, variable in absent.items() if unit else ():
-            si = self._si(variable)
-            if variable in self._rig.externals and si != "K" and converts(unit or "", si):
+        for other, variable in absent.items():
+            drives = variable in self._rig.externals and self._si(variable) != "K"
+            if unit and drives and converts(unit, self._si(variable)):
                 return other
         return None

@@ -63,9 +63,10 @@ def is_unit(text: str) -> bool:
     if not bare or bare in _SPELLINGS:
         return bool(bare)
     try:
-        return bool(parse_unit(bare)) and not bare.isdigit()
+        parse_unit(bare)
     except InputError:
         return False
+    return not bare.isdigit()
 
 
 def _bare(unit: str) -> str:
@@ -95,9 +96,10 @@ def with_suffix(name: str) -> Iterator[tuple[str, str]]:
 def converts(unit: str, si_unit: str) -> bool:
     """Whether a unit measures the quantity of an SI unit."""
     try:
-        return bool(conversion_to(unit, si_unit, "", difference=False))
+        conversion_to(unit, si_unit, "", difference=False)
     except InputError:
         return False
+    return True
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
@@ -186,8 +188,9 @@ def _is_data(row: Sequence[str], width: int) -> bool:
 def decimal_of(cells: Sequence[str]) -> str:
     """Decimal mark of a file by what some cells say without doubt; the marked column is judged by cell."""
     numbers = [cell for cell in cells if NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-    for mark, _ in Counter(filter(None, map(_sure_decimal, numbers))).most_common(1):
-        return mark
+    sure = [mark for mark in map(_sure_decimal, numbers) if mark]
+    if sure:
+        return Counter(sure).most_common(1)[0][0]
     return "point" if numbers and all("," not in cell for cell in numbers) else ""
 
 

@@ -183,8 +183,10 @@ def read_run(
 def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
     """Whether a column is an input or a reading; raises InputError where it is a parameter."""
     scalar = rig.scalar(place.variable, sheet.of(place.column))
-    if place.variable in rig.externals or scalar.start is None:
-        return "input" if place.variable in rig.externals else "reading"
+    if place.variable in rig.externals:
+        return "input"
+    if scalar.start is None:
+        return "reading"
     raise InputError(
         f"{sheet.of(place.column)}: {place.variable} is neither an input nor an output; "
         "give a constant under [known]"

@@ -48,13 +48,13 @@ def _with(truth: Truth, name: str, value: Any) -> Truth:
 
 def _set(name: str, size: float, both_signs: bool = False, about: str = "") -> Effect:
     """The strength is the value of a field of the cell."""
-    return Effect(size, lambda truth, size, _: _with(truth, name, size), None, both_signs, about=about)
+    return Effect(size, lambda truth, size, _: _with(truth, name, size), both_signs=both_signs, about=about)
 
 
 def _times(name: str, size: float) -> Effect:
     """The strength is a factor on the nominal value of a field of the cell."""
     nominal: Any = getattr(Truth(), name)
-    return Effect(size, lambda truth, size, _: _with(truth, name, size * nominal), None, True, 1)
+    return Effect(size, lambda truth, size, _: _with(truth, name, size * nominal), both_signs=True, neutral=1)
 
 
 def _while(name: str, begin: float, end: float, size: float, about: str) -> Effect:
@@ -120,7 +120,9 @@ EFFECTS: Mapping[str, Effect] = {
     "winding_heat_path": _times("winding_path", 1.15),
     "winding_heat_capacity": _times("winding_capacity", 1.3),
     "shaft_heat_capacity": _times("shaft_capacity", 1.15),
-    "start_temperature": Effect(3.0, lambda truth, size, _: replace(truth, start=COLD + size), None, True),
+    "start_temperature": Effect(
+        3.0, lambda truth, size, _: replace(truth, start=COLD + size), both_signs=True
+    ),
     "friction_level": _times("friction", 1.15),
     "free_convection": _set("free_exponent", 0.25),
     "coulomb_friction": _times("coulomb", 1.3),

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -146,7 +147,13 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
         inside = (times > start) & (times <= end + 1e-9)
         asked = np.minimum(times[inside], end)
         rates, at = _rates(truth, segment, mesh), np.union1d(asked, [end])
-        result = solve_ivp(rates, (start, end), state, t_eval=at, **how)
+        with np.errstate(all="ignore"):
+            result = solve_ivp(rates, (start, end), state, t_eval=at, **how)
+        if not result.success or not np.isfinite(result.y).all():
+            raise InputError(
+                f"effects: between {start:g} and {end:g} s the cell's temperatures grow beyond all bounds; "
+                "give weaker effects, or of the other sign"
+            )
         found[inside] = result.y.T[: asked.size]
         start, state = end, result.y[:, -1]
     nodes = np.delete(found, [mesh.base, mesh.base + 1], axis=1)

@@ -25,10 +25,13 @@ from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 CARRIED = {
-    *("emissivity", "still", "per_speed", "draught", "conductivity", "capacity", "expansion", "hub_loss"),
-    *("joint", "loosening", "resistance", "iron", "housing", "winding_path", "winding_capacity"),
-    *("shaft_capacity", "friction", "coulomb", "viscous", "viscous_power", "friction_slope", "thinning"),
-    *("drag", "standby", "shaft_heat", "ambient_offset", "ambient_drift", "room"),
+    *("emissivity", "still", "per_speed", "draught"),
+    *("conductivity", "capacity", "expansion"),
+    *("hub_loss", "joint", "loosening"),
+    *("resistance", "iron", "housing", "winding_path", "winding_capacity", "shaft_capacity"),
+    *("friction", "coulomb", "viscous", "viscous_power", "friction_slope", "thinning", "drag"),
+    *("standby", "shaft_heat"),
+    *("ambient_offset", "ambient_drift", "room"),
 }
 """Fields of `Truth` that this solver has a term for: link's surface and material, joint, motor, room."""
 

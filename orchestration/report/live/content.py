@@ -1,32 +1,24 @@
-"""What the page knows of a scenario: its variables and values, what is scored, drawn, changed and read."""
+"""What the page knows of a scenario: its values, what is scored, drawn and read, and how it is written."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from warmlink.fmus.component import Component, Parameter, Scalar, limits
+from warmlink.fmus.component import Component, Parameter
 from warmlink.fmus.duty_cycle.component import SEGMENTS
-from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
+from warmlink.orchestration.report.live.form import OWN, drivers_of, vectors_of
 from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
-from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
-from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.quantity import converter
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import THERMOMETERS
-from warmlink.orchestration.system.units import conversion, parse_unit
+from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element
+from warmlink.orchestration.system.xml import to_bytes
 from warmlink.orchestration.text_files import read_toml
-
-SPAN = 3.0
-"""A slider goes from a value divided by this to the value times this."""
-
-ROOM = 20.0
-"""K by which the slider of a temperature goes up and down."""
 
 IDEAL = (
     "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
@@ -75,17 +67,10 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         If a controller refuses a start value of the scenario.
     """
     scenario, first, _ = systems[0]
-    roles, setup = scenario.setup.roles, scenario.setup
-    drivers = [instance for instance, kind in setup.blueprint.components.items() if kind == DRIVER]
+    roles, setup, drivers = scenario.setup.roles, scenario.setup, drivers_of(scenario)
     plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
     watched = {*roles.score.variables, *roles.uncompensated.variables}
     watched |= {name for of in plots.values() for name in of.values()}
-    changed = list(_parameters(scenario, first, drivers))
-    names = {*watched, *(each["name"] for each in changed)}
-    for driver in drivers:  # the first elements of the vectors of segments
-        names |= {f"{driver}.{name}[1]" for name in ("duration", *(f"segment_{each}" for each in DEMANDS))}
-        names.add(f"{driver}.repeat")
-    important = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
     return {
         "name": scenario.name,
         "asked": asked.scenario,
@@ -93,7 +78,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "options": asked.options,
         "mismatched": bool(scenario.mismatches),
         "scenario": _file_content(scenario),
-        "stop": scenario.stop_time,
+        "ssv": to_bytes(parameter_set_element(scenario.name, {})).decode(),
         "step": scenario.step_size,
         "tolerance": scenario.tolerance,
         "score": roles.score.javascript,
@@ -102,114 +87,54 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "columns": columns(plots),
         "controllers": setup.controllers,
         "plots": [
-            {
-                "heading": heading,
-                "lines": lines,
-                **dict(zip(("label", "factor", "zero"), QUANTITIES[unit], strict=True)),
-            }
-            for (heading, unit), lines in plots.items()
+            dict(
+                zip(
+                    ("heading", "lines", "label", "factor", "zero"),
+                    (heading, of, *QUANTITIES[unit]),
+                    strict=True,
+                )
+            )
+            for (heading, unit), of in plots.items()
         ],
-        "parameters": changed,
-        # These have sliders until the page has ranked all by their effect.
-        "important": [f"{part}.{name}" for kind, name in important for part in setup.called(kind)],
-        "thermometers": list(_thermometers(scenario)),
-        "duty": _duty([scenario.values()[driver] for driver in drivers], drivers),
-        "notes": {each.scenario.controller.name: _note(each.scenario) for each in systems},
-        "laws": {each.scenario.controller.name: _law(each, names) for each in systems},
+        "drivers": drivers,
+        "vectors": vectors_of(drivers),
+        "most": SEGMENTS,
+        "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
     }
 
 
-def _law(system: Whole, names: set[str]) -> dict[str, Any]:
-    """Value references of what the page names, and the start values of the scenario by value reference."""
-    references = {scalar.name: scalar.reference for scalar in system.component.scalars()}
+def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[str, Any]:
+    """What a reader should know of a law, its value references, and the scenario's start values by these.
+
+    Whatever is said of the duty cycle of all joints has a reference in each of them.
+    """
+    scalars = {scalar.name: scalar for scalar in system.component.scalars()}
     given = [
-        (references[f"{instance}.{name}"], float(value))
+        (scalars[f"{instance}.{name}"].reference, float(value))
         for instance, of in system.scenario.values().items()
         for name, value in of.items()
     ]
-    return {"references": {name: references[name] for name in sorted(names)}, "values": given}
-
-
-def _note(scenario: Scenario) -> str:
-    """What a reader should know before trusting a law's figures; empty where there is nothing."""
-    advice, ideal = judged(scenario)
-    return advice or (IDEAL if ideal else "")
-
-
-def _parameters(scenario: Scenario, whole: Component, drivers: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """The numbers that a reader may change: those of plant and instruments."""
-    kept = (*drivers, *scenario.setup.controllers)
-    values = scenario.values()
-    for scalar in whole.scalars():
-        instance, _, name = scalar.name.rpartition(".")
-        variable = scalar.variable
-        if isinstance(variable, Parameter) and instance not in kept:
-            value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
-            low, high, by_factors = _range(scalar, value)
-            unit = variable.display or variable.unit
-            shown = conversion(parse_unit(variable.unit), parse_unit(unit), False)
-            yield {
-                "name": scalar.name,
-                "about": variable.description,
-                "value": value,
-                "low": low,
-                "high": high,
-                "byFactors": by_factors,
-                "si": variable.unit,
-                "unit": unit,
-                "factor": shown.factor,
-                "offset": shown.offset,
-            }
-
-
-def _range(scalar: Scalar, value: float) -> tuple[float, float, bool]:
-    """Ends of a slider, and whether it goes by factors."""
-    variable = scalar.variable
-    lowest = -float("inf") if scalar.lower is None else scalar.lower
-    highest = float("inf") if variable.maximum is None else variable.maximum
-    if variable.display == "degC":
-        return max(value - ROOM, lowest), min(value + ROOM, highest), False
-    if value > 0 and variable.type == "Real":
-        return value / SPAN, min(value * SPAN, highest), True
-    size = limits.ordinary_size(variable)
-    most = highest if highest < float("inf") else max(size, SPAN * abs(value))
-    return max(lowest, -most), most, False
-
-
-def _thermometers(scenario: Scenario) -> Iterator[dict[str, str]]:
-    """The thermometers that controllers read: their instance, their channel, and what they measure."""
-    blueprint = scenario.setup.blueprint
-    for source, target in blueprint.wires:
-        instance, _, variable = source.rpartition(".")
-        reader, _, sensed = target.rpartition(".")
-        if reader in scenario.setup.controllers and blueprint.components[instance] == THERMOMETERS:
-            label = f"{instance.removesuffix('sensors')}{sensed.removesuffix('_temperature')}"
-            yield {"instance": instance, "channel": variable.removeprefix("reading"), "label": label}
-
-
-def _duty(values: Sequence[Mapping[str, Any]], drivers: Sequence[str]) -> dict[str, Any]:
-    """Segments with the demands on each of the drivers, whose segments are of the same length."""
-    first = values[0]
-    segments = [
-        {
-            "duration": first[f"duration[{i}]"],
-            **{name: [float(each[f"segment_{name}[{i}]"]) for each in values] for name in DEMANDS},
-        }
-        for i in range(1, SEGMENTS + 1)
-        if first[f"duration[{i}]"] > 0
-    ]
-    return {"drivers": drivers, "most": SEGMENTS, "repeat": bool(first["repeat"]), "segments": segments}
+    own, first = tuple(f"{drivers[0]}.segment_{word}" for word in OWN), f"{drivers[0]}."
+    references = {}
+    for name, scalar in scalars.items():
+        if name in watched or isinstance(scalar.variable, Parameter):
+            shared = name.startswith(first) and not name.startswith(own)
+            same = [f"{each}.{name.removeprefix(first)}" for each in drivers] if shared else [name]
+            references[name] = [scalars[each].reference for each in same]
+    advice, ideal = judged(system.scenario)
+    return {"references": references, "values": given, "note": advice or (IDEAL if ideal else "")}
 
 
 def columns(plots: Plots) -> dict[str, dict[str, Any]]:
     """Columns of a measured run by name: units with factor and offset into SI, and what they measure."""
-    lines: dict[str, tuple[str, str]] = {}
-    for (_, unit), of in plots.items():
-        lines |= {name.removeprefix("link, "): (unit, variable) for name, variable in of.items()}
+    lines = {
+        name.removeprefix("link, "): (unit, variable)
+        for (_, unit), of in plots.items()
+        for name, variable in of.items()
+    }
     known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in RECORDED.items()}
     for name in MEASURED:
-        line = lines.get(name.removesuffix("_temperature"))
-        if line is not None:
+        if line := lines.get(name.removesuffix("_temperature")):
             known[name] = {"units": _units(line[0]), "variable": line[1]}
     return known
 
@@ -220,28 +145,25 @@ def _units(unit: str) -> dict[str, tuple[float, float]]:
 
 
 def _file_content(scenario: Scenario) -> dict[str, Any]:
-    """What a scenario's file says besides its duty cycle, with which the page writes one."""
-    tables: dict[str, Any] = {}
+    """What a scenario's file says besides its duty cycle: its head, its further tables, its parameters."""
     top: dict[str, Any] = {
         "title": scenario.title,
         "step_size": f"{scenario.step_size!r} s",
         "master": scenario.master,
         "tolerance": f"{scenario.tolerance!r} m",
     }
+    sensors = {"noise": scenario.sensors.noise, "used": scenario.sensors.used}
+    tables: list[tuple[str, dict[str, Any]]] = [
+        ("[sensors]", {name: value for name, value in sensors.items() if value is not None})
+    ]
     written = {} if scenario.file is None else read_toml(scenario.file)
     if "roles" in written:
-        top["system"], tables["roles"] = written["system"], written["roles"]
+        top["system"] = written["system"]
+        tables.append(("[roles]", written["roles"]))
     held = scenario.values().get(POSE_SEQUENCE, {})
-    if held:
-        top["system"] = scenario.setup.name
-    sensors = {"noise": scenario.sensors.noise, "used": scenario.sensors.used}
-    tables["sensors"] = {name: value for name, value in sensors.items() if value is not None}
-    poses = [
-        {
-            "hold": held[f"duration[{i}]"],
-            "joints": [held[f"joint_{joint}[{i}]"] for joint in range(1, AXES + 1)],
-        }
-        for i in range(1, POSES + 1)
-        if held.get(f"duration[{i}]")
-    ]
-    return {"top": top, "tables": tables, "parameters": scenario.parameters, "poses": poses}
+    for i in range(1, POSES + 1):
+        if held.get(f"duration[{i}]"):
+            top["system"] = scenario.setup.name
+            joints = [held[f"joint_{joint}[{i}]"] for joint in range(1, AXES + 1)]
+            tables.append(("[[pose]]", {"hold": held[f"duration[{i}]"], "joints": joints}))
+    return {"top": top, "tables": tables, "parameters": scenario.parameters}

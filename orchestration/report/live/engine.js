@@ -1,46 +1,32 @@
 // A component compiled for the browser (fmus/packaging/native/sources/browser.c), and runs of it.
 
-export class Engine {
-  /** Engine of a module's bytes, which imports nothing. */
-  static async of(bytes) {
-    const { instance } = await WebAssembly.instantiate(bytes, {});
-    instance.exports._initialize();
-    return new Engine(instance.exports);
-  }
+/**
+ * What runs a component, from the bytes of its module, which imports nothing.
+ *
+ * A run starts anew with `values`, pairs of value reference and start value. It gives an array for each value reference
+ * in `watched`, with a number for each communication point, and throws an Error with the component's sentence where that
+ * refuses something.
+ */
+export async function engine(bytes) {
+  const { reset, set, initialize, room, run, fault, memory, _initialize } = (await WebAssembly.instantiate(bytes)).instance.exports;
+  _initialize();
 
-  constructor(exports) {
-    this.exports = exports;
-  }
-
-  /**
-   * Run from the start: an array for each value reference in `watched`, with one number for each communication point.
-   *
-   * `values` are pairs of value reference and start value. Throws an Error with the component's sentence where it refuses
-   * something.
-   */
-  run(watched, steps, step, values) {
-    const { exports } = this;
-    exports.reset();
-    for (const [reference, value] of values) this.check(exports.set(reference, value));
-    this.check(exports.initialize());
-    const width = watched.length;
-    const size = width * (steps + 1);
-    const place = exports.room(8 * size + 4 * width);
-    const references = place + 8 * size;
-    new Uint32Array(exports.memory.buffer, references, width).set(watched);
-    this.check(exports.run(steps, step, references, width, place));
-    const rows = new Float64Array(exports.memory.buffer, place, size);
-    return watched.map((_, column) => {
-      const found = new Float64Array(steps + 1);
-      for (let row = 0; row <= steps; row++) found[row] = rows[row * width + column];
-      return found;
-    });
-  }
-
-  check(well) {
+  function check(well) {
     if (well) return;
-    const memory = new Uint8Array(this.exports.memory.buffer);
-    const start = this.exports.fault();
-    throw new Error(new TextDecoder().decode(memory.slice(start, memory.indexOf(0, start))));
+    const text = new Uint8Array(memory.buffer, fault());
+    throw new Error(new TextDecoder().decode(text.subarray(0, text.indexOf(0))));
   }
+
+  return (watched, steps, step, values) => {
+    reset();
+    for (const [reference, value] of values) check(set(reference, value));
+    check(initialize());
+    const [points, width] = [steps + 1, watched.length];
+    const place = room((8 * points + 4) * width);
+    const references = place + 8 * points * width;
+    new Uint32Array(memory.buffer, references, width).set(watched);
+    check(run(steps, step, references, width, place));
+    const found = new Float64Array(memory.buffer, place, points * width);
+    return watched.map((_, i) => found.slice(points * i, points * (i + 1)));
+  };
 }

@@ -1,72 +1,99 @@
-// What the reader has chosen, and the runs that follow from it.
+// What the reader has changed, and the runs that follow from it. A form is the state of the page: each field is named after
+// a variable, and shows it in a unit of its own.
 
-import { drawUnseen } from "./dom.js";
+import { digits } from "./figures.js";
 
-/** Demands of a segment, in the names of the DutyCycle component. */
-const DEMANDS = ["speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power"];
+const unseen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+unseen.fillStyle = "#0008";
 
 export class Model {
-  /** `changed` is called after every change of the state. */
-  constructor(content, engines, changed) {
-    Object.assign(this, { content, engines, changed });
+  /** `engines` run the system with each law; `onchange` is called after every change. */
+  constructor(form, content, engines, onchange) {
+    Object.assign(this, { content, engines, onchange, vectors: content.vectors, measured: null });
+    this.fields = new Map([...form.elements].filter(({ dataset }) => dataset.unit).map((field) => [field.name, field]));
+    this.start = new Map([...this.fields].map(([name, { dataset }]) => [name, dataset.start ?? this.text(name)]));
+    this.rows = Array.from({ length: content.most }, (_, i) => this.vectors.map(({ name }) => `${name}[${i + 1}]`));
     this.score = new Function("v", `return ${content.score}`);
     this.uncompensated = new Function("v", `return ${content.uncompensated}`);
-    const { stop, duty } = content;
-    this.measured = null;
-    this.start = { laws: Object.keys(content.laws), stop, repeat: duty.repeat, segments: duty.segments, values: {} };
-    this.state = this.start;
   }
 
-  set(part) {
-    this.state = { ...this.state, ...part };
-    this.changed();
+  /** What a field shows. */
+  text(name) {
+    const { type, checked, value } = this.fields.get(name);
+    return type === "checkbox" ? String(Number(checked)) : value;
   }
 
-  setSegments(segments) {
-    if (segments.length <= this.content.duty.most) this.set({ segments });
+  /** What a field shows, with its unit. */
+  quantity(name) {
+    const { unit } = this.fields.get(name).dataset;
+    return unit === "1" ? this.text(name) : `${this.text(name)} ${unit}`;
   }
 
-  /** Change a parameter; null takes it back to the scenario's value. */
-  setValue(name, value) {
-    const { [name]: _, ...others } = this.state.values;
-    this.set({ values: value === null ? others : { ...others, [name]: value } });
+  /** A variable in its SI unit; `text` is what its field shows, by default now. */
+  get(name, text = this.text(name)) {
+    const { factor, offset } = this.fields.get(name).dataset;
+    return (Number(text) - offset) / factor;
   }
 
-  /** Give a thermometer a fault that is felt: from a quarter of the run on, by 2 K, or 2 K/h. */
-  setFault(instance, channel, kind) {
-    const name = (what) => `${instance}.fault_${what}${channel}`;
-    const usual = { [name("time")]: Math.round(this.state.stop / 4), [name("size")]: 2, [name("rate")]: 2 / 3600 };
-    const others = Object.entries(this.state.values).filter(([key]) => ![...Object.keys(usual), name("kind")].includes(key));
-    this.set({ values: { ...Object.fromEntries(others), ...(kind ? { ...usual, [name("kind")]: kind } : {}) } });
+  /** What a field shows for a value in SI units. */
+  shown(name, value) {
+    const { factor, offset } = this.fields.get(name).dataset;
+    return digits(factor * value + Number(offset), 12);
   }
 
-  /** Pairs of value reference and value that a law's run starts with. */
-  values(law, values = this.state.values) {
-    const { references, values: given } = this.content.laws[law];
-    const { segments, repeat } = this.state;
-    const duty = this.content.duty.drivers.flatMap((driver, joint) => {
-      const vector = (name, of) =>
-        Array.from({ length: this.content.duty.most }, (_, i) => [references[`${driver}.${name}[1]`] + i, of(segments[Math.min(i, segments.length - 1)], i)]);
-      const demands = DEMANDS.flatMap((name) => vector(`segment_${name}`, (segment) => segment[name][joint]));
-      const lasting = vector("duration", ({ duration }, i) => (i < segments.length ? duration : 0));
-      return [[references[`${driver}.repeat`], Number(repeat)], ...lasting, ...demands];
-    });
-    return [...given, ...duty, ...Object.entries(values).map(([name, value]) => [references[name], value])];
+  /** Change variables, in SI units. */
+  set(values) {
+    this.put(Object.fromEntries(Object.entries(values).map(([name, value]) => [name, this.shown(name, value)])));
   }
 
-  /** Time series of a law's run: an array for each watched variable by name. */
-  run(law, values) {
+  /** Change what fields show; null stands for the scenario's value. */
+  put(texts) {
+    for (const [name, given] of Object.entries(texts)) {
+      const [field, text] = [this.fields.get(name), given ?? this.start.get(name)];
+      if (field.type === "checkbox") field.checked = text === "1";
+      else field.value = text;
+    }
+    this.onchange();
+  }
+
+  /** Names of what was changed, of a kind ("parameter", "duty" or "page") or at all. */
+  changed(kind) {
+    const all = [...this.fields].filter(([, { disabled, dataset }]) => !disabled && (kind ?? dataset.kind) === dataset.kind);
+    return all.map(([name]) => name).filter((name) => Number(this.text(name)) !== Number(this.start.get(name)));
+  }
+
+  get laws() {
+    return Object.keys(this.content.laws).filter((law) => this.get(`law:${law}`));
+  }
+
+  /** What the fields of each segment show, in the order of the vectors; an unused one has no duration. */
+  get segments() {
+    return this.rows.map((names) => names.map((name) => this.text(name))).filter(([duration]) => duration);
+  }
+
+  set segments(segments) {
+    if (!segments.length || segments.length > this.rows.length) return;
+    const unused = ["", ...this.vectors.slice(1).fill(null)];
+    this.rows.forEach((names, i) => this.put(Object.fromEntries(names.map((name, k) => [name, (segments[i] ?? unused)[k]]))));
+  }
+
+  /** Values of a law's run by watched variable; `more` are values of variables, in SI units. */
+  run(law, more = {}) {
     const { watched, step, laws } = this.content;
-    const references = watched.map((name) => laws[law].references[name]);
-    const start = this.values(law, values);
-    drawUnseen(); // directly before the engine, which needs it
-    const columns = this.engines[law].run(references, Math.round(this.state.stop / step), step, start);
+    const { references, values } = laws[law];
+    const changed = [...this.changed().map((name) => [name, this.get(name)]), ...Object.entries(more)];
+    const set = changed.flatMap(([name, value]) => (references[name] ?? []).map((each) => [each, value]));
+    const wanted = watched.map((name) => references[name][0]);
+    // In Firefox 140 a search in a text or an array leaves the registers of some processors (those with AVX-512) so that
+    // WebAssembly runs a hundred times slower, until something translucent is drawn.
+    unseen.fillRect(0, 0, 8, 8);
+    unseen.getImageData(0, 0, 1, 1);
+    const columns = this.engines[law](wanted, Math.round(this.get("stop") / step), step, [...values, ...set]);
     return Object.fromEntries(watched.map((name, i) => [name, columns[i]]));
   }
 
   /** An expression at every communication point, in m. */
-  evaluate(expression, series) {
-    const [first] = Object.values(series);
-    return first.map((_, i) => expression((name) => series[name][i]));
+  evaluate(expression, values) {
+    return Object.values(values)[0].map((_, i) => expression((name) => values[name][i]));
   }
 }

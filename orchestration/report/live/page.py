@@ -16,10 +16,11 @@ from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
+from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
-SCRIPTS = ("engine", "figures", "dom", "plot", "model", "sliders", "duty", "measured", "share", "page")
+SCRIPTS = ("engine", "figures", "plot", "model", "sliders", "duty", "measured", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
 
 BESIDE = "observer"
@@ -27,12 +28,6 @@ BESIDE = "observer"
 
 MODULES = "modules"
 """Folder of the compiled systems below the cache."""
-
-TRUST = (
-    "The system is integrated in one piece, compiled from the C code of its FMUs: the numbers are those of "
-    "the native FMU of the whole system. The command couples one FMU for each part, so that its numbers "
-    "differ by the coupling error that it states."
-)
 
 _MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
 
@@ -73,18 +68,22 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
 
 
 def _page(systems: Sequence[Whole], asked: Asked) -> str:
+    scenario, whole, _ = systems[0]
     known = content(systems, asked)
     folder = resources.files("warmlink.orchestration.report.live")
     texts = [(folder / f"{name}.js").read_text("utf-8") for name in SCRIPTS]
     return rendered(
         "live/live.html.j2",
-        title=systems[0].scenario.title,
+        title=scenario.title,
+        kind="live",
+        lead="This page needs a browser of 2023 or later with JavaScript switched on.",
+        name=scenario.name,
         plots=known["plots"],
-        trust=TRUST,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: _packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
+        **form(scenario, whole, list(known["laws"])),
     )
 
 

@@ -1,89 +1,76 @@
 // What takes the page's state elsewhere: its address, the commands that compute the same, files.
 
-const unit = (si) => (si === "1" ? "" : ` ${si}`);
-const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+/** What was changed as the part of an address after #. */
+export const address = (model) => `#${new URLSearchParams(model.changed().map((name) => [name, model.text(name)]))}`;
 
-/** The state as the part of an address after #: what differs from the start. */
-export function address({ state, start }) {
-  const different = Object.entries(state).filter(([key, value]) => !same(value, start[key]));
-  return different.length ? `#${encodeURIComponent(JSON.stringify(Object.fromEntries(different)))}` : "#";
+/** Take over the changes of an address; throws an Error with a sentence where they do not fit this page. */
+export function restore(hash, model) {
+  const given = Object.fromEntries(new URLSearchParams(hash.slice(1)));
+  const fits = ([name, text]) => {
+    const field = model.fields.get(name)?.cloneNode(true) ?? {};
+    field.value = text;
+    return field.checkValidity?.() && Number.isFinite(Number(text));
+  };
+  const shown = Object.keys(model.content.laws).some((law) => given[`law:${law}`] !== "0");
+  if (!shown || !Object.entries(given).every(fits))
+    throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
+  model.put(given);
 }
-
-/** The state of an address; throws an Error with a sentence where it does not fit this page. */
-export function restored(hash, { content, start }) {
-  if (hash.length < 2) return start;
-  try {
-    const state = { ...start, ...JSON.parse(decodeURIComponent(hash.slice(1))) };
-    const known = new Set(content.parameters.map(({ name }) => name));
-    const demands = Object.keys(start.segments[0]);
-    const fits = state.laws.length && state.laws.every((law) => law in content.laws) && state.stop > 0 &&
-      Object.entries(state.values).every(([name, value]) => known.has(name) && Number.isFinite(value)) &&
-      state.segments.length && state.segments.every((segment) => demands.every((name) => name in segment));
-    if (fits) return state;
-  } catch {
-    // Said below.
-  }
-  throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
-}
-
-const dutyChanged = ({ state, start }) => !same([state.segments, state.repeat], [start.segments, start.repeat]);
-
-/** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
-export const needsFile = (model) => dutyChanged(model) || (model.content.mismatched && Object.keys(model.state.values).length > 0);
-
-export const scenarioFile = ({ content }) => `${content.name}_live.toml`;
-
-/** The command that computes a law's figures. */
-export function command(model, law) {
-  const { content, state, start } = model;
-  if (needsFile(model)) return `warmlink run ${word(scenarioFile(model))} --controller ${law}`;
-  const asked = state.stop === start.stop ? content.options
-    : [...content.options.filter(([option]) => option !== "--stop"), ["--stop", `${state.stop} s`]];
-  const options = [["--controller", law], ...asked, ...sets(model)];
-  return `warmlink run ${word(content.asked)}${options.map(quoted).join("")}`;
-}
-
-/** The command that diagnoses a measured run, in the cell as it is set. */
-export const diagnosis = (model, file) =>
-  `warmlink diagnose ${word(file)}${sets(model).map(quoted).join("")}`;
-
-const word = (text) => (/^[\w./-]+$/.test(text) ? text : `"${text}"`);
-const quoted = ([option, value]) => ` ${option} ${word(value)}`;
-const sets = (model) => settings(model, model.content.given).map(([name, value]) => ["--set", `${name}=${value}`]);
 
 /** Parameters as they are written: given ones, and those set on the page. */
-function settings({ content, state }, given) {
-  const units = Object.fromEntries(content.parameters.map(({ name, si }) => [name, unit(si)]));
-  const set = Object.entries(state.values).map(([name, value]) => [name, `${value}${units[name]}`]);
-  return Object.entries({ ...given, ...Object.fromEntries(set) });
+function settings(model, given) {
+  const set = model.changed("parameter").map((name) => [name, model.quantity(name)]);
+  return { ...given, ...Object.fromEntries(set) };
 }
 
-const written = (value) => (Array.isArray(value) ? `[${value.map(written).join(", ")}]` : JSON.stringify(value));
-const lines = (table) => Object.entries(table).map(([key, value]) => `${/^\w+$/.test(key) ? key : JSON.stringify(key)} = ${written(value)}\n`).join("");
+/** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
+export function needsFile(model) {
+  const kinds = model.content.mismatched ? ["duty", "parameter"] : ["duty"];
+  return kinds.some((kind) => model.changed(kind).length);
+}
 
-/** The scenario with a law as a TOML file, as the page has it. */
-export function scenarioText(model, law) {
-  const { top, tables, parameters, poses } = model.content.scenario;
-  const { segments, stop, repeat } = model.state;
-  const of = (values, si) => (values.length > 1 ? values.map((value) => `${value} ${si}`) : `${values[0]} ${si}`);
-  const pads = [() => ({}), ({ pad_power }) => ({ pad_power: `${pad_power[0]} W` }), ({ pad_temperature }) => ({ pad_temperature: `${pad_temperature[0]} K` })];
-  const segment = (each) => ({
-    duration: `${each.duration} s`, speed: of(each.speed, "rad/s"), torque: of(each.torque, "N.m"),
-    ambient_temperature: `${each.ambient_temperature[0]} K`, ...pads[each.pad_mode[0]](each),
-  });
-  return [
-    lines({ ...top, controller: law, stop_time: `${stop} s`, ...(repeat ? { repeat } : {}) }),
-    ...segments.map((each) => `[[segment]]\n${lines(segment(each))}`),
-    ...poses.map((each) => `[[pose]]\n${lines(each)}`),
-    ...Object.entries(tables).map(([name, table]) => `[${name}]\n${lines(table)}`),
-    `[parameters]\n${lines(Object.fromEntries(settings(model, parameters)))}`,
-  ].join("\n");
+/** A command with options as a shell takes them. */
+function line(program, file, options) {
+  const word = (text) => (/^[\w./-]+$/.test(text) ? text : `"${text}"`);
+  return [`warmlink ${program} ${word(file)}`, ...options.map(([option, value]) => `${option} ${word(value)}`)].join(" ");
+}
+
+/** The commands that compute the figures of each law and, in the cell as it is set, diagnose a measured run. */
+export function commands(model) {
+  const { name, asked, given, options } = model.content;
+  const sets = Object.entries(settings(model, given)).map(([each, value]) => ["--set", `${each}=${value}`]);
+  const stop = model.changed("page").includes("stop") ? [["--stop", model.quantity("stop")]] : [];
+  const others = options.filter(([option]) => option !== "--stop" || !stop.length);
+  const [file, more] = needsFile(model) ? [`${name}_live.toml`, []] : [asked, [...others, ...stop, ...sets]];
+  const runs = model.laws.map((law) => line("run", file, [["--controller", law], ...more]));
+  return model.measured ? [...runs, line("diagnose", model.measured.name, sets)] : runs;
+}
+
+/** The scenario with the first law as a TOML file, as the page has it. */
+export function scenarioText(model) {
+  const { scenario: { top, tables, parameters }, drivers } = model.content;
+  const segment = (_, i) => {
+    const told = {};
+    for (const { name, word } of model.vectors) told[word] = [...(told[word] ?? []), model.quantity(`${name}[${i + 1}]`)];
+    const { duration, pad_mode, pad_power, pad_temperature, ...demands } = told;
+    const pad = [{}, { pad_power }, { pad_temperature }][pad_mode];
+    const each = Object.entries({ duration, ...demands, ...pad }).map(([word, all]) => [word, all.length > 1 ? all : all[0]]);
+    return ["[[segment]]", Object.fromEntries(each)];
+  };
+  const repeat = model.get(`${drivers[0]}.repeat`) ? { repeat: true } : {};
+  const parts = [
+    ["", { ...top, controller: model.laws[0], stop_time: model.quantity("stop"), ...repeat }],
+    ...model.segments.map(segment),
+    ...tables,
+    ["[parameters]", settings(model, parameters)],
+  ];
+  const entry = ([key, value]) => `${/^\w+$/.test(key) ? key : JSON.stringify(key)} = ${JSON.stringify(value)}`;
+  return parts.map(([heading, table]) => [heading, ...Object.entries(table).map(entry)].join("\n")).join("\n\n");
 }
 
 /** The parameters set on the page as an SSP parameter set. */
-export function parameterSet({ state, content }) {
-  const each = Object.entries(state.values).map(([name, value]) => `    <ssv:Parameter name="${name}"><ssv:Real value="${value}"/></ssv:Parameter>\n`);
-  return '<?xml version="1.0" encoding="UTF-8"?>\n' +
-    `<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="${content.name}">\n` +
-    `  <ssv:Parameters>\n${each.join("")}  </ssv:Parameters>\n</ssv:ParameterSet>\n`;
+export function parameterSet(model) {
+  const each = (name) => `<ssv:Parameter name="${name}"><ssv:Real value="${model.get(name)}"/></ssv:Parameter>`;
+  const parameters = model.changed("parameter").map(each).join("\n");
+  return model.content.ssv.replace("<ssv:Parameters/>", `<ssv:Parameters>${parameters}</ssv:Parameters>`);
 }

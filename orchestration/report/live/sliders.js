@@ -1,79 +1,56 @@
-// Sliders of the parameters, ranked by how much they move the score.
+// Sliders of parameters, each before the number that it moves, ranked by how much they move the score.
 
-import { choice, element, field } from "./dom.js";
 import { digits } from "./figures.js";
 
-const STEPS = 1000;
-const MOST = 8;
+const SHOWN = 8;
+const MOST_RANKED = 1e6; // communication points that all the runs of a ranking may have
 
-/** A parameter's value as it is shown, and back; six digits. */
-export const shown = (parameter, value) => digits(parameter.factor * value + parameter.offset);
-const inSi = (parameter, number) => (number - parameter.offset) / parameter.factor;
-
-function place({ low, high, byFactors }, value) {
-  const share = byFactors ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-  return Math.round(STEPS * share);
+/** Set the number of a slider that was dragged. */
+export function slid({ value, dataset, nextElementSibling }, model) {
+  model.put({ [nextElementSibling.name]: digits("powers" in dataset ? Math.exp(value) : Number(value), 4) });
 }
 
-function valueAt({ low, high, byFactors }, position) {
-  const share = position / STEPS;
-  return Number((byFactors ? low * (high / low) ** share : low + share * (high - low)).toPrecision(4));
-}
-
-/** One row: name, slider, number with its unit, and a way back. */
-export function sliderRow(parameter, model) {
-  const { name, about, unit } = parameter;
-  const get = () => model.state.values[name] ?? parameter.value;
-  const set = (value) => model.setValue(name, value);
-  const slider = field(
-    { type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${name}: ${about}`, input: () => set(valueAt(parameter, slider.value)) },
-    () => place(parameter, get()),
-    () => {},
-  );
-  const text = () => `${shown(parameter, get())} ${unit === "1" ? "" : unit}`;
-  slider.addEventListener("input", () => slider.setAttribute("aria-valuetext", text()));
-  slider.setAttribute("aria-valuetext", text());
-  const number = field({ "aria-label": `${name} [${unit}]` }, () => shown(parameter, get()), (value) => set(inSi(parameter, value)));
-  const back = element("button", { type: "button", "aria-label": `${name}: back to the scenario's value`, click: () => model.setValue(name, null) }, "↺");
-  return element("div", { class: "slider", title: about }, element("span", {}, name), slider, number, element("span", {}, unit === "1" ? "" : unit), back);
-}
-
-/** Parameters by the largest change of the score when each grows by a tenth. */
-export async function ranked(parameters, scoreWith) {
-  const base = scoreWith({});
-  const effects = [];
-  for (const parameter of parameters) {
-    await new Promise((resolve) => setTimeout(resolve)); // what the reader does meanwhile comes first
-    let effect = 0;
-    try {
-      const score = scoreWith({ [parameter.name]: 1.1 * parameter.value });
-      score.forEach((each, i) => (effect = Math.max(effect, Math.abs(each - base[i]))));
-    } catch {
-      // Refused by the component, as a tip beyond the link's end: such a value has no effect to rank.
-    }
-    effects.push([effect, parameter]);
+/** Put the sliders to where their numbers are. */
+export function follow() {
+  for (const slider of document.querySelectorAll(".slider:not([hidden]) [type=range]")) {
+    const { value, dataset } = slider.nextElementSibling;
+    slider.value = "powers" in slider.dataset ? Math.log(value) : value;
+    slider.setAttribute("aria-valuetext", dataset.unit === "1" ? value : `${value} ${dataset.unit}`);
   }
-  return effects.sort((a, b) => b[0] - a[0]).map(([, parameter]) => parameter);
 }
 
-/** Fill a place with the sliders of the first parameters and of those that were changed or looked for. */
-export function showSliders(target, parameters, model) {
-  const changed = parameters.filter(({ name }, i) => i >= MOST && name in model.state.values && !/\.fault_/.test(name));
-  target.replaceChildren(...[...parameters.slice(0, MOST), ...changed].map((each) => sliderRow(each, model)));
+/** Largest changes of the score when a parameter grows by a tenth, by its name; none where trying all would last. */
+async function effects(parameters, model) {
+  const tried = parameters.filter(({ name, value, dataset }) => Number(value) && dataset.unit !== "degC" && !name.includes("["));
+  const score = (more) => model.evaluate(model.score, model.run(model.laws[0], more));
+  const found = {};
+  if ((tried.length * model.get("stop")) / model.content.step > MOST_RANKED) return found;
+  const base = score({});
+  for (const { name } of tried) {
+    await new Promise((resolve) => setTimeout(resolve)); // what the reader does meanwhile comes first
+    try {
+      const changes = score({ [name]: 1.1 * model.get(name) }).map((each, i) => Math.abs(each - base[i]));
+      found[name] = changes.reduce((most, each) => Math.max(most, each));
+    } catch {
+      found[name] = 0; // refused by the component, as a tip beyond the link's end
+    }
+  }
+  return found;
 }
 
-/** The sensors' faults: one choice for each thermometer, and when and how much. */
-export function showFaults(target, thermometers, model) {
-  const kinds = [[0, "well"], [1, "stuck"], [2, "jump"], [3, "drift"], [4, "drops out"]];
-  const rows = thermometers.map(({ instance, channel, label }) => {
-    const name = (what) => `${instance}.fault_${what}${channel}`;
-    const number = (what, start, unit, factor) =>
-      field({ "aria-label": `${label}: ${what} of the fault [${unit}]` }, () => digits((model.state.values[name(what)] ?? 0) * factor),
-        (value) => model.setValue(name(what), value / factor));
-    return element("tr", {}, element("th", { scope: "row" }, label),
-      element("td", {}, choice({ "aria-label": `${label}: fault` }, kinds, () => model.state.values[name("kind")] ?? 0,
-        (kind) => model.setFault(instance, channel, Number(kind)))),
-      element("td", {}, number("time", 0, "min", 1 / 60)), element("td", {}, number("size", 0, "K", 1)), element("td", {}, number("rate", 0, "K/h", 3600)));
-  });
-  target.replaceChildren(...rows);
+/** Order the sliders in a place by their effect; show the first and those that were changed, or what is searched. */
+export async function list(place, search, model) {
+  const rows = [...place.querySelectorAll(".slider")];
+  const found = await effects(rows.map(({ id }) => model.fields.get(id)), model);
+  rows.sort((a, b) => (found[b.id] ?? -1) - (found[a.id] ?? -1));
+  place.replaceChildren(...rows);
+  const show = () => {
+    const hidden = search.value
+      ? ({ textContent, title }) => !`${textContent} ${title}`.includes(search.value)
+      : ({ id }, i) => i >= SHOWN && !model.changed("parameter").includes(id);
+    rows.forEach((row, i) => { row.hidden = hidden(row, i); });
+    follow();
+  };
+  search.addEventListener("input", show);
+  show();
 }

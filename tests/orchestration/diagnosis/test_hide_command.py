@@ -159,3 +159,25 @@ def test_what_a_diagnosis_found_is_told_though_it_cannot_be_written(
         assert "only the answer above is left" in err
     assert err.count("\n") == 1
     assert not Path("found").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["joint_conductance=0"], "joint_conductance=0: the strength is a factor; give one above 0"),
+        (["conductivity=-1"], "conductivity=-1: the strength is a factor; give one above 0"),
+        (["joint_resistance=-1"], "effects: between 0 and 300 s the cell's temperatures grow beyond all"),
+        (["hub_heat_loss=-5"], "the cell's temperatures grow beyond all bounds; give weaker effects"),
+        (["--seed", "-1"], "--seed -1: is negative; give 0 or above"),
+    ],
+)
+def test_effects_that_no_cell_can_have_are_refused(
+    arguments: list[str],
+    sentence: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    code, _, err = ended(["hide", *arguments, "--out", "run.csv"], monkeypatch, capsys)
+    assert code == 2
+    assert sentence in err
+    assert not Path("run.csv").exists()

@@ -98,6 +98,10 @@ def test_what_is_no_link_is_refused(draw: Callable[[Any], None], sentence: str, 
             "--tool-point 1, 2 mm: is no point; write it with its unit",
         ),
         ((*FACES[:2], "--tool-point", "0, 1, 2 mm"), "lies on the heated face"),
+        (
+            (*FACES[:2], "--tool-point", "0, 12.7, 3.175 mm", "--tool-face", "330.2, 12.7, 3 mm"),
+            "--tool-point 0, 12.7, 3.175 mm: is the middle of the heated face",
+        ),
         ((*FACES, "--cooled", "#2;"), "--cooled : no such face"),
         ((*FACES, "--cooled", "#2;#3", "--cooled", "#3"), "--cooled: face #3 is named twice"),
         (
@@ -141,6 +145,24 @@ def test_a_file_that_is_broken_is_refused(
 def test_a_mesh_wants_its_unit(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a mesh does not say its unit; give --unit mm"):
         reduce(bar(tmp_path / "bar.msh", mesh=40.0), *FACES)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--order", "40"), "--order 40: on this mesh there are 14 patterns; give no more"),
+        (("--tolerance", "1e-30 m"), "14 patterns leave an error .* allow a larger --tolerance"),
+    ],
+)
+def test_more_patterns_than_a_mesh_has_are_refused(
+    options: tuple[str, ...], sentence: str, tmp_path: Path
+) -> None:
+    import meshio
+
+    points = 100.0 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
+    meshio.write(tmp_path / "part.inp", meshio.Mesh(points, [("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])]))
+    with pytest.raises(InputError, match=sentence):
+        reduce(tmp_path / "part.inp", *FACES, "--unit", "mm", *options)
 
 
 @pytest.mark.parametrize("corners", [[[4, 5, 6]], [[0, 1, 4]]])

@@ -22,11 +22,11 @@ from warmlink.orchestration.system.shipped import WARMUP_CELL
 pytestmark = pytest.mark.platform
 
 RUN = """
-import { Engine } from "${page}/engine.js";
-const engine = await Engine.of(Buffer.from(given.module, "base64"));
+import { engine } from "${page}/engine.js";
+const run = await engine(Buffer.from(given.module, "base64"));
 let result;
 try {
-  const columns = engine.run(given.watched, given.steps, given.step, given.values);
+  const columns = run(given.watched, given.steps, given.step, given.values);
   result = columns.map((each) => [...each]);
 } catch (fault) {
   result = fault.message;

@@ -51,7 +51,7 @@ def test_expressions_give_the_same_values_on_the_page() -> None:
 
 READ = """
     import { readMeasured, measuredSegments } from "${page}/measured.js";
-    const first = { ambient_temperature: [295.15], pad_temperature: [295.15], pad_power: [0] };
+    const first = { ambient_temperature: 295.15, pad_temperature: 295.15, pad_power: 0 };
     const read = (text) => {
       const { times, series } = readMeasured(text, given.columns, "run.csv");
       return { times, series, segments: measuredSegments({ times, series }, first) };
@@ -72,7 +72,7 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
     path.write_text(text, "utf-8")
     duty = read_csv(path)
     times = np.arange(0.0, duty.stop_time, 10.0)
-    segments = [Segment(s["duration"], **{name: s[name][0] for name in DEMANDS}) for s in found["segments"]]
+    segments = [Segment(s["duration"], **{name: s[name] for name in DEMANDS}) for s in found["segments"]]
     for name, expected in demands_at(duty.segments, times).items():
         np.testing.assert_allclose(demands_at(segments, times)[name], expected, err_msg=name)
     assert [s.pad_mode for s in segments] == [0, 1, 0]

@@ -136,6 +136,20 @@ def test_what_an_fmu_refuses_is_told_by_the_fmus(
         assert said in str(outcome.stopped)
 
 
+def test_an_input_that_nothing_feeds_has_the_value_that_a_run_gives_it(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    case = planned(folder, "lag")[0]
+    warm, as_ever = (
+        replace(case, values={**case.values, "motor": {**case.values.get("motor", {}), "current": current}})
+        for current in (2.0, 0.0)
+    )
+    found = attempt_all([case, warm, as_ever], replace(fmus, rollouts=rollouts))
+    assert found[1] == attempt(warm, fmus)
+    assert abs(found[1].max_abs_um - found[0].max_abs_um) > 1
+    assert found[2] == found[0]
+
+
 def test_a_system_that_differs_from_its_fmus_is_refused(
     folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
 ) -> None:

@@ -41,21 +41,23 @@ int EXPORTED(initialize)(void)
     return model_initialize(&model);
 }
 
-static void record(const unsigned *references, int count, double *values)
+/* The values at a communication point, each in its own row of `points` values. */
+static void record(const unsigned *references, int count, int points, double *values)
 {
     for (int i = 0; i < count; i++)
-        model_get(&model, references[i], WL(variables)[references[i]].kind, &values[i]);
+        model_get(&model, references[i], WL(variables)[references[i]].kind, &values[(size_t)i * (size_t)points]);
 }
 
-/* `values` takes one row for the start and one for each step. Returns whether all steps were done. */
+/* `values` takes a row for each reference, with one value for the start and one for each step. Returns whether all steps
+   were done. */
 int EXPORTED(run)(int steps, double step, const unsigned *references, int count, double *values)
 {
     double reached;
-    record(references, count, values);
+    record(references, count, steps + 1, values);
     for (int i = 0; i < steps; i++) {
         if (model_step(&model, i * step, step, NULL, &reached) != DONE)
             return 0;
-        record(references, count, values + (size_t)(i + 1) * (size_t)count);
+        record(references, count, steps + 1, values + i + 1);
     }
     return 1;
 }

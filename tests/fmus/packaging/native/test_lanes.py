@@ -6,12 +6,15 @@ import casadi
 import numpy as np
 import pytest
 
+from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.native.casadi_code import function, functions_text
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.lanes import in_lanes
 from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import aligned
+from warmlink.fmus.packaging.native.rollout_code import compiled
 
 LANES = 4
 CALL = """
@@ -60,3 +63,16 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
         call(*(ctypes.c_void_p(each.ctypes.data) for each in (inside, outside)))
         expected = np.column_stack([np.array(whole(column)).ravel() for column in pair.T])
         np.testing.assert_allclose(outside, expected, rtol=4e-15, atol=4e-16)
+
+
+def test_a_system_whose_parts_are_all_driven_goes_through_a_run() -> None:
+    shaft, heat = "motor.shaft_temperature", "motor.heat_flow"
+    try:
+        rollout = compiled(join("Alone", {"motor": MOTOR}, []), (shaft, heat))
+    except InputError as fault:
+        pytest.skip(str(fault))
+    runs: list[dict[str, dict[str, float]]] = [{}, {"motor": {"initial_shaft_temperature": 310.0}}]
+    values, well = rollout.run(runs, 100, 1.0)
+    assert well.all()
+    np.testing.assert_array_equal(values[0, 0], 295.15)
+    assert 295.15 < values[1, 0, -1] < values[1, 0, 0] == 310.0

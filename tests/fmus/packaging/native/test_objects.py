@@ -94,7 +94,11 @@ def test_what_is_damaged_is_made_anew(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setenv(cache.LIMIT_VARIABLE, "1")
-    ages = {"things/old": 9, "abcdef/native": 8, "things/older": 10, "things/used": 5, "things/new": 0}
+    build, *studies = (f"{n:016x}" for n in range(5))
+    old, older, use, new = (f"studies/{each}" for each in studies)
+    theirs = ("photos/holiday", "unpacked/letters", f"work/{'a' * 15}")
+    ages = {old: 9, f"{build}/native": 8, older: 10, use: 5, new: 0, "unpacked/4711": 20}
+    ages |= dict.fromkeys(theirs, 99)
     for name, days in ages.items():
         folder = tmp_path / name
         folder.mkdir(parents=True)
@@ -104,37 +108,28 @@ def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch:
     cache.make_room.cache_clear()
     kept("things", "the next", lambda: bytes(400_000))
     left = {path.parent.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("file")}
-    assert left == {"things/new"}, "what is used today stays, however much it is"
+    assert left == {new, *theirs}, "what is used today stays, however much it is, and what is not the cache's"
     assert kept_before("things", "the next") is not None
 
 
 def test_two_processes_make_room_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
-    (tmp_path / "things").mkdir()
-    for name in ("older", "old"):
-        (tmp_path / "things" / name).write_bytes(b"file")
-        os.utime(tmp_path / "things" / name, (0, 0))
+    (tmp_path / "unpacked").mkdir()
+    for name in ("1", "2"):
+        (tmp_path / "unpacked" / name).write_bytes(b"file")
+        os.utime(tmp_path / "unpacked" / name, (0, 0))
     look = cache._last_used
 
     def looked(entry: Path) -> tuple[float, int, Path]:
-        if entry.name == "old":
+        if entry.name == "2":
             entry.unlink()  # by the other process
         return look(entry)
 
     monkeypatch.setattr(cache, "_last_used", looked)
     cache.make_room.cache_clear()
     cache.make_room()
-    assert not [*(tmp_path / "things").iterdir()]
-
-
-def test_what_is_made_needs_no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
-    def none() -> Path:
-        raise InputError("cannot be written")
-
-    monkeypatch.setattr(cache, "cache_folder", none)
-    cache.make_room.cache_clear()
-    assert kept("things", "the same", lambda: b"made") == b"made"
+    assert not [*(tmp_path / "unpacked").iterdir()]
 
 
 def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,6 +139,15 @@ def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyP
     os.utime(file, (0, 0))
     kept("things", "the same", lambda: b"made")
     assert file.stat().st_mtime > time.time() - 60
+
+
+def test_where_nothing_can_be_kept_it_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> Path:
+        raise InputError("there is no folder for it")
+
+    monkeypatch.setattr(cache, "cache_folder", none)
+    cache.make_room.cache_clear()
+    assert kept("things", "the same", lambda: b"made") == b"made"
 
 
 @pytest.mark.parametrize("limit", ["much", "-1", "nan"])
