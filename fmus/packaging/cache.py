@@ -149,7 +149,7 @@ def _last_used(entry: Path) -> tuple[float, int, Path]:
     # A folder counts as read whenever it is listed, as here.
     read = [each.st_atime for each in (inside if entry.is_dir() else [own])]
     written = [each.st_mtime for each in (*inside, own)]
-    return max(*read, *written), sum(each.st_size for each in (*inside, own)), entry
+    return max([*read, *written]), sum(each.st_size for each in (*inside, own)), entry
 
 
 def _digest(content: bytes) -> bytes:

@@ -132,6 +132,16 @@ def test_two_processes_make_room_at_once(tmp_path: Path, monkeypatch: pytest.Mon
     assert not [*(tmp_path / "unpacked").iterdir()]
 
 
+def test_an_empty_folder_of_the_cache_is_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
+    (tmp_path / "unpacked" / "1").mkdir(parents=True)
+    os.utime(tmp_path / "unpacked" / "1", (0, 0))
+    cache.make_room.cache_clear()
+    cache.make_room()
+    assert not (tmp_path / "unpacked" / "1").exists()
+
+
 def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     kept("things", "the same", lambda: b"made")
