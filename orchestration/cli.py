@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -128,6 +129,7 @@ def script() -> NoReturn:
     To free one by one the objects that it holds would take half as long as loading them.
     """
     code = _ended(main)
+    threading._shutdown()  # type: ignore[attr-defined]  # of threads and pools of processes, as Python does first
     atexit._run_exitfuncs()
     if code:
         with suppress(OSError):
@@ -142,7 +144,10 @@ def _ended(command: Callable[[], None]) -> int:
     try:
         command()
     except SystemExit as end:
-        return end.code if isinstance(end.code, int) else 0
+        if isinstance(end.code, int | None):
+            return end.code or 0
+        remark(str(end.code))
+        return FAILED
     return 0
 
 

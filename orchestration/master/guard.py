@@ -49,15 +49,25 @@ def guarded(
     progress: Progress | None = None,
     remark: Remark | None = None,
 ) -> Result:
-    """Do a run in a process of its own, by `lambda line: simulate(..., line=line)`.
+    """Do a run in a process of its own.
 
     Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies. On platforms other than
-    Linux the run is done in this process, with None for the line. `progress` is called here with
-    communication steps done and to do, `remark` with what the user should know at once.
+    return. Recorded values are kept in both cases, and also if the process dies.
 
-    Raises InputError and SlaveError as the run does; SlaveError too where the process dies before there is a
-    first value.
+    Parameters
+    ----------
+    work : callable
+        Does the run, in the other process: `lambda line: simulate(..., line=line)`. On platforms other than
+        Linux it is called in this one, with None.
+    progress : callable, optional
+        Called here with communication steps done and to do.
+    remark : callable, optional
+        Called with what the user should know at once.
+
+    Raises
+    ------
+    InputError, SlaveError
+        As the run does; SlaveError too where the process dies before there is a first value.
     """
     if sys.platform != "linux":
         return work(None)

@@ -60,10 +60,17 @@ def assemble(
 
 
 def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
-    """Give connections between variables, as `motor.heat_flow`, with the conversion of their units.
+    """Give connections between variables, with the conversion of their units.
 
-    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
-    quantities do not fit.
+    Parameters
+    ----------
+    components : the system's components by name
+    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
+
+    Raises
+    ------
+    InputError
+        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}

@@ -86,3 +86,26 @@ def test_an_answer_that_cannot_be_printed_is_no_traceback(arguments: str) -> Non
     told = f"warmlink: the answer cannot be written ({reason}); free space there, and run it again\n"
     assert (full.returncode, full.stderr) == (1, told)
     assert (closed.returncode, closed.stderr) == (0, "")
+
+
+def ended(statement: str) -> subprocess.CompletedProcess[str]:
+    """Process whose command is one statement."""
+    code = (
+        f"from warmlink.orchestration import cli\ndef command():\n    {statement}\n"
+        "cli.app = command\ncli.script()\n"
+    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
+def test_an_end_with_a_text_says_it_and_fails() -> None:
+    done = ended("raise SystemExit('why it ended')")
+    assert (done.returncode, done.stderr) == (1, "warmlink: why it ended\n")
+
+
+def test_a_pool_of_processes_ends_before_the_process_does() -> None:
+    done = ended(
+        "from concurrent.futures import ProcessPoolExecutor as Pool; import multiprocessing; global pool; "
+        "pool = Pool(2, multiprocessing.get_context('spawn')); pool.submit(abs, 1); "
+        "pool.submit(abs, 2).result()"
+    )
+    assert (done.returncode, done.stderr) == (0, "")

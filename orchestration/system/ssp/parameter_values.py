@@ -47,7 +47,10 @@ class Parameter:
 def read_ssv(path: Path) -> dict[str, Parameter]:
     """Read an SSV file: the parameters by name, each with its own unit.
 
-    InputError if the file is absent, not an SSV, or holds what is not supported.
+    Raises
+    ------
+    InputError
+        If the file is absent, not an SSV, or holds what is not supported.
     """
     return parameter_set(root_of_file(path, "ParameterSet", path.name), path.name)
 
@@ -59,8 +62,12 @@ def write_ssv(
 ) -> None:
     """Write an SSV file, whole or not at all.
 
-    Values are by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
-    told.
+    Parameters
+    ----------
+    values : by variable name: plain Python values, or `Parameter` where a unit or an Enumeration is to be
+        told
+    path : where to write
+    name : name of the parameter set
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:

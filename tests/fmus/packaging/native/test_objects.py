@@ -113,6 +113,36 @@ def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch:
     assert kept_before("things", "the next") is not None
 
 
+def test_two_processes_make_room_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
+    (tmp_path / "unpacked").mkdir()
+    for name in ("1", "2"):
+        (tmp_path / "unpacked" / name).write_bytes(b"file")
+        os.utime(tmp_path / "unpacked" / name, (0, 0))
+    look = cache._last_used
+
+    def looked(entry: Path) -> tuple[float, int, Path]:
+        if entry.name == "2":
+            entry.unlink()  # by the other process
+        return look(entry)
+
+    monkeypatch.setattr(cache, "_last_used", looked)
+    cache.make_room.cache_clear()
+    cache.make_room()
+    assert not [*(tmp_path / "unpacked").iterdir()]
+
+
+def test_an_empty_folder_of_the_cache_is_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
+    (tmp_path / "unpacked" / "1").mkdir(parents=True)
+    os.utime(tmp_path / "unpacked" / "1", (0, 0))
+    cache.make_room.cache_clear()
+    cache.make_room()
+    assert not (tmp_path / "unpacked" / "1").exists()
+
+
 def test_what_is_read_counts_as_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     kept("things", "the same", lambda: b"made")
