@@ -97,7 +97,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
-    there = watching(camera, u, p)
+    there = where(u.drift_valid > 0.5, watching(camera, p), 0.0)
     witness = Look(camera.says, there, p.camera_authority, p.camera_relative_authority)
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
     free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
@@ -118,7 +118,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     filters, camera = filters_of(x), Camera(*(getattr(x, f"camera_{name}") for name in Camera._fields))
     row = elongation_row(filters.quiet.mean, p)
-    return observer.reported(x, filters, row, p, camera.evidence, watching(camera, u, p))
+    return observer.reported(x, filters, row, p, camera.evidence, watching(camera, p))
 
 
 def update_from_camera(
@@ -217,9 +217,9 @@ def elongation_row(mean: Number, p: Record) -> Number:
     return stack((1.0 + mean[_SCALE]) * p.elongation_row, *none, model.elongation(mean, p), 1.0)
 
 
-def watching(camera: Camera, u: Record, p: Record) -> Number:
-    """1 where the camera has told an elongation and has not fallen silent, else 0."""
-    return where(u.drift_valid > 0.5, where(camera.age < p.camera_timeout, camera.said, 0.0), 0.0)
+def watching(camera: Camera, p: Record) -> Number:
+    """1 where the camera has told an elongation not long ago, else 0."""
+    return where(camera.age < p.camera_timeout, camera.said, 0.0)
 
 
 def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:

@@ -158,7 +158,7 @@ def test_a_jump_within_a_step_is_located() -> None:
 
 
 def test_what_begins_to_move_late_is_compared_at_once() -> None:
-    # At rest, comparisons find no error; then a signal without jumps sets a loop of integrators in motion.
+    # At rest, comparisons find no error; a signal without jumps then moves two integrators in a loop.
     def source() -> MockSlave:
         return MockSlave("source", outputs={"y": lambda x, u, t: max(0.0, t - onset)})
 
