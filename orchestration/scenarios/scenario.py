@@ -119,17 +119,29 @@ class Scenario:
         """
         self._check_extent()
         noise = self.in_use.noise
+        given, driven = start_values(self.parameters, self.declared, self.name), self.duty.start_values()
+        self._check_driven(given, driven)
         chosen = merged(
             self.setup.values,
             {} if noise is None else self.setup.noisy(noise),
             self.design or {},
-            start_values(self.parameters, self.declared, self.name),
-            self.duty.start_values(),
+            given,
+            driven,
         )
         if "tolerance" in self.controller.component.p.index:
             for instance in self.setup.controllers:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
+
+    def _check_driven(self, given: StartValues, driven: StartValues) -> None:
+        """Refuse a parameter that the duty cycle sets to something else, and that would have no effect."""
+        for instance, values in driven.items():
+            for name, value in given.get(instance, {}).items():
+                if values.get(name, value) != value:
+                    raise InputError(
+                        f"{self.name}: {instance}.{name} is set by the duty cycle {self.duty.name}; give "
+                        "another duty cycle, or segments of your own in the scenario's file"
+                    )
 
     def _check_extent(self) -> None:
         """Refuse a run that is too long, or of more communication points than fit into memory."""

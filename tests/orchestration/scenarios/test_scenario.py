@@ -273,3 +273,12 @@ def test_whole_numbers_and_truth_keep_their_type() -> None:
     values = start_values(given, {"sensors": SENSORS, "duty": DUTY}, "mine")
     assert values == {"sensors": {"fault_kind[3]": 3}, "duty": {"repeat": True}}
     assert [type(values["sensors"]["fault_kind[3]"]), type(values["duty"]["repeat"])] == [int, bool]
+
+
+def test_a_parameter_that_the_duty_cycle_sets_is_refused_where_it_would_have_no_effect() -> None:
+    scenario = load_scenario("warm_up")
+    said = scenario.values()["duty"]
+    same = {"duty.segment_speed[1]": said["segment_speed[1]"]}
+    assert replace(scenario, parameters=same).values()["duty"] == said
+    with pytest.raises(InputError, match=r"duty.segment_speed\[1\] is set by the duty cycle windshield_wiper"):
+        _ = replace(scenario, parameters={"duty.segment_speed[1]": "0 rad/s"}).values()
