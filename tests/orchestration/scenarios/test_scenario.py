@@ -280,5 +280,5 @@ def test_a_parameter_that_the_duty_cycle_sets_is_refused_where_it_would_have_no_
     said = scenario.values()["duty"]
     same = {"duty.segment_speed[1]": said["segment_speed[1]"]}
     assert replace(scenario, parameters=same).values()["duty"] == said
-    with pytest.raises(InputError, match=r"duty.segment_speed\[1\] is set by the duty cycle windshield_wiper"):
+    with pytest.raises(InputError, match=r"duty.segment_speed\[1\] is set by the duty cycle wind"):
         _ = replace(scenario, parameters={"duty.segment_speed[1]": "0 rad/s"}).values()
