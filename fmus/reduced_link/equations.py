@@ -134,16 +134,20 @@ def _driving(z: Number, u: Record, p: Record, time: Number, model: ReducedModel)
 def _solved(p: Record, step: Number, right: Number, model: ReducedModel) -> Number:
     """Solve (C + step K) y = right, with what hub and tip carry in C, and what they lose in K.
 
-    Their terms, of rank one, are added one after the other by the formula of Sherman and Morrison.
+    Their two terms of rank one are added at once by Woodbury's formula: one after the other, the second would
+    wait for the first in each step.
     """
-    diagonal = p.pattern_heat_capacity + step * p.conductivity * model.conduction
-    hub, tool = p.hub_heat_capacity + step * p.hub_conductance, p.tip_heat_capacity + step * p.tip_conductance
-    base, tip = model.loads[:, 0], model.loads[:, 1]
-
-    def added(found: Number, weight: Number, end: Number, column: Number) -> Number:
-        """Solution with the term of an end, from that without it; `column` is the one for the end."""
-        return found - column * (weight * total(end * found) / (1 + weight * total(end * column)))
-
-    at_base = base / diagonal
-    at_tip, plain = (added(each / diagonal, hub, base, at_base) for each in (tip, right))
-    return added(plain, tool, tip, at_tip)
+    inverse = 1.0 / (p.pattern_heat_capacity + step * p.conductivity * model.conduction)
+    ends = model.loads[:, 0], model.loads[:, 1]
+    weights = (
+        p.hub_heat_capacity + step * p.hub_conductance,
+        p.tip_heat_capacity + step * p.tip_conductance,
+    )
+    columns, plain = [end * inverse for end in ends], right * inverse
+    at_base, at_tip = (weight * total(end * plain) for weight, end in zip(weights, ends, strict=True))
+    (a, b), (c, d) = (
+        [float(i == j) + weights[i] * total(ends[i] * columns[j]) for j in range(2)] for i in range(2)
+    )
+    determinant = a * d - b * c
+    first, second = (d * at_base - b * at_tip) / determinant, (a * at_tip - c * at_base) / determinant
+    return plain - columns[0] * first - columns[1] * second
