@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from importlib import import_module
 from inspect import cleandoc
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import typer
@@ -123,44 +122,21 @@ def _before_any_command(*, version: bool = False) -> None:
         raise SystemExit
 
 
-def script() -> NoReturn:
-    """Run the command as a process, and end it at once.
-
-    To free one by one the objects that it holds would take half as long as loading them.
-    """
-    code = _ended(main)
-    threading._shutdown()  # type: ignore[attr-defined]  # of threads and pools of processes, as Python does first
-    atexit._run_exitfuncs()
-    if code:
-        with suppress(OSError):
-            _flush()
-    else:
-        code = _ended(lambda: guarded(_flush))
-    os._exit(code)
-
-
-def _ended(command: Callable[[], None]) -> int:
-    """Exit code that a command ends with."""
-    try:
-        command()
-    except SystemExit as end:
-        if isinstance(end.code, int | None):
-            return end.code or 0
-        remark(str(end.code))
-        return FAILED
-    return 0
-
-
-def _flush() -> None:
-    """Write what was printed and is still in memory; a stream that the caller closed is None."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
-            stream.flush()
-
-
 def main() -> None:
     """Run the command that the process's arguments name; it may end in SystemExit."""
-    guarded(app)
+    # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
+    gc.set_threshold(50_000)
+    atexit.register(gc.freeze)
+    guarded(_answered)
+
+
+def _answered() -> None:
+    """Run the command, and write what it printed while a full disk can still be told."""
+    try:
+        app()
+    finally:
+        if sys.stdout is not None:  # which the caller may have closed
+            sys.stdout.flush()
 
 
 def guarded(command: Callable[[], None]) -> None:
@@ -175,12 +151,14 @@ def guarded(command: Callable[[], None]) -> None:
         remark(f"{fault}; there are no results")
         raise SystemExit(FAILED) from None
     except BrokenPipeError:
+        sys.stdout = None  # lest Python tries again at its end
         raise SystemExit(0) from None
     except OSError as fault:
         from warmlink.orchestration.files import FULL_DISK
 
         if fault.errno not in FULL_DISK:
             raise
+        sys.stdout = None
         told = os.strerror(fault.errno).lower()
         remark(f"the answer cannot be written ({told}); free space there, and run it again")
         raise SystemExit(FAILED) from None
@@ -189,4 +167,4 @@ def guarded(command: Callable[[], None]) -> None:
 
 
 if __name__ == "__main__":
-    script()
+    main()

@@ -244,4 +244,4 @@ def _turned(traces: Sequence[dict[str, Any]], **layout: Any) -> Any:
 
 def in_mm(places: Array) -> str:
     """Places, shape (n, 3) [m], in mm as text."""
-    return "; ".join(", ".join(f"{x:.4g}" for x in place) for place in 1e3 * places.round(8) + 0.0)
+    return "; ".join(", ".join(f"{x:.4g}" for x in place) for place in 1e3 * places.round(5) + 0.0)

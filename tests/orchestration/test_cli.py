@@ -58,20 +58,6 @@ def test_the_shell_completes_commands_and_names(tmp_path: Path, words: str, prop
     assert proposed in done.stdout.split()
 
 
-def test_the_process_ends_at_once_but_not_before_what_is_due(tmp_path: Path) -> None:
-    """What was printed is out, what waits for the end of the process is done, and the exit code is told."""
-    code = (
-        "import atexit, sys\n"
-        "from warmlink.orchestration import cli\n"
-        "atexit.register(print, 'tidied up')\n"
-        "def command():\n    print('answer')\n    raise SystemExit(1)\n"
-        "cli.app = command\n"
-        "cli.script()\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (1, "answer\ntidied up\n", "")
-
-
 @pytest.mark.platform
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
 @pytest.mark.parametrize("arguments", ["--version", "list", "list --json"])
@@ -86,26 +72,3 @@ def test_an_answer_that_cannot_be_printed_is_no_traceback(arguments: str) -> Non
     told = f"warmlink: the answer cannot be written ({reason}); free space there, and run it again\n"
     assert (full.returncode, full.stderr) == (1, told)
     assert (closed.returncode, closed.stderr) == (0, "")
-
-
-def ended(statement: str) -> subprocess.CompletedProcess[str]:
-    """Process whose command is one statement."""
-    code = (
-        f"from warmlink.orchestration import cli\ndef command():\n    {statement}\n"
-        "cli.app = command\ncli.script()\n"
-    )
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-
-
-def test_an_end_with_a_text_says_it_and_fails() -> None:
-    done = ended("raise SystemExit('why it ended')")
-    assert (done.returncode, done.stderr) == (1, "warmlink: why it ended\n")
-
-
-def test_a_pool_of_processes_ends_before_the_process_does() -> None:
-    done = ended(
-        "from concurrent.futures import ProcessPoolExecutor as Pool; import multiprocessing; global pool; "
-        "pool = Pool(2, multiprocessing.get_context('spawn')); pool.submit(abs, 1); "
-        "pool.submit(abs, 2).result()"
-    )
-    assert (done.returncode, done.stderr) == (0, "")
