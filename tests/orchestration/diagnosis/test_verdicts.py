@@ -10,12 +10,10 @@ import pytest
 
 from tests.documented import undescribed
 from tests.orchestration.diagnosis.loggers import sticking
-from tests.pages import plots
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
-from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
@@ -29,7 +27,6 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 TWINS = {"expansion_coefficient", "elongation_scale"}
@@ -252,72 +249,3 @@ def test_missing_columns_and_gaps(tmp_path: Path) -> None:
     found = assess(read_experiment(path))
     assert found.word in ("named", "ambiguous")
     assert {"joint_resistance"} in candidates(found)
-
-
-@pytest.fixture(scope="module")
-def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
-    return diagnose_experiment(
-        read([file_with(tmp_path_factory.mktemp("named"), sized("radiation"), seed=20)])
-    )
-
-
-def test_held_out_error_falls_to_the_noise(named: Diagnosis) -> None:
-    gain = json_content(named)["gain"]
-    assert gain["heldout"]["rmse_before"] > 3
-    assert gain["heldout"]["rmse_after"] < 1.1
-    compensated = gain["compensation_um"]
-    assert compensated["after"] < 0.1 * compensated["before"]
-    assert compensated["after_95"][0] <= compensated["after"] <= compensated["after_95"][1]
-    assert compensated["observer"]["after"] < compensated["observer"]["before"]
-
-
-def test_the_json_has_the_agreed_form(named: Diagnosis) -> None:
-    found = json_content(named, "extended.ssv")
-    assert not undescribed("diagnosis.json", found)
-    assert list(found)[:4] == ["verdict", "causes", "ambiguous", "next_experiment"]
-    assert {"wrong", "gain", "extended"} <= set(found)
-    cause = found["causes"][0]
-    assert {"name", "parameters", "evidence"} <= set(cause)
-    value = cause["parameters"]["link.emissivity"]
-    assert set(value) == {"value", "std", "low95", "high95", "unit"}
-    assert value["low95"] < 0.6 < value["high95"]
-    assert value["high95"] - value["low95"] == pytest.approx(2 * 1.96 * value["std"], rel=0.01)
-    assert set(found["gain"]) == {"fit", "heldout", "runs", "compensation_um"}
-    wrong = found["wrong"]["tip_temperature"]
-    assert {"unit", "rmse", "noise", "bias", "whiteness_p", "when", "correlates_with"} == set(wrong)
-    assert wrong["unit"] == "K"
-    assert wrong["noise"] == pytest.approx(0.08, rel=0.1)
-
-
-def test_a_model_that_no_observer_can_be_designed_for_is_still_reported(
-    named: Diagnosis, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(*given: object, **named: object) -> None:
-        raise InputError("no law for such a plant")
-
-    monkeypatch.setattr("warmlink.controllers.design.gains.design_controller", refused)
-    found = replace(named)
-    assert found.verdict == "named"
-    assert json_content(found)["gain"]["compensation_um"]["observer"] is None
-    assert "With an observer" not in summary(found)
-
-
-def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
-    lines = summary(named).splitlines()
-    assert len(lines) <= 10
-    assert "radiat" in lines[1]
-
-
-def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
-    from warmlink.orchestration.system.ssp.parameter_values import read_ssv
-
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "next_experiment.toml").write_text("of an older run")
-    files = write_diagnosis(named, tmp_path / "out")
-    assert {path.name for path in (tmp_path / "out").iterdir()} == set(files)
-    assert set(files) == {"diagnosis.json", "extended.ssv", "report.html"}
-    values = read_ssv(files["extended.ssv"])
-    assert values["link.emissivity"].value == pytest.approx(0.6, abs=0.05)
-    page = files["report.html"].read_text()
-    assert "http-equiv" not in page
-    assert "as it stands" in plots(files["report.html"])
