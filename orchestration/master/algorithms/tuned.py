@@ -65,7 +65,6 @@ class TunedStepper(Stepper):
 
     def __init__(self, inner: Stepper, network: Network, changes: tuple[Change, ...]) -> None:
         self.inner, self.remarks = inner, inner.remarks
-        self.memory, self.recall = inner.memory, inner.recall  # type: ignore[method-assign]
         self._network = network
         self._changes = sorted(changes, key=lambda change: change.time)
 
@@ -75,3 +74,11 @@ class TunedStepper(Stepper):
         for (slave, parameter), value in due.items():
             self._network.slaves[self._network.index[slave]].set((parameter,), (value,))
         self.inner.step(time, step_size)
+
+    def memory(self) -> object:
+        """Return what the inner stepper remembers."""
+        return self.inner.memory()
+
+    def recall(self, memory: object) -> None:
+        """Take what `memory` gave."""
+        self.inner.recall(memory)
