@@ -162,6 +162,15 @@ def test_help_loads_nothing_heavy() -> None:
     assert "run" in done.stdout
 
 
+def test_each_file_of_tests_is_imported_under_a_name_of_its_own() -> None:
+    """Folders without ``__init__.py`` share one namespace, in which pytest refuses the second of a name."""
+    files = defaultdict(list)
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        folder = path.parent.relative_to(ROOT) if (path.parent / "__init__.py").exists() else Path()
+        files[folder / path.name].append(str(path.relative_to(ROOT)))
+    assert {name: twice for name, twice in files.items() if len(twice) > 1} == {}
+
+
 def test_the_project_speaks_of_itself_only() -> None:
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if tracked.returncode != 0:
