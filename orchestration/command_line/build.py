@@ -79,7 +79,7 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
-    from warmlink.orchestration.check.validity import validity_problems
+    from warmlink.orchestration.check.fmu import validity_problems
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.read import read_system

@@ -140,7 +140,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -164,7 +164,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSV, write_diagnoses
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSV, write_diagnoses
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)

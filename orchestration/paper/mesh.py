@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at
-from warmlink.orchestration.finite_elements.forms import scikit_fem
+from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at, scikit_fem
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, Geometry
 
 MERGE_DISTANCE = 1e-8

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements import forms
+from warmlink.orchestration.finite_elements import body as fem
 from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
 
 LEAST_REACH = 1e-5
@@ -125,7 +125,7 @@ class Elements:
         self.places = np.asarray(basis.doflocs)
         facets = [np.unique(np.concatenate([face.facets for face in group])) for group in self.faces]
         base, tip, *groups = (
-            forms.mass(skfem.FacetBasis(mesh, element, facets=each, intorder=4)) for each in facets
+            fem.mass(skfem.FacetBasis(mesh, element, facets=each, intorder=4)) for each in facets
         )
         loads = np.stack([np.asarray(each.sum(axis=0)).ravel() for each in (base, tip, *groups)], axis=1)
         loads[:, :2] /= loads[:, :2].sum(axis=0)
@@ -136,13 +136,13 @@ class Elements:
         motion_of_tip = _rigid_part(tip, self.places, self.tool_point)
         # The heated face's motion, carried to the tool point, is what is not the tool's own.
         wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
-        self._elastic = Equilibrium(forms.stiffness(basis, 1.0, ratio), basis)
-        self._forces = forms.thermal_load(basis, basis, 1.0, ratio)
+        self._elastic = Equilibrium(fem.stiffness(basis, 1.0, ratio), basis)
+        self._forces = fem.thermal_load(basis, basis, 1.0, ratio)
         motion = self._elastic.solve(wanted) @ self._forces
-        stored = forms.mass(skfem.Basis(mesh, element, intorder=4))
+        stored = fem.mass(skfem.Basis(mesh, element, intorder=4))
         self.heat = Heat(
             mass=stored,
-            conduction=forms.conduction(basis),
+            conduction=fem.conduction(basis),
             integrals=np.asarray(stored.sum(axis=0)).ravel(),
             cooling=groups,
             loads=loads,
@@ -186,7 +186,7 @@ class Equilibrium:
         _, _, order = qr(motions, pivoting=True, mode="economic")
         linear = block_diag([_linear_to_quadratic(basis)] * 3, format="csc")
         self._coarse = csr_matrix(linear[:, np.sort(order[6:])])
-        self._factor = forms.symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
+        self._factor = fem.symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
         self._smooth = 1 / np.asarray(abs(self._matrix).sum(axis=1)).ravel()
 
     def solve(self, forces: Array) -> Array:

@@ -26,7 +26,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.forms import symmetric_factor
+from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.scenario import materials
