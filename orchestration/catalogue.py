@@ -13,7 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.fmus.reduced_link.component import reduced_link
-from warmlink.fmus.reduced_link.model import STORED, read_stored
+from warmlink.fmus.reduced_link.equations import STORED, read_stored
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore

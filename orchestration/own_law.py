@@ -31,10 +31,7 @@ COMPONENT = component_of(law) if isinstance(law, type) else law
 
 @dataclass(frozen=True)
 class OwnLaw(Controller):
-    """A law from a user's file; tables show it under its name in the file.
-
-    `place` is the file and the name in it, as given, and `module` where its component is declared.
-    """
+    """A law from a user's file: its place, as given, and the module where its component is declared."""
 
     place: str = ""
     module: str = ""
@@ -51,16 +48,15 @@ class OwnLaw(Controller):
         return {self.component.name: path if is_file(path) else self._built(store.kind, folder)}
 
     def _built(self, kind: FmuKind, folder: Path) -> Path:
+        from warmlink.fmus.packaging.native.fmu import build_native_fmus
+        from warmlink.fmus.packaging.python.fmu import build_python_fmu
+
         entry = Entry(self.component, self.module)
         try:
-            if kind == "native":
-                _check_symbolic(self.component)
-                from warmlink.fmus.packaging.native.fmu import build_native_fmus
-
-                return build_native_fmus([entry], folder)[0]
-            from warmlink.fmus.packaging.python.fmu import build_python_fmu
-
-            return build_python_fmu(entry, folder)
+            if kind == "python":
+                return build_python_fmu(entry, folder)
+            _check_symbolic(self.component)
+            return build_native_fmus([entry], folder)[0]
         except InputError:
             raise
         except Exception as fault:

@@ -11,8 +11,7 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES, COORDINATES
-from warmlink.orchestration.arm.blueprint import POSES, axis_name
-from warmlink.orchestration.arm.geometry import axes, joint_angles
+from warmlink.orchestration.arm.blueprint import POSES, axes, axis_name, joint_angles
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.system.shipped import COMPENSATOR

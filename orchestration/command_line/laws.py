@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import settings_given
+from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.console import answer, answer_json
 
 
@@ -67,8 +67,7 @@ def design(
         from warmlink.orchestration.files import fresh_file
         from warmlink.orchestration.report.design import write_report
 
-        title = f"{law} for {Path(system).stem}"
-        lead = f"{'; '.join(found.summary().splitlines())}."
+        title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
         with fresh_file(report) as target:
             write_report(plant_model(found.plant), found.reduced, title, lead, target)
     path = out or Path(f"{law}.ssv")

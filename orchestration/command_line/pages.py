@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import advise, values_given
+from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar, spinner
 
 PICTURES = (".svg", ".png", ".pdf")

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
-from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.command_line import arguments
+from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -81,7 +81,7 @@ def simulate(
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
-    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
     chosen, folder = algorithm(master), out or Path("out") / system.stem
@@ -138,7 +138,7 @@ def simulate(
                 if broken is not None or (not missed and result.error is None):
                     break
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, options.listed(record) or (), csv))
+                lost = write_files(target, series_writers(result.table, arguments.listed(record) or (), csv))
     stopped = result.reason or broken
     summary = _summary(result, stopped, bounds, folder)
     if json:
@@ -146,17 +146,12 @@ def simulate(
     else:
         _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
         if statistics:
-            options.print_statistics(result.statistics)
+            arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
     for name in missed if broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    if lost is not None:
-        remark(f"{folder}: {lost}")
-    if stopped is not None:
-        remark(f"stopped early: {stopped}; what was computed up to there is kept")
-    if lost is not None or stopped is not None:
-        raise SystemExit(FAILED)
+    arguments.finish(folder, lost, stopped)
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
@@ -164,14 +159,12 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
-    said = {"time_limit": (time_limit, "s"), "memory_limit": (memory_limit, "B")}
     limits = {}
-    for name, (text, unit) in said.items():
-        option = f"--{name.replace('_', '-')}"
+    for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):
         if text is not None and not isolate:
-            raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
+            raise InputError(f"--{name}-limit: applies only to FMUs in processes of their own; add --isolate")
         if text is not None:
-            limits[name] = positive(text, unit, option)
+            limits[f"{name}_limit"] = positive(text, unit, f"--{name}-limit")
     return Isolation(**limits) if isolate else None
 
 

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.master.pacing import on_ctrl_c
@@ -80,10 +80,10 @@ def compare(
     from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
     from warmlink.orchestration.system.replacement import Replacements
 
-    sets, laws = options.sets_given(parameters, set_), options.listed(controllers)
+    sets, laws = arguments.sets_given(parameters, set_), arguments.listed(controllers)
     if with_ and system in SYSTEMS:
         laws = [*(designed_for(system) if laws is None else laws), *with_]
-    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
+    plan = plan_on(system, laws, arguments.listed(duty_cycles), arguments.listed(mismatch), sets, scenario)
     given = Replacements.given(replace, map_)
     plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
     for each in sets:
@@ -91,7 +91,7 @@ def compare(
         if sentence is not None:
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():
-        options.advise(first)
+        arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
     means = _means(fmus, jobs, scheduler, exact)
     with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:

@@ -25,7 +25,7 @@ from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.plant import WIRES
 from warmlink.fmus.reduced_link.component import reduced_link
-from warmlink.fmus.reduced_link.model import STORED, ReducedModel, stored
+from warmlink.fmus.reduced_link.equations import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file

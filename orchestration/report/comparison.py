@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from warmlink.orchestration.report.figures import heat_map
 from warmlink.orchestration.report.page import Section, Table, write_page
@@ -119,14 +118,12 @@ def _line(row: Row) -> tuple[str, ...]:
     found, run = row.outcome, (row.controller, row.duty_cycle, row.mismatch)
     if found.stopped is not None:
         return (*run, *("",) * 5, f"stopped: {found.stopped}")
-    settled: Any = found.time_to_tolerance_s
+    settled, removed, equal = found.time_to_tolerance_s, row.removed_percent, row.equal_within_um
     remark = "worse than none" if row.worse_than_none else "beyond tolerance" if row.beyond_tolerance else ""
     return (
-        *run,
-        f"{found.max_abs_um:.2f}",
-        f"{found.p95_abs_um:.2f}",
+        *(*run, f"{found.max_abs_um:.2f}", f"{found.p95_abs_um:.2f}"),
         "never" if settled is None else f"{settled / 60:.1f}",
-        "" if row.removed_percent is None else f"{row.removed_percent:.1f}",
-        "" if row.equal_within_um is None else f"{row.equal_within_um:.2g}",
+        "" if removed is None else f"{removed:.1f}",
+        "" if equal is None else f"{equal:.2g}",
         "" if row.controller == NO_CONTROLLER else remark,
     )

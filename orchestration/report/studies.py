@@ -26,9 +26,8 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     sections = []
     lead = f"None of {len(trials)} trials keeps every constraint."
     if winner is not None:
-        rows = [
-            (axis.name, axis.shown(winner.point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes
-        ]
+        point = winner.point
+        rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
         table = Table(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
         lead = f"{study.objective.title}: {winner.objective:.4g} from trial {winner.number} of {len(trials)}"
@@ -39,10 +38,8 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     sections.append(_history(study, trials))
     importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
-        text = (
-            "Share of the objective's variation that each parameter explains among the better trials "
-            "(PED-ANOVA)."
-        )
+        text = "Share of the objective's variation that each parameter explains among the better trials "
+        text += "(PED-ANOVA)."
         sections.append(Section("What matters", text, figure=importance))
     if complete:
         text = "Each line is a trial; drag along an axis to pick some."
@@ -59,10 +56,8 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
         sections = [_parallel_coordinates(study, complete[:MOST_LINES])]
         sections += [Section(axis.name, figure=_over(study, axis, complete)) for axis in study.axes]
         objectives = [evaluation.objective for evaluation in complete]
-        lead = (
-            f"{study.objective.title} from {min(objectives):.4g} to {max(objectives):.4g} "
-            f"over {len(complete)} points."
-        )
+        span = f"from {min(objectives):.4g} to {max(objectives):.4g} over {len(complete)} points"
+        lead = f"{study.objective.title} {span}."
     write_page(path, study.title, lead, [*sections, *_closing(study, found, "point")])
 
 
@@ -122,13 +117,10 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
 def _front(study: Study, trials: list[Judged]) -> Section:
     assert study.second is not None
     kept, titles = front(trials), (study.objective.title, study.second.title)
-    rows = [
-        (
-            *(str(each.number), f"{each.objective:.4g}", f"{each.second:.4g}"),
-            *(axis.shown(each.point[axis.name]) for axis in study.axes),
-        )
-        for each in kept
-    ]
+    rows = []
+    for each in kept:
+        point = [axis.shown(each.point[axis.name]) for axis in study.axes]
+        rows.append((str(each.number), f"{each.objective:.4g}", f"{each.second:.4g}", *point))
     figure = chart(
         *_points([trial.second or 0.0 for trial in trials], trials, "trial"),
         _line([each.second or 0.0 for each in kept], [each.objective for each in kept], "vh", "front"),
@@ -172,12 +164,8 @@ def _importance(storage: Storage) -> Any:
     names, shares = list(found), list(found.values())
     told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
     look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
-    return chart(
-        {"x": shares, "y": names, **look},
-        x="share",
-        y={"autorange": "reversed", "automargin": True},
-        height=260,
-    )
+    down = {"autorange": "reversed", "automargin": True}
+    return chart({"x": shares, "y": names, **look}, x="share", y=down, height=260)
 
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:

@@ -12,7 +12,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.geometry import NAME as ARM
+from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.own_law import controller_named
@@ -133,7 +133,7 @@ def designed_for(system: str) -> list[str]:
     """Controllers to compare where none are named: all, or those that have a design for the system."""
     if system != ARM:
         return list(catalogue.controllers())
-    from warmlink.orchestration.arm.setup import DESIGNED
+    from warmlink.orchestration.arm.program import DESIGNED
 
     return list(DESIGNED)
 

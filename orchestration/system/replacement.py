@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -28,8 +29,7 @@ from warmlink.orchestration.system.xml import parse_xml, to_bytes
 DESCRIPTION = "modelDescription.xml"
 
 
-@dataclass(frozen=True)
-class Asked:
+class Asked(NamedTuple):
     """What a system asks of a variable of a part: causality, unit; `exact`: no other unit of its quantity."""
 
     causality: str
@@ -89,11 +89,8 @@ class Replacements:
                 raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
             before = read_description(parts[instance].fmu)
             ends = [link.ends[side] for side in (0, 1) for link in system.connections]
-            asked = {
-                name: Asked(before.variables[name].causality, own_unit(before, before.variables[name]))
-                for part, name in ends
-                if part == instance
-            }
+            used = {name: before.variables[name] for part, name in ends if part == instance}
+            asked = {name: Asked(each.causality, own_unit(before, each)) for name, each in used.items()}
             parts[instance] = component(instance, self.fmu(instance, asked, before.model_name))
         touched = [c for c in system.connections if any(name in self.fmus for name, _ in c.ends)]
         anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))
@@ -138,12 +135,10 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     target = folder / fmu.name
     if target.is_file():
         return target
-    extract(fmu, folder / "files")
-    files = {
-        path.relative_to(folder / "files").as_posix(): path.read_bytes()
-        for path in (folder / "files").rglob("*")
-        if path.is_file()
-    }
+    unpacked = folder / "files"
+    extract(fmu, unpacked)
+    held = [path for path in unpacked.rglob("*") if path.is_file()]
+    files = {path.relative_to(unpacked).as_posix(): path.read_bytes() for path in held}
     root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
     for element in root.find("ModelVariables").iter():
         if element.get("name") in names:

@@ -13,9 +13,9 @@ from warmlink.orchestration.diagnosis.data.own import Own, Paths, to_si
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.scenarios.own_system import blueprint_of
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.units import Unit, meaning
 

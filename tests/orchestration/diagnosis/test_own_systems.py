@@ -34,7 +34,7 @@ from warmlink.orchestration.diagnosis.data.own import Own
 from warmlink.orchestration.diagnosis.data.rigs import rig_of_own
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 
 FLANGE = """
 [[cause]]
