@@ -105,12 +105,7 @@ def write_arm(system: System, folder: Path) -> list[Path]:
 
 def _ports(arm: System) -> Ports:
     """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
-    wanted = {
-        "error": KINEMATICS,
-        "elongation": "_link",
-        "correction": f"_{COMPENSATOR}",
-        "reading": "_sensors",
-    }
+    wanted = {"error": KINEMATICS, "elongation": "_link", "correction": COMPENSATOR, "reading": "_sensors"}
     shown = tuple(
         (name, variable.name)
         for name, held in arm.components.items()
@@ -125,11 +120,11 @@ def without_dots(system: System) -> System:
     """Give the same system with underscores for the dots in its components' names."""
     called = {name: name.replace(".", "_") for name in system.components}
     components = {called[name]: replace(held, name=called[name]) for name, held in system.components.items()}
-    links = []
-    for link in system.connections:
-        giving, taking = called[link.source_component], called[link.target_component]
-        links.append(replace(link, source_component=giving, target_component=taking))
-    return replace(system, components=components, connections=tuple(links))
+    links = tuple(
+        replace(c, source_component=called[c.source_component], target_component=called[c.target_component])
+        for c in system.connections
+    )
+    return replace(system, components=components, connections=links)
 
 
 NAME = "SixAxisArm"
@@ -195,21 +190,15 @@ def _axis(
 
 
 def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
-    """Angles that bring the tool point to a place, with the tool in the arm's own vertical plane, elbow up.
+    """Angles in rad, shape (n, 6), that bring the tool point to places; NaN where the arm does not reach.
 
-    The wrist does not roll then, and waist, shoulder, elbow and wrist pitch are a turn and a planar arm of
-    two links; closed form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapter 4.
+    The tool stays in the arm's own vertical plane, elbow up: a turn, and a planar arm of two links, in closed
+    form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapter 4.
 
     Parameters
     ----------
     x, y, z : tool points in m from the arm's base, each of shape (n,) or a number
-    pitch : angle in rad of the tool above the horizontal; -pi/2 points down
-    roll : angle in rad of the tool about itself
-
-    Returns
-    -------
-    numpy.ndarray
-        In rad, shape (n, 6); NaN where the arm does not reach or a joint would pass its limit.
+    pitch, roll : angles in rad of the tool above the horizontal (-pi/2 points down), and about itself
     """
     column, a, b, tool = _column_arms_and_tool()
     x, y, z = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (x, y, z))

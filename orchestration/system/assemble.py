@@ -42,12 +42,10 @@ def assemble(
     wires: Iterable[Wire] = (),
     values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
 ) -> System:
-    """Make a system of FMU files.
+    """Make a system of the .fmu files of its components.
 
     Parameters
     ----------
-    name : what the system is called
-    fmus : the .fmu file of each component, by the component's name
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted
     values : start values by component and variable, in the variables' own units
 
@@ -64,17 +62,10 @@ def assemble(
 
 
 def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
-    """Give connections between variables, with the conversion of their units.
+    """Give connections between variables of components, with the conversion of their units.
 
-    Parameters
-    ----------
-    components : the system's components by name
-    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
-
-    Raises
-    ------
-    InputError
-        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
+    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
+    quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
@@ -133,23 +124,11 @@ def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
 
 
 def read_system(path: str | Path, workdir: Path | None = None) -> System:
-    """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
+    """Read an SSP of version 1.0 or 2.0, or an .ssd beside its resources, and check it against its FMUs.
 
-    Parameters
-    ----------
-    path : the .ssp file, or an .ssd file that lies beside its resources
-    workdir : folder into which the SSP is unpacked; the components' FMU files lie there afterwards. By
-        default one in warmlink's cache, which stays.
-
-    Returns
-    -------
-    System
-        Components under dotted names; start values and connections in the FMU variables' own units.
-
-    Raises
-    ------
-    InputError
-        If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
+    It is unpacked into the folder `workdir`, by default one in warmlink's cache, which stays. The system is
+    flat: its components have dotted names, start values and connections are in their variables' own units.
+    InputError if anything is absent, damaged, does not fit or is not supported, with both ends and why.
     """
     path = Path(path)
     try:

@@ -36,13 +36,13 @@ _MOST_ELEMENTS = 100_000
 
 # The attribute that tells each capability, in FMI 2.0 and in 3.0; one of them may not know it.
 _FLAGS = {
-    "variable_step": ("canHandleVariableCommunicationStepSize", "canHandleVariableCommunicationStepSize"),
-    "once_per_process": ("canBeInstantiatedOnlyOncePerProcess", "canBeInstantiatedOnlyOncePerProcess"),
+    "variable_step": ("canHandleVariableCommunicationStepSize",) * 2,
+    "once_per_process": ("canBeInstantiatedOnlyOncePerProcess",) * 2,
     "get_set_state": ("canGetAndSetFMUstate", "canGetAndSetFMUState"),
     "serialize_state": ("canSerializeFMUstate", "canSerializeFMUState"),
     "directional_derivatives": ("providesDirectionalDerivative", "providesDirectionalDerivatives"),
-    "interpolate_inputs": ("canInterpolateInputs", "canInterpolateInputs"),
-    "intermediate_update": ("providesIntermediateUpdate", "providesIntermediateUpdate"),
+    "interpolate_inputs": ("canInterpolateInputs",) * 2,
+    "intermediate_update": ("providesIntermediateUpdate",) * 2,
 }
 
 

@@ -26,15 +26,8 @@ ZERO_CELSIUS = 273.15
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
 _SPELLINGS = {
-    "Ohm": "ohm",
-    "degree_C": "degC",
-    "rad": "plane_rad",
-    "mrad": "mplane_rad",
-    "urad": "uplane_rad",
-    "µrad": "uplane_rad",
-    "deg": "plane_deg",
-    "rev": "plane_rev",
-    "rpm": "plane_rpm",
+    **{"Ohm": "ohm", "degree_C": "degC", "µrad": "uplane_rad", "mrad": "mplane_rad", "urad": "uplane_rad"},
+    **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
 }
 _PLANE_ANGLES = (
     "plane_rad = [angle]",
@@ -105,8 +98,7 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
     """Give the conversion between two units of one quantity; where one has no exponents its name is read.
 
     Offsets do not apply to a `difference`: 5 degC of difference are 5 K. QuantityError if the units measure
-    different quantities (the caller adds where, and what to do), InputError if one is neither defined nor
-    known.
+    different quantities (the caller adds where, and what to do), InputError if one is not known.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
         return IDENTITY

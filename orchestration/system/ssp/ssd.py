@@ -33,10 +33,9 @@ _DEEPEST = 8
 
 @dataclass
 class Reader:
-    """What is read of an SSD that lies in an unpacked SSP, and of all SSDs that it refers to.
+    """What is read of an SSD in an unpacked SSP, and of all that it refers to, never outside its folder.
 
-    Relative sources are looked up from the SSD's folder, and never outside; packages inside the package are
-    unpacked into `workdir`.
+    Packages inside the package are unpacked into `workdir`.
     """
 
     workdir: File
@@ -153,20 +152,16 @@ class _Document:
             sizes = tuple(
                 xml.integer(xml.required(d, "size", where), where) for d in xml.children(child, "Dimension")
             )
-            unit = typed[0].get("unit") if typed else None
-            found[name] = DeclaredConnector(
-                known,
-                xml.local(typed[0]) if typed else None,
-                self.units.get(unit, Unit(unit)) if unit else None,
-                sizes,
-            )
+            named = typed[0].get("unit") if typed else None
+            unit = self.units.get(named, Unit(named)) if named else None
+            found[name] = DeclaredConnector(known, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
     def connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
-            connector = xml.required(element, f"{end}Connector", self.where(at))
             owner = element.get(f"{end}Element")
+            connector = xml.required(element, f"{end}Connector", self.where(at))
             ends.append(Node(at if owner is None else (*at, owner), connector))
         edge = Edge(ends[0], ends[1])
         for name in ("startIndices", "endIndices"):
