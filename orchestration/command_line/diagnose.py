@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,57 +56,42 @@ def diagnose(
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
-    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
-
-    folder = out or Path("out") / "+".join(path.stem for path in data)
-    whole_arm = [path for path in data if is_arm_file(path)]
-    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
-    if whole_arm and not check and len(data) > 1:
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
-        )
-    if whole_arm and not check and any(described):
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
-            "leave out all options but --out, --check and --json"
-        )
-    measured = partial(_experiment, data, *described)
-    if check:
-        _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
-    elif whole_arm:
-        _diagnose_arm(data[0], folder, json)
-    else:
-        _diagnose_cell(data, measured, folder, json)
-
-
-def _experiment(
-    paths: list[Path],
-    assumed: list[str] | None,
-    settings: list[str] | None,
-    scenario: str | None,
-    noise: list[str] | None,
-    units: list[str] | None,
-    names: list[str] | None,
-    decimal: str,
-    calibrate_only: bool,
-    replaced: list[str] | None,
-) -> Experiment:
-    """Read the measurements, and apply to them the options that describe them, as they were typed."""
     from warmlink.orchestration.command_line.options import settings_given
+    from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
     from warmlink.orchestration.system.replacement import Replacements
 
-    given = parameters_of(scenario) if scenario else {}
-    given |= settings_given(settings)
-    parts = tuple(f"{each.partition('=')[0].strip()}." for each in replaced or ())
-    own = [name for name in names or () if parts and name.startswith(parts)]
-    columns = [name for name in names or () if name not in own]
-    told = said(units or [], columns, decimal, Replacements.given(replaced, own))
-    experiment = with_noise(read(paths, assumed or [], given, told), settings_given(noise, "--noise"))
-    return calibrating(experiment) if calibrate_only else experiment
+    folder = out or Path("out") / "+".join(path.stem for path in data)
+    whole_arm = [path for path in data if is_arm_file(path)]
+    if whole_arm and not check and len(data) > 1:
+        raise InputError(
+            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
+        )
+    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
+    if whole_arm and not check and any(described):
+        raise InputError(
+            f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
+            "leave out all options but --out, --check and --json"
+        )
+
+    def measured() -> Experiment:
+        given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
+        parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
+        own = [name for name in map_ or () if parts and name.startswith(parts)]
+        columns = [name for name in map_ or () if name not in own]
+        told = said(unit or [], columns, decimal, Replacements.given(replace, own))
+        found = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        return calibrating(found) if calibrate_only else found
+
+    if check:
+        _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
+    elif whole_arm:
+        _diagnose_arm(data[0], folder, json)
+    else:
+        _diagnose_cell(data, measured, folder, json)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
