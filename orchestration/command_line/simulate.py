@@ -78,7 +78,7 @@ def simulate(
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
