@@ -19,8 +19,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name[-50:]}")
     held = None
     try:
-        scratch.touch()
-        held, _ = lock(scratch)  # by which others tell it from one that a killed process left
+        held = _locked(scratch)
         yield scratch
         scratch.replace(path)
     except BaseException:
@@ -28,6 +27,19 @@ def whole_file(path: Path) -> Iterator[Path]:
             scratch.unlink(missing_ok=True)
         raise
     finally:
+        unlock(held)
+
+
+def _locked(scratch: Path) -> int | None:
+    """Make a file and lock it, by which others tell it from one that a killed process left.
+
+    It is made anew where one took it for that before.
+    """
+    while True:
+        scratch.touch()
+        held, _ = lock(scratch, wait=True)
+        if scratch.exists():
+            return held
         unlock(held)
 
 

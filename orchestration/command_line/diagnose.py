@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.options import settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -56,7 +57,6 @@ def diagnose(
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
-    from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
@@ -70,21 +70,25 @@ def diagnose(
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
         )
-    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
-    if whole_arm and not check and any(described):
+    if (
+        whole_arm
+        and not check
+        and any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace))
+    ):
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
             "leave out all options but --out, --check and --json"
         )
 
     def measured() -> Experiment:
+        """The measurements, with the options that describe them."""
         given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
         parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
         own = [name for name in map_ or () if parts and name.startswith(parts)]
         columns = [name for name in map_ or () if name not in own]
         told = said(unit or [], columns, decimal, Replacements.given(replace, own))
-        found = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
-        return calibrating(found) if calibrate_only else found
+        experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        return calibrating(experiment) if calibrate_only else experiment
 
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
@@ -136,7 +140,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -160,7 +164,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSV, write_diagnoses
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSV, write_diagnoses
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
