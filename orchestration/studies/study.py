@@ -31,10 +31,9 @@ LIBRARY = Path(__file__).parent / "library"
 
 SAMPLERS = ("tpe", "random")
 SWEEPS = ("grid", "latin_hypercube")
-MOST_POINTS = 100_000
-"""Their runs take hours, and a hundred times as many would not fit into memory."""
+MOST_SEED, MOST_POINTS = 2**32 - 1, 100_000
+"""The runs of that many points take hours, and a hundred times as many would not fit into memory."""
 
-MOST_SEED = 2**32 - 1
 MOST_IN_A_BATCH = 1000
 """More would be chosen knowing nothing of each other, and choosing one more takes longer with each."""
 
@@ -66,7 +65,7 @@ class AxisTable:
 class Axis:
     """One start value that is varied, in SI units: between both bounds, or among the values of `choice`.
 
-    With `log` it is searched and spaced by its logarithm. `shipped` is what the component is shipped with.
+    With `log` it is searched and spaced by its logarithm; `shipped` is what the component is shipped with.
     """
 
     name: str
@@ -232,10 +231,11 @@ class Study:
     @property
     def shipped(self) -> Point | None:
         """The point where nothing is changed; None where the bounds leave it out."""
-        for axis in self.axes:
-            if not (axis.shipped in axis.choice if axis.choice else axis.low <= axis.shipped <= axis.high):
-                return None
-        return {axis.name: axis.shipped for axis in self.axes}
+        reached = (
+            axis.shipped in axis.choice if axis.choice else axis.low <= axis.shipped <= axis.high
+            for axis in self.axes
+        )
+        return {axis.name: axis.shipped for axis in self.axes} if all(reached) else None
 
     def lasting(self, trials: int | None) -> Study:
         """The same with another number of trials; raises InputError where that is none."""
@@ -276,9 +276,9 @@ def load_study(name: str) -> Study:
     InputError if there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
-    if not is_file(path):
-        raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
-    return read_study(path.stem, read_toml(path), path.parent)
+    if is_file(path):
+        return read_study(path.stem, read_toml(path), path.parent)
+    raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
 
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
@@ -302,7 +302,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         tune=file.tune,
         sweep=file.sweep,
     )
-    study.cases({}, name)
+    study.cases({}, name)  # which checks all start values
     return study
 
 
@@ -311,8 +311,7 @@ def _scenario(duty: str, file: StudyFile, controller: Controller, cell: Scenario
     if file.master is not None:
         algorithm(file.master)
         scenario = replace(scenario, master=file.master)
-    step = scenario.step_size if file.step_size is None else file.step_size
-    return replace(scenario, controller=controller, step_size=step)
+    return replace(scenario, controller=controller, step_size=file.step_size or scenario.step_size)
 
 
 def _beside(place: str, folder: Path) -> str:
