@@ -103,7 +103,7 @@ class Component:
     joint : what the component was joined from; None for one that stands by itself
     terminals : which scalars belong together where components are connected
     local, look_inside : variables that show the inside, and `look_inside(x, u, p, time)`, their values by
-        name; native FMUs have them (see `packaging.exchange.opened`)
+        name; native FMUs have them (see `packaging.views.opened`)
     micro_step : largest step of the integrator in s
     checks : conditions across parameters
     default_stop_time, default_step_size : experiment in s that the FMU proposes
@@ -204,10 +204,7 @@ class Component:
     def start_values(self, given: Mapping[str, float] | None = None) -> tuple[Number, Number]:
         """Flat parameters and inputs at their start values, but for those given by name.
 
-        Raises
-        ------
-        KeyError
-            A name is neither a parameter's nor an input's.
+        KeyError: a name is neither a parameter's nor an input's.
         """
         starts = [scalar.start for scalar in self.scalars() if scalar.start is not None]
         values = np.array(starts, dtype=float)

@@ -41,13 +41,9 @@ class Instance:
     """One running component.
 
     Values are set and got by value reference or by name; outputs belong to the present inputs. `warn` is
-    called with a sentence on what was mended.
-
-    Raises
-    ------
-    InputError
-        On leaving initialization with parameters out of range, and on a step that is too long, is not from
-        the time reached, has inputs out of range, or lets a state grow beyond all bounds.
+    called with a sentence on what was mended. InputError on leaving initialization with parameters out of
+    range, and on a step that is too long, is not from the time reached, has inputs out of range, or lets a
+    state grow beyond all bounds.
     """
 
     def __init__(self, component: Component, name: str | None = None) -> None:

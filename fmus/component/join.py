@@ -33,6 +33,9 @@ def join(
 ) -> Component:
     """Join components into one.
 
+    InputError: a wire's end does not exist, an input is fed twice, units differ, or wires close a loop in
+    which each signal depends on the next at once (an algebraic loop).
+
     Parameters
     ----------
     name : name of the joined component, as `WarmupCell`
@@ -44,12 +47,6 @@ def join(
     -------
     Component
         Its checks, bounds, units and descriptions are the parts'.
-
-    Raises
-    ------
-    InputError
-        A wire's end does not exist, an input is fed twice, units differ, or wires close a loop in which
-        each signal depends on the next at once (an algebraic loop).
     """
     flat: dict[str, Component] = {}
     every = list(wires)

@@ -49,10 +49,7 @@ def checked(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Flat parameters and inputs in SI units, at their start values but for those given by name.
 
-    Raises
-    ------
-    InputError
-        A name is unknown, or a parameter out of range.
+    InputError: a name is unknown, or a parameter out of range.
     """
     for name in given:
         if name not in component.p.index and name not in component.u.index:

@@ -53,6 +53,8 @@ def integrate(
 ) -> Trajectory:
     """Integrate a component that nothing samples, from its declared start through the phases.
 
+    KeyError: a name is not one of the component's. RuntimeError: the integration failed.
+
     Parameters
     ----------
     component : the declaration
@@ -61,13 +63,6 @@ def integrate(
     every : time in s between two recorded points; it must divide each phase
     tolerance : relative tolerance, and absolute in the states' units
     parameters : values in SI units by name, where not the declared ones
-
-    Raises
-    ------
-    KeyError
-        A name is not one of the component's.
-    RuntimeError
-        The integration failed.
     """
     from scipy.integrate import solve_ivp
 

@@ -249,10 +249,7 @@ class Layout:
     def flat(self, values: Values) -> Number:
         """Flat vector of named values, shape (size,).
 
-        Raises
-        ------
-        KeyError
-            A variable is missing, or one is named that is not declared.
+        KeyError: a variable is missing, or one is named that is not declared.
         """
         if values.keys() != {v.name for v in self.variables}:
             missing = [v.name for v in self.variables if v.name not in values]

@@ -110,10 +110,7 @@ def used(path: Path) -> None:
 def make_room() -> None:
     """Remove what was not used for longest until the cache keeps its limit; done once in a process.
 
-    Raises
-    ------
-    InputError
-        If the limit is no size.
+    InputError if the limit is no size.
     """
     given = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MB))
     try:
@@ -179,10 +176,7 @@ def _alone(folder: str, made_from: object) -> Iterator[None]:
 def cache_folder() -> Path:
     """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
 
-    Raises
-    ------
-    InputError
-        If the other folder cannot be made either, or belongs to somebody else.
+    InputError if the other folder cannot be made either, or belongs to somebody else.
     """
     wanted = wanted_cache_folder()
     with suppress(OSError):

@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.attributes import (
     identity,
     value_attributes,
 )
-from warmlink.fmus.packaging.exchange import ExchangedState, exchanged_states
+from warmlink.fmus.packaging.views import ExchangedState, exchanged_states
 
 LOG_CATEGORIES = {
     "logStatusWarning": "What a user should know of",

@@ -52,7 +52,8 @@ def guarded(
     """Do a run in a process of its own.
 
     Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies.
+    return. Recorded values are kept in both cases, and also if the process dies. InputError, SlaveError: as
+    the run does; SlaveError too where the process dies before there is a first value.
 
     Parameters
     ----------
@@ -63,11 +64,6 @@ def guarded(
         Called here with communication steps done and to do.
     remark : callable, optional
         Called with what the user should know at once.
-
-    Raises
-    ------
-    InputError, SlaveError
-        As the run does; SlaveError too where the process dies before there is a first value.
     """
     if sys.platform != "linux":
         return work(None)

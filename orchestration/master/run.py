@@ -57,6 +57,8 @@ def simulate(
 ) -> Result:
     """Run a system from start to stop time.
 
+    InputError where what was asked for cannot be run.
+
     Parameters
     ----------
     system : System or Assembly
@@ -95,11 +97,6 @@ def simulate(
     -------
     Result
         With status `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
-
-    Raises
-    ------
-    InputError
-        Where what was asked for cannot be run.
     """
     process = os.getpid()
     if pacing is not None and not 0 < pacing < math.inf:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warmlink.fmus.catalogue import Entry
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.reduced_link.component import reduced_link

@@ -13,7 +13,7 @@ from itertools import takewhile
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, Connector, System

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import Variable, read_description

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
-from warmlink.fmus.packaging.exchange import exchanged_states
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
     Symbols,
@@ -24,6 +23,7 @@ from warmlink.fmus.packaging.native.joint_code import (
     starting_parts,
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
+from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
 """Parameters that the sentence of a check may name, as `model.h` has it."""

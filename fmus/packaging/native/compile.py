@@ -94,16 +94,13 @@ class Compiler:
     def library(self, sources: Mapping[str, str], name: str, include: Iterable[Path] = ()) -> bytes:
         """Compile C files to a shared library and return its contents.
 
+        InputError if the compiler fails; its first error stands in the sentence.
+
         Parameters
         ----------
         sources : texts by file name; those ending in `.c` are compiled
         name : of the library, without its suffix
         include : folders of further headers
-
-        Raises
-        ------
-        InputError
-            If the compiler fails; its first error stands in the sentence.
         """
         units = [file for file in sources if file.endswith(".c")]
         include = tuple(include)
@@ -146,10 +143,7 @@ def host_platform() -> Platform | None:
 def platforms_named(names: str | None) -> tuple[Platform, ...]:
     """Platforms of a list such as `x86_64-linux,x86-windows`, or `all` of 64 bits; None is this machine's.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown, or none is given on a machine of another platform.
+    InputError if a name is unknown, or none is given on a machine of another platform.
     """
     if names is None:
         host = host_platform()
@@ -170,10 +164,7 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
 def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
     """A compiler for each platform: zig where it is installed and asked for more than this machine.
 
-    Raises
-    ------
-    InputError
-        If nothing here compiles for one of them; the sentence says what to install.
+    InputError if nothing here compiles for one of them; the sentence says what to install.
     """
     native = _machine_compiler()
     has_zig = importlib.util.find_spec("ziglang") is not None
@@ -252,12 +243,7 @@ def universal_binary(libraries: Sequence[bytes]) -> bytes:
     """One file of several thin 64-bit Mach-O libraries, one for each architecture of macOS.
 
     Format: Apple's <mach-o/fat.h> and <mach-o/loader.h>. A table of architectures, big end first, then each
-    library at a multiple of its page size.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not a thin 64-bit Mach-O file.
+    library at a multiple of its page size. ValueError if one of them is not a thin 64-bit Mach-O file.
     """
     page = 1 << _ALIGNMENT
     head, body = struct.pack(">II", UNIVERSAL, len(libraries)), b""

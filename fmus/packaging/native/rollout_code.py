@@ -34,10 +34,8 @@ from warmlink.fmus.packaging.native.rollout import Rollout
 def compiled(whole: Component, recorded: Sequence[str]) -> Rollout:
     """Compile a joined component of whose outputs some are recorded.
 
-    Raises
-    ------
-    InputError
-        If there is no compiler, it does not take what the component computes, or a name is no output's.
+    InputError if there is no compiler, it does not take what the component computes, or a name is no
+    output's.
     """
     assert whole.joint is not None
     unknown = [name for name in recorded if name not in whole.y.index]

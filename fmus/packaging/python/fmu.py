@@ -17,8 +17,8 @@ from functools import cache, cached_property
 from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.model_description import model_description
 from warmlink.fmus.syntax import parsed
@@ -156,15 +156,12 @@ class _Module:
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
     """Collect modules, everything of ours and of pythonfmu that they import, and our data (JSON) beside them.
 
+    ValueError: a module says `import a.b` for a module that is to be bundled; its name cannot be rewritten.
+
     Parameters
     ----------
     roots : names of importable modules to begin with
     stem : beginning of the package's name, which the contents' hash completes
-
-    Raises
-    ------
-    ValueError
-        A module says `import a.b` for a module that is to be bundled; its name cannot be rewritten.
     """
     own = {_PREFIX.partition(".")[0], _EXPORTER, *(root.partition(".")[0] for root in roots)}
     modules: dict[str, _Module] = {}

@@ -11,11 +11,11 @@ import pytest
 from fmpy import read_model_description
 
 from warmlink.fmus.catalogue import Entry, catalogue
-from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.exchange import exchanged_states, opened
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.codegen import output_groups
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
+from warmlink.fmus.packaging.views import exchanged_states, opened
 from warmlink.fmus.thermal_link.equations import stretches
 
 from .conftest import BuildNative
