@@ -1,4 +1,4 @@
-"""Files that are whole or not there, archives with the same bytes each time, locks that end with a process."""
+"""Files that are whole or not there, archives of equal bytes, locks that end with their process."""
 
 import os
 import shutil
