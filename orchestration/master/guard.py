@@ -28,7 +28,6 @@ import numpy as np
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.pacing import on_ctrl_c
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.isolation import (
@@ -37,6 +36,7 @@ from warmlink.orchestration.master.slaves.isolation import (
     print_to_standard_error,
 )
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 Progress = Callable[[int, int], None]
 Remark = Callable[[str], None]
@@ -57,13 +57,10 @@ def guarded(
 
     Parameters
     ----------
-    work : callable
-        Does the run, in the other process: `lambda line: simulate(..., line=line)`. On platforms other than
-        Linux it is called in this one, with None.
-    progress : callable, optional
-        Called here with communication steps done and to do.
-    remark : callable, optional
-        Called with what the user should know at once.
+    work : does the run, in the other process: `lambda line: simulate(..., line=line)`; on platforms other
+        than Linux in this one, with None
+    progress : called here with communication steps done and to do
+    remark : called with what the user should know at once
     """
     if sys.platform != "linux":
         return work(None)

@@ -127,9 +127,10 @@ class Checkpoints:
             )
         return found
 
-    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> None:
-        """Put initialized slaves, network and algorithm where the checkpoint was."""
-        network = self._network
+    def restore(self, recorder: Recorder, stepper: Stepper) -> None:
+        """Put initialized slaves, network and algorithm where the checkpoint found was."""
+        network, found = self._network, self.found
+        assert found is not None
         with self._readable():
             for theirs, ours in ((found.outputs, network.outputs), (found.inputs, network.inputs)):
                 if [(type(each), len(each)) for each in theirs] != [(list, len(each)) for each in ours]:

@@ -185,14 +185,10 @@ class Result(Answer):
 
     Attributes
     ----------
-    table : Table
-        Times and recorded columns.
-    status : str
-        `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`.
-    balances : tuple of Balance
-        Pairs of recorded columns that should grow alike.
-    remarks : tuple of str
-        Sentences that say what the slaves did not allow, and what was done instead.
+    table : times and recorded columns
+    status : `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`
+    balances : pairs of recorded columns that should grow alike
+    remarks : sentences that say what the slaves did not allow, and what was done instead
     """
 
     table: Table
