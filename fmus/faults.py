@@ -45,12 +45,8 @@ def parameters(
 def shift(kind: Number, size: Number, rate: Number, since: Number) -> Number:
     """Error that a fault adds to a measured value, in the value's unit.
 
-    Parameters
-    ----------
-    kind : kind of the fault, a scalar or a vector like the others
-    size : error that a jump adds
-    rate : error that a drift adds per second
-    since : time in s since the fault began, negative before it
+    That is the size of a jump, or the rate of a drift per second times the s since the fault began, which are
+    negative before it. All may be vectors.
     """
     added = where(kind == JUMP, size, where(kind == DRIFT, rate * since, 0.0))
     return where(since >= _EARLY, added, 0.0)

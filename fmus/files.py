@@ -63,18 +63,10 @@ def sweep(folder: Path, prefix: str) -> None:
 
 
 def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
-    """Lock a file or folder that is there.
+    """Lock a file or folder that is there; where asked to, wait until nobody else holds it.
 
-    Parameters
-    ----------
-    path : of the file or folder
-    wait : until nobody else holds it
-
-    Returns
-    -------
-    tuple
-        Handle for `unlock`, None where the system or the file system has no such locks, and whether nobody
-        else holds it.
+    Gives a handle for `unlock`, None where the system or the file system has no such locks, and whether
+    nobody else holds it.
     """
     if sys.platform == "win32":
         return None, True

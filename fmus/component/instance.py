@@ -143,10 +143,8 @@ class Instance:
                 f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
             )
         if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
-            raise InputError(
-                f"{self.name}: a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there, "
-                "or restore a state"
-            )
+            told = f"a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there"
+            raise InputError(f"{self.name}: {told}, or restore a state")
         self._check_inputs()
         before = self._x, list(self._samples)
         try:

@@ -113,9 +113,10 @@ def simulate(
         compiled = choose(stepping, algorithm, schedule, points.count * len(assembly.slaves))
         stepper = retrying.bind(network, points)
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
-        marks = fingerprint(assembly, names, points, retrying)
-        checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        values = None if checkpoints is None else checkpoints.values
+        checkpoints, values = None, None
+        if long_run is not None:
+            checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, retrying))
+            values = checkpoints.values
         recorder = Recorder(network, names, points, values, None if line is None else line.block)
         if line is not None:
             file = None if values is None else values.path
@@ -267,8 +268,8 @@ class Run:
 
 def _memory() -> int:
     """Largest memory in bytes that this process has held; 0 where the platform does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
+    if sys.platform == "win32":
         return 0
+    import resource
+
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

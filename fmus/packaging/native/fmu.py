@@ -81,15 +81,7 @@ def build_native_fmus(
 def native_fmu_files(
     entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Compiler], arrays: bool = False
 ) -> dict[str, bytes]:
-    """Contents of a native FMU by path inside the archive.
-
-    Parameters
-    ----------
-    entry : the component and where it is declared
-    fmi_version : "2.0" or "3.0"
-    chosen : a compiler for each platform
-    arrays : as for `build_native_fmus`
-    """
+    """Contents of a native FMU by path inside the archive, for the platforms of the compilers chosen."""
     arrays = arrays and fmi_version == "3.0"
     component = opened(entry.component)
     with _WRITING:

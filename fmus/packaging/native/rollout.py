@@ -89,7 +89,7 @@ class Rollout:
         tasks, times, steps = task_list(*schedule)
         free, driven, states, refused = self._started(given)
         tables = [_table(self.library, self.given, self.lanes, each.tobytes(), schedule) for each in free.T]
-        pointers = (ctypes.c_void_p * self.lanes)(*(each.ctypes.data for each in tables))
+        pointers = np.array([each.ctypes.data for each in tables], dtype=np.uintp)
         rows = np.empty((self.lanes, len(self.recorded), count + 1))
         arrays = (times, steps, pointers, driven, states, rows, refused)
         loaded(self.library).rollout(
@@ -171,7 +171,7 @@ def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tup
 
 
 def _pointer(array: Any) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data if isinstance(array, np.ndarray) else ctypes.addressof(array))
+    return ctypes.c_void_p(array.ctypes.data)
 
 
 def aligned(shape: tuple[int, ...]) -> Array:

@@ -261,8 +261,7 @@ class FmiSlave(ABC):
 
     def deserialize(self, data: bytes) -> None:
         """Take a serialised state."""
-        state = c_void_p()
-        buffer = (c_char * len(data)).from_buffer_copy(data)
+        state, buffer = c_void_p(), (c_char * len(data)).from_buffer_copy(data)
         self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)
