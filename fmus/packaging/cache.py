@@ -141,12 +141,11 @@ def make_room() -> None:
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:
     """When a file or folder was last used, its size in bytes, and itself."""
-    inside = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
     own = entry.lstat()
-    # A folder counts as read whenever it is listed, as here.
-    read = [each.st_atime for each in (inside if entry.is_dir() else [own])]
-    written = [each.st_mtime for each in (*inside, own)]
-    return max([*read, *written]), sum(each.st_size for each in (*inside, own)), entry
+    inside = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
+    read = inside if entry.is_dir() else [own]  # a folder counts as read whenever it is listed, as here
+    times = [*(each.st_atime for each in read), *(each.st_mtime for each in (*inside, own))]
+    return max(times), sum(each.st_size for each in (*inside, own)), entry
 
 
 def _digest(content: bytes) -> bytes:
@@ -215,10 +214,8 @@ def source_state() -> str:
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
         for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
-            if entry.name == _BYTE_CODE:
-                continue
             if entry.is_dir():
-                folders.append(entry.path)
+                folders += [entry.path] if entry.name != _BYTE_CODE else []
             else:
                 facts = entry.stat()
                 digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
