@@ -22,13 +22,10 @@ _EARLY = -1e-9
 def parameters(
     unit: str, display: str, jump: float, drift: float, size: int | None = None
 ) -> tuple[Parameter, ...]:
-    """Parameters that give an instrument its faults.
+    """Parameters that give an instrument of one or several channels its faults.
 
-    Parameters
-    ----------
-    unit, display : of what is measured, in SI and as people read it
-    jump, drift : ordinary sizes of a jump in the SI unit, and of a drift per second
-    size : number of channels; None for an instrument of one
+    The units are those of what is measured, in SI and as people read it; jump and drift (per second) are
+    ordinary sizes in the SI unit.
     """
     shown = None if display == unit else display
     each = partial(tunable, size=size)

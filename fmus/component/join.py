@@ -33,8 +33,8 @@ def join(
 ) -> Component:
     """Join components into one.
 
-    InputError: a wire's end does not exist, an input is fed twice, units differ, or wires close a loop in
-    which each signal depends on the next at once (an algebraic loop).
+    Checks, bounds, units and descriptions are the parts'. InputError: a wire's end does not exist, an input is
+    fed twice, units differ, or wires close a loop in which each signal depends on the next at once.
 
     Parameters
     ----------
@@ -42,11 +42,6 @@ def join(
     parts : components by instance name, each used as often as wanted
     wires : from outputs to inputs
     description : one line; made up from the parts where there is none
-
-    Returns
-    -------
-    Component
-        Its checks, bounds, units and descriptions are the parts'.
     """
     flat: dict[str, Component] = {}
     every = list(wires)

@@ -89,11 +89,7 @@ def unit(text: str) -> Unit:
 def display_conversion(text: str, display: str) -> tuple[float, float]:
     """Factor and offset by which `displayed value = factor * value + offset`.
 
-    ValueError: the units measure different things.
-
-    Parameters
-    ----------
-    text, display : the value's unit and the unit in which it is read
+    ValueError: the value's unit and the unit in which it is read measure different things.
     """
     stored, shown = unit(text), unit(display)
     if stored.exponents != shown.exponents:

@@ -46,11 +46,7 @@ Made = TypeVar("Made")
 def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     """What was made before from the same things; else it is made, and kept where that is possible.
 
-    Parameters
-    ----------
-    folder : name below the cache
-    made_from : everything that it depends on; its `repr` tells two of them apart
-    make : makes it
+    The folder lies below the cache; `made_from` is everything that it depends on, told apart by its `repr`.
     """
     content = kept_before(folder, made_from)
     if content is None:

@@ -59,16 +59,8 @@ def bounded(
 ) -> tuple[dict[str, float], str | None]:
     """Bound the coupling errors of a run by a second one, which costs the first one nothing if it fails.
 
-    Parameters
-    ----------
-    coarse : the first run, completed
-    again : does the run at half the step
-    order, variables : as `coupling_error` takes them
-
-    Returns
-    -------
-    tuple
-        The bounds, infinite where the second run ended early, and why it did; None where it did not.
+    Gives the bounds, as `coupling_error` does, infinite where the run at half the step that `again` does
+    ended early; and why it did, None where it did not.
     """
     try:
         fine = again()
@@ -83,14 +75,10 @@ def bounded(
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:
     """Bound the largest absolute coupling error of each variable over a run, in its unit (Richardson).
 
-    Parameters
-    ----------
-    coarse, fine : two runs of one system; `fine` has half the communication step size of `coarse`, and may
-        end earlier: the bound then holds for that part, in which a warm-up has its largest coupling errors.
-        Where one stopped early, the bounds are infinite
-    order : the algorithm's order of convergence, p: where it is reached, the two differ by (1 - 2**-p) of the
-        coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both
-    variables : recorded in both
+    The fine run has half the communication step size of the coarse one, and may end earlier: the bound then
+    holds for that part, in which a warm-up has its largest coupling errors. Where one stopped early, bounds
+    are infinite. Where the algorithm's order of convergence, p, is reached, the two differ by (1 - 2**-p) of
+    the coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
     """
     if not coarse.status == fine.status == "completed":
         return dict.fromkeys(variables, np.inf)

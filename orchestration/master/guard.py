@@ -55,12 +55,9 @@ def guarded(
     return. Recorded values are kept in both cases, and also if the process dies. InputError, SlaveError: as
     the run does; SlaveError too where the process dies before there is a first value.
 
-    Parameters
-    ----------
-    work : does the run, in the other process: `lambda line: simulate(..., line=line)`; on platforms other
-        than Linux in this one, with None
-    progress : called here with communication steps done and to do
-    remark : called with what the user should know at once
+    The work does the run, `lambda line: simulate(..., line=line)`; on platforms other than Linux in this
+    process, with None. Progress is told here in communication steps done and to do; a remark is what the user
+    should know at once.
     """
     if sys.platform != "linux":
         return work(None)
@@ -107,9 +104,7 @@ class _Guard:
             try:
                 hangs = not self._follow()
             finally:
-                # Everything that the run started goes with it.
-                with suppress(OSError):
-                    os.killpg(self.child, signal.SIGKILL)
+                self._kill()  # with everything that the run started
                 self._reap(wait=True)
         if self._result is None:
             return self._rescued()
@@ -193,13 +188,16 @@ class _Guard:
 
     def _press(self, number: int, frame: FrameType | None) -> None:
         self._pressed += 1
-        if self._pressed == 1:
+        if self._pressed > 1:
+            self._kill()
+        else:
             self.status.cells[under_way.ASKED] = 1
             if self.remark is not None:
                 self.remark("Ctrl-C: the run ends after the present step; press again to end it at once")
-        else:
-            with suppress(OSError):
-                os.killpg(self.child, signal.SIGKILL)
+
+    def _kill(self) -> None:
+        with suppress(OSError):
+            os.killpg(self.child, signal.SIGKILL)
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,9 @@ def simulate(
     progress: Progress | None = None,
     line: Line | None = None,
 ) -> Result:
-    """Run a system from start to stop time.
+    """Run a system from start to stop time; InputError where what was asked for cannot be run.
 
-    InputError where what was asked for cannot be run.
+    The result is `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
 
     Parameters
     ----------
@@ -76,11 +76,6 @@ def simulate(
     statistics : count and time the calls of every slave, which plain stepping makes
     progress : called with communication steps done and to do, about 200 times in a run
     line : to the process that guards this one: gets the result before the slaves are ended and freed
-
-    Returns
-    -------
-    Result
-        With status `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
     """
     process = os.getpid()
     if pacing is not None and not 0 < pacing < math.inf:

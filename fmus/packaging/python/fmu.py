@@ -148,12 +148,8 @@ class _Module:
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
     """Collect modules, everything of ours and of pythonfmu that they import, and our data (JSON) beside them.
 
-    ValueError: a module says `import a.b` for a module that is to be bundled; its name cannot be rewritten.
-
-    Parameters
-    ----------
-    roots : names of importable modules to begin with
-    stem : beginning of the package's name, which the contents' hash completes
+    The contents' hash completes the package's name after the stem. ValueError: a module says `import a.b` for
+    a module that is to be bundled; its name cannot be rewritten.
     """
     own = {_PREFIX.partition(".")[0], _EXPORTER, *(root.partition(".")[0] for root in roots)}
     modules: dict[str, _Module] = {}
