@@ -20,8 +20,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name[-50:]}")
     held = None
     try:
-        scratch.touch()
-        held, _ = lock(scratch)  # by which others tell it from one that a killed process left
+        held = _locked(scratch)
         yield scratch
         scratch.replace(path)
     except BaseException:
@@ -46,6 +45,19 @@ def write_archive(target: Path, files: Mapping[str, bytes]) -> None:
             entry.external_attr = (0o100755 if library else 0o100644) << 16
             # The highest level takes over twice as long and saves half a percent.
             archive.writestr(entry, files[path], zipfile.ZIP_DEFLATED, 6)
+
+
+def _locked(scratch: Path) -> int | None:
+    """Make a file and lock it, by which others tell it from one that a killed process left.
+
+    It is made anew where one took it for that before.
+    """
+    while True:
+        scratch.touch()
+        held, _ = lock(scratch, wait=True)
+        if scratch.exists():
+            return held
+        unlock(held)
 
 
 def sweep(folder: Path, prefix: str) -> None:

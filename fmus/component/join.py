@@ -33,8 +33,8 @@ def join(
 ) -> Component:
     """Join components into one.
 
-    Checks, bounds, units and descriptions are the parts'. InputError: a wire's end does not exist, an input is
-    fed twice, units differ, or wires close a loop in which each signal depends on the next at once.
+    Checks, bounds, units and descriptions are the parts'. InputError: a wire's end does not exist, an input
+    is fed twice, units differ, or wires close a loop in which each signal depends on the next at once.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
@@ -36,13 +37,90 @@ ENOUGH = 1e8
 BEYOND_BOUNDS = 1e100
 
 
-def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
-    """Give algorithms in the order in which they are tried until the bounds are within the tolerances.
+@dataclass(frozen=True)
+class Attempt:
+    """A run by an algorithm, and its bounded coupling errors.
 
-    First the one given, whose steps all have one size and cost least; then steps that follow the error, where
-    there are tolerances: by variable, in its unit. Each comes with the one of the run at half the step: where
-    the error sets the step, with a tolerance that halves the steps. The first of these allow more than the
-    tolerance, since most errors die out again, which step doubling does not count on.
+    Attributes
+    ----------
+    bounds : by variable, in its unit; none where there was no second run, infinite where that ended early
+    broken : why the run at half the step ended early; None where it did not
+    missed : variables whose bounds exceed their tolerances
+    """
+
+    algorithm: Algorithm
+    result: Result
+    bounds: Mapping[str, float]
+    broken: str | None
+    missed: Sequence[str]
+
+    @property
+    def stopped(self) -> str | None:
+        """Why one of the two runs ended early."""
+        return self.result.reason or self.broken
+
+
+def attempted(
+    algorithm: Algorithm,
+    tolerances: Mapping[str, float],
+    watched: Sequence[str] | None,
+    once: Callable[[Algorithm, bool], Result],
+    *,
+    repeats: bool = True,
+) -> Attempt:
+    """Run until the bounds of the coupling errors are within the tolerances, or nothing is left to try.
+
+    Parameters
+    ----------
+    algorithm : Algorithm
+        Is tried first: its steps all have one size and cost least. Then follow steps that follow the error.
+    tolerances : mapping
+        By variable, in its unit; empty where a single attempt is to be made.
+    watched : sequence of str, optional
+        Variables whose errors are bounded; default: all that are recorded.
+    once : callable
+        Does a run by an algorithm, the second one at half the step.
+    repeats : bool
+        Whether there is a second run.
+
+    Raises
+    ------
+    SlaveError
+        Where the first attempt fails before its first value; a later one that fails costs no earlier one.
+    """
+    kept: Attempt | None = None
+    for whole, finer in _ways(algorithm, tolerances):
+        try:
+            result = once(whole, False)
+        except SlaveError:
+            if kept is None:
+                raise
+            return kept
+        bounds, broken = dict[str, float](), None
+        if repeats and result.status == "completed":
+            names = watched or result.table.names
+            try:
+                fine = once(finer, True)
+                bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
+            except KeyboardInterrupt:
+                bounds, broken = dict.fromkeys(names, np.inf), "interrupted"
+            except SlaveError as fault:  # before the second run's first value
+                bounds, broken = dict.fromkeys(names, np.inf), str(fault)
+        missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
+        broken = broken and f"{broken} in the run at half the step"
+        if kept is None or result.status == "completed" or kept.result.status != "completed":
+            kept = Attempt(whole, result, bounds, broken, missed)
+        if broken is not None or (not missed and result.error is None):
+            break
+    assert kept is not None
+    return kept
+
+
+def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
+    """Give algorithms in the order in which they are tried, each with that of the run at half the step.
+
+    Where the error sets the step, that is one with a tolerance that halves the steps. The first of these
+    allow more than the tolerance, since most errors die out again, which step doubling does not count on.
     """
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
@@ -52,24 +130,6 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
             for share in (1.0, 0.5**inner.order)
         )
         yield following, finer
-
-
-def bounded(
-    coarse: Result, again: Callable[[], Result], order: int, variables: Sequence[str]
-) -> tuple[dict[str, float], str | None]:
-    """Bound the coupling errors of a run by a second one, which costs the first one nothing if it fails.
-
-    Gives the bounds, as `coupling_error` does, infinite where the run at half the step that `again` does
-    ended early; and why it did, None where it did not.
-    """
-    try:
-        fine = again()
-        bounds, reason = coupling_error(coarse, fine, order, variables), fine.reason
-    except KeyboardInterrupt:
-        bounds, reason = dict.fromkeys(variables, np.inf), "interrupted"
-    except SlaveError as fault:  # before the second run's first value
-        bounds, reason = dict.fromkeys(variables, np.inf), str(fault)
-    return bounds, reason and f"{reason} in the run at half the step"
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:

@@ -16,7 +16,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
-from warmlink.orchestration.system.tree import Ports
+from warmlink.orchestration.system.write import Ports
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.native.straight_code import with_straight_code
 
 Expression = Any
 """A CasADi SX or MX."""
@@ -128,10 +129,12 @@ def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[s
     options: dict[str, Any] = {"with_header": False, "verbose": False, "casadi_int": "int"}
     generator = casadi.CodeGenerator(f"{prefix}.c", options)
     wrappers = []
+    functions = list(functions)
     for each in functions:
         generator.add(each, False)
         wrappers.append(_wrapper(each, declared))
-    return "#define CASADI_SYMBOL_EXPORT static\n\n" + _trimmed(generator.dump()) + "".join(wrappers)
+    text = with_straight_code(_trimmed(generator.dump()), functions)
+    return "#define CASADI_SYMBOL_EXPORT static\n\n" + text + "".join(wrappers)
 
 
 def _trimmed(text: str) -> str:

@@ -11,7 +11,7 @@ import pytest
 from fmpy import validation
 
 from warmlink.fmus.files import write_archive
-from warmlink.orchestration.check.validity import PLAIN_NAME, validity_problems
+from warmlink.orchestration.check.fmu import PLAIN_NAME, validity_problems
 
 FORMS = [
     "speed",

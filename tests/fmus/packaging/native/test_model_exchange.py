@@ -20,7 +20,7 @@ from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 from warmlink.fmus.packaging.views import exchanged_states, opened
 from warmlink.fmus.plant import plant
-from warmlink.orchestration.check.validity import validity_problems
+from warmlink.orchestration.check.fmu import validity_problems
 
 from .conftest import BuildNative
 
