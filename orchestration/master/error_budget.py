@@ -70,23 +70,16 @@ def attempted(
 ) -> Attempt:
     """Run until the bounds of the coupling errors are within the tolerances, or nothing is left to try.
 
+    SlaveError where the first attempt fails before its first value; a later one that fails costs no earlier
+    one.
+
     Parameters
     ----------
-    algorithm : Algorithm
-        Is tried first: its steps all have one size and cost least. Then follow steps that follow the error.
-    tolerances : mapping
-        By variable, in its unit; empty where a single attempt is to be made.
-    watched : sequence of str, optional
-        Variables whose errors are bounded; default: all that are recorded.
-    once : callable
-        Does a run by an algorithm, the second one at half the step.
-    repeats : bool
-        Whether there is a second run.
-
-    Raises
-    ------
-    SlaveError
-        Where the first attempt fails before its first value; a later one that fails costs no earlier one.
+    algorithm : is tried first: its steps all have one size and cost least; then steps that follow the error
+    tolerances : by variable, in its unit; empty where a single attempt is to be made
+    watched : variables whose errors are bounded; default: all that are recorded
+    once : does a run by an algorithm, the second one at half the step
+    repeats : whether there is a second run
     """
     kept: Attempt | None = None
     for whole, finer in _ways(algorithm, tolerances):
