@@ -19,7 +19,7 @@ from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Text

@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.archive import unpack
