@@ -119,8 +119,8 @@ def _build(
 ) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.packaging.flags import flagged
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
+    from warmlink.fmus.packaging.views import flagged
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
     from warmlink.orchestration.closed_loop.load import load_scenario

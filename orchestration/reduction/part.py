@@ -19,8 +19,8 @@ from warmlink.controllers.design.gains import Unknown
 from warmlink.controllers.design.plant import INPUTS, Plant, plant_model
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component.join import join
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.plant import WIRES

@@ -9,7 +9,7 @@ from pathlib import Path
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
@@ -100,7 +100,7 @@ class Blueprint:
 
 
 def _flag_wires(files: Mapping[str, Path], wires: Iterable[Wire]) -> Iterator[Wire]:
-    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.flags`)."""
+    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.views`)."""
     known = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
     for source, target in wires:
         flags = flag_of(source), flag_of(target)

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.catalogue import Entry, catalogue
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.documentation import documentation_page
 from warmlink.fmus.packaging.python.fmu import build_python_fmus, bundle
 from warmlink.orchestration.check.fmu import validity_problems

@@ -26,8 +26,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
-from warmlink.orchestration.studies.compare import run_comparison, write_csv
-from warmlink.orchestration.studies.plan import plan
+from warmlink.orchestration.studies.compare import plan, run_comparison, write_csv
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from fmpy import validation
 
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.orchestration.check.fmu import PLAIN_NAME, validity_problems
 
 FORMS = [

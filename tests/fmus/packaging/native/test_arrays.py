@@ -13,7 +13,7 @@ import pytest
 from fmpy.fmi3 import FMU3Slave
 
 from warmlink.fmus.catalogue import catalogue
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.orchestration.check.fmu import check_fmu, validity_problems
