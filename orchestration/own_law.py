@@ -133,11 +133,9 @@ def _is_law(found: object) -> bool:
 def _check(component: Component, place: str) -> None:
     """Check that the connectors are those of every compensator, and let the law take one step."""
     for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
-        missing = [variable.name for variable in wanted if variable.name not in held.index]
-        if missing:
-            raise InputError(
-                f"{place}: has no {kind} {missing[0]}; take warmlink.controllers.interface's {kind.upper()}S"
-            )
+        for name in (variable.name for variable in wanted if variable.name not in held.index):
+            told = f"has no {kind} {name}; take warmlink.controllers.interface's {kind.upper()}S"
+            raise InputError(f"{place}: {told}")
     with _refused(place):
         instance = Instance(component, component.name)
         instance.begin(0.0)

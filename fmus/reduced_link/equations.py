@@ -16,11 +16,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
 from warmlink.fmus.records import dataclass
-from warmlink.fmus.thermal_link.equations import (
-    STEFAN_BOLTZMANN,
-    ambient_temperature,
-    convection_coefficient,
-)
+from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN, ambient_temperature, convection_coefficient
 
 Array = NDArray[np.float64]
 
@@ -218,10 +214,8 @@ def _solved(p: Record, step: Number, right: Number, model: ReducedModel) -> Numb
     """
     inverse = 1.0 / (p.pattern_heat_capacity + step * p.conductivity * model.conduction)
     ends = model.loads[:, 0], model.loads[:, 1]
-    weights = (
-        p.hub_heat_capacity + step * p.hub_conductance,
-        p.tip_heat_capacity + step * p.tip_conductance,
-    )
+    at_hub = p.hub_heat_capacity + step * p.hub_conductance
+    weights = at_hub, p.tip_heat_capacity + step * p.tip_conductance
     columns, plain = [end * inverse for end in ends], right * inverse
     at_base, at_tip = (weight * total(end * plain) for weight, end in zip(weights, ends, strict=True))
     (a, b), (c, d) = (

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from warmlink.fmus.catalogue import Entry
     from warmlink.orchestration.check.fmu import CheckResult
     from warmlink.orchestration.scenarios.scenario import Scenario
-    from warmlink.orchestration.system.model import System
 
 KINDS = ("native", "python", "all")
 SHOWN_CONTROLLER = "lag"
@@ -238,6 +237,8 @@ def _check_system(path: Path) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     from warmlink.orchestration.check.fmu import CheckResult, validity_problems
     from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.master.slaves.slave import SlaveError
+    from warmlink.orchestration.simulation import simulate
     from warmlink.orchestration.system.assemble import read_system
 
     with temporary_folder() as work:
@@ -247,21 +248,12 @@ def _check_system(path: Path) -> list[CheckResult]:
         for name, held in system.components.items():
             found = "; ".join(validity_problems(held.fmu))[:200]
             results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
-        return [*results, _run(system)]
-
-
-def _run(system: System) -> CheckResult:
-    """Check that the system runs its default experiment."""
-    from warmlink.orchestration.check.fmu import CheckResult
-    from warmlink.orchestration.master.slaves.slave import SlaveError
-    from warmlink.orchestration.simulation import simulate
-
-    stop = system.default_experiment.stop_time
-    if stop is None:
-        return CheckResult("runs", "skip", "the system proposes no stop time")
-    try:
-        run = simulate(system)
-    except SlaveError as fault:
-        return CheckResult("runs", "fail", str(fault))
+        stop = system.default_experiment.stop_time
+        if stop is None:
+            return [*results, CheckResult("runs", "skip", "the system proposes no stop time")]
+        try:
+            run = simulate(system)
+        except SlaveError as fault:
+            return [*results, CheckResult("runs", "fail", str(fault))]
     done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
-    return CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)
+    return [*results, CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)]

@@ -103,27 +103,22 @@ def diagnose(
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    found = [experiment.understood() for experiment in experiments]
+    found = [each.understood() for each in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
     headings = ("column", "is", "unit", "cells", "least", "largest")
-    for each in found:
-        for run in each["runs"]:
+    for experiment in found:
+        for run in experiment["runs"]:
             answer(_in_words(run))
-            rows = [
-                (
-                    column["column"],
-                    column["variable"],
-                    f"{column['unit']} ({column['unit_from']})",
-                    f"{column['filled']} of {column['cells']}",
-                    *("" if column[end] is None else f"{column[end]:.5g}" for end in ("least", "largest")),
-                )
-                for column in run["columns"]
-            ]
+            rows = []
+            for each in run["columns"]:
+                cells = (text.format(**each) for text in ("{unit} ({unit_from})", "{filled} of {cells}"))
+                ends = ("" if each[end] is None else f"{each[end]:.5g}" for end in ("least", "largest"))
+                rows.append((each["column"], each["variable"], *cells, *ends))
             print_table("", headings, rows, texts=3, width=120)
-        for text in each["remarks"]:
-            answer(f"- {text}")
+        for told in experiment["remarks"]:
+            answer(f"- {told}")
 
 
 def _in_words(run: dict[str, Any]) -> str:
@@ -160,8 +155,8 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
-        if SCENARIO in files:
-            answer(f"next    {files[SCENARIO]}    practise it: warmlink hide EFFECT --duty {files[SCENARIO]}")
+        if following := files.get(SCENARIO):
+            answer(f"next    {following}    practise it: warmlink hide EFFECT --duty {following}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:

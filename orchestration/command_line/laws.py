@@ -123,10 +123,8 @@ def export(
     if not component.states:
         raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
     if design is not None:
-        own = f"{COMPENSATOR}."
-        given = {
-            name.removeprefix(own): v for name, v in parameters_of(design).items() if name.startswith(own)
-        }
+        whole = [(*name.partition("."), value) for name, value in parameters_of(design).items()]
+        given = {name: value for owner, _, name, value in whole if owner == COMPENSATOR}
         if not given:
             raise InputError(f"--design {design}: holds nothing for a {COMPENSATOR}; see warmlink design")
         try:

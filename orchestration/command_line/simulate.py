@@ -163,7 +163,21 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
 def _summary(
     result: Result, stopped: str | None, bounds: Mapping[str, float], folder: Path
 ) -> dict[str, Any]:
-    errors = {name: _finite(bound) for name, bound in bounds.items()}
+    import numpy as np
+
+    outputs: dict[str, dict[str, Any]] = {}
+    for name in result.table.names if len(result.times) else ():
+        column, unit = result[name], result.table.units[name]
+        # A camera that has taken no picture yet reads NaN: this is no fault.
+        finite = column[np.isfinite(column)]
+        ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+        outputs[name] = {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
+        if name in bounds:
+            outputs[name]["coupling_error"] = _finite(bounds[name])
+    balances = []
+    for audit in result.audits:
+        found = {"delivered_total": _finite(audit.delivered), "lost": _finite(audit.total)}
+        balances.append({**asdict(audit.balance), "unit": audit.unit, **found})
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
         "stopped": stopped,
@@ -172,31 +186,9 @@ def _summary(
         **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
         "largest_lag_s": result.statistics.largest_lag,
         "results": str(folder),
-        "outputs": {
-            name: _figures(result, name) | ({"coupling_error": errors[name]} if name in errors else {})
-            for name in result.table.names
-            if len(result.times)
-        },
-        "heat_balances": [
-            {
-                **asdict(audit.balance),
-                "unit": audit.unit,
-                "delivered_total": _finite(audit.delivered),
-                "lost": _finite(audit.total),
-            }
-            for audit in result.audits
-        ],
+        "outputs": outputs,
+        "heat_balances": balances,
     }
-
-
-def _figures(result: Result, name: str) -> dict[str, Any]:
-    import numpy as np
-
-    column, unit = result[name], result.table.units[name]
-    # A camera that has taken no picture yet reads NaN: this is no fault.
-    finite = column[np.isfinite(column)]
-    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
-    return {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
 
 
 def _finite(value: float) -> float | None:

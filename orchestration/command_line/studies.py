@@ -96,9 +96,9 @@ def compare(
     with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
         write_csv(comparison, target / "compare.csv")
         if report:
-            from warmlink.orchestration.report.comparison import write_report
+            from warmlink.orchestration.report.studies import write_comparison
 
-            write_report(comparison, target / "report.html")
+            write_comparison(comparison, target / "report.html")
     if json:
         answer_json(comparison.records())
     else:

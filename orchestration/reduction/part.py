@@ -129,10 +129,9 @@ def reduce_part(
     doing("choosing the order")
     search = Responses(dense, within).choose(order)
     doing("coarser meshes")
+    coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:
         coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]
-    else:
-        coarser = [elements.linear()]
     counts = [len(each.loads) for each in (*coarser, elements.heat)]
     mesh = _mesh_error(counts, [*(each.onto(span(each, within)) for each in coarser), dense], within)
     best = min(search, key=lambda tried: tried.error)
