@@ -10,8 +10,15 @@ from warmlink.fmus.reduced_link.equations import ReducedModel
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 _OF_THE_SHAPE = (
-    *("length", "width", "thickness", "cross_section", "perimeter"),
-    *("base_position", "tip_position", "sensor_position", "conductivity_temperature_coefficient"),
+    "length",
+    "width",
+    "thickness",
+    "cross_section",
+    "perimeter",
+    "base_position",
+    "tip_position",
+    "sensor_position",
+    "conductivity_temperature_coefficient",
 )
 """Parameters of ThermalLink that are fixed once a shape is reduced, or in which its heat is not linear."""
 

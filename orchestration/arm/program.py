@@ -37,6 +37,7 @@ from warmlink.orchestration.arm.blueprint import (
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment
 from warmlink.orchestration.scenarios.duties.duty_files import (
     MOST_SEED,

@@ -105,7 +105,7 @@ def point(text: str, option: str) -> Array:
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
     """Mesh of a part; InputError where its file is none of one closed solid of a believable size.
 
-    The file is STEP, or a mesh of tetrahedra (.msh, .inp), whose `unit` is said. Elements are of a `size` [m],
+    The file is STEP, or a mesh of tetrahedra (.msh, .inp), whose `unit` is said. Elements have a `size` [m],
     by default the thickness of thin walls; `coarser` is a factor on all sizes, those around bores included.
     """
     if not is_file(path):

@@ -184,6 +184,7 @@ def _of_the_arm(outcome: ClosedLoop) -> list[Section]:
     """Sections of the arm: where the error comes from, the workspace, the chain."""
     errors, grid, result = ArmErrors(outcome.result), workspace(), outcome.result
     names = [axis.name for axis in axes()]
+    uncompensated, left = (_maps(outcome, grid, growth) for growth in (errors.growth, errors.left))
 
     def plot(
         heading: str, label: str, values: Array, named: Sequence[str] = names, text: str = ""
@@ -211,11 +212,9 @@ def _of_the_arm(outcome: ClosedLoop) -> list[Section]:
             "Error over the workspace, uncompensated",
             "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. "
             "White: out of reach.",
-            figure=_maps(outcome, grid, errors.growth),
+            figure=uncompensated,
         ),
-        Section(
-            f"Error over the workspace, with {outcome.controller}", figure=_maps(outcome, grid, errors.left)
-        ),
+        Section(f"Error over the workspace, with {outcome.controller}", figure=left),
         temperatures("Shafts", "motor.shaft_temperature"),
         temperatures("Links, half-way", "link.sensor_temperature[2]"),
         plot(
@@ -264,12 +263,16 @@ def _maps(outcome: ClosedLoop, grid: Workspace, growth: Array) -> Any:
     titles = [f"{outcome.time[point] / 3600:.2f} h" for point in points]
     figure = make_subplots(1, len(points), shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.03)
     look: dict[str, Any] = {
-        **{"x": 1e3 * grid.out, "y": 1e3 * grid.up, "zmin": 0.0, "zmax": float(np.nanmax(errors))},
-        **{"colorscale": "Viridis", "colorbar": {"title": "µm"}, "row": 1},
+        "x": 1e3 * grid.out,
+        "y": 1e3 * grid.up,
+        "zmin": 0.0,
+        "zmax": float(np.nanmax(errors)),
+        "colorscale": "Viridis",
+        "colorbar": {"title": "µm"},
         "hovertemplate": "out %{x:.0f} mm<br>up %{y:.0f} mm<br>%{z:.2f} µm<extra></extra>",
     }
     for place, error in enumerate(errors, start=1):
-        figure.add_heatmap(z=error, showscale=place == len(points), col=place, **look)
+        figure.add_heatmap(z=error, showscale=place == len(points), row=1, col=place, **look)
     figure.update_xaxes(title="from the waist [mm]")
     figure.update_yaxes(title="height [mm]", row=1, col=1)
     # The titles stand below the buttons.

@@ -121,7 +121,9 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
     power = 10 ** np.floor(np.log10(wanted))
     times = power * max(each for each in (1, 2, 5) if each * power <= wanted)
     look = {
-        **{"cmin": 0.0, "cmax": float(rises.max()), "colorscale": "Inferno"},
+        "cmin": 0.0,
+        "cmax": float(rises.max()),
+        "colorscale": "Inferno",
         "colorbar": {"title": "K", "thickness": 14},
         "hovertemplate": "%{intensity:.3f} K above the start<extra></extra>",
     }

@@ -151,10 +151,8 @@ def _read(path: Path, workdir: Path) -> System:
     if path.suffix.lower() != ".ssd":
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
-            raise InputError(
-                f"{path.name}: is a single FMU, no system; look at it with `warmlink check {path}`, or run "
-                "it as a component of an SSP"
-            )
+            told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
+            raise InputError(f"{path.name}: is a single FMU, no system; {told}")
         structure = folder / "SystemStructure.ssd"
     reader = Reader(workdir)
     name, experiment = reader.read(structure)

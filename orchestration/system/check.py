@@ -17,7 +17,10 @@ from warmlink.orchestration.system.model import (
 from warmlink.orchestration.system.units import Unit
 
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
-    **{"Real": (float, int), "Integer": (int,), "Boolean": (bool,), "String": (str,)},
+    "Real": (float, int),
+    "Integer": (int,),
+    "Boolean": (bool,),
+    "String": (str,),
     "Enumeration": (str, int),
 }
 

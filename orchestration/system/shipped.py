@@ -113,9 +113,19 @@ def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
 
 
 _SENSED = (
-    *("motor.shaft_temperature", "motor.winding_temperature", "link.base_temperature"),
-    *("link.sensor_temperature[2]", "link.tip_temperature"),
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    "link.sensor_temperature[2]",
+    "link.tip_temperature",
     *(f"link.sensor_temperature[{i}]" for i in (4, 5, 6)),
+)
+_SHOWN = (
+    ("link", "elongation"),
+    (COMPENSATOR, "correction"),
+    ("camera", "measured_drift"),
+    ("camera", "drift_valid"),
+    *(("sensors", f"reading[{i}]") for i in range(1, 9)),
 )
 _READ = ("shaft", "winding", "base", "middle", "tip")
 """What the channels of the cell's sensors read, and what the compensator calls the first five."""
@@ -154,16 +164,7 @@ WARMUP_CELL = Blueprint(
         ("camera.drift_valid", "compensator.drift_valid"),
     ),
     stop_time=7200.0,
-    ports=Ports(
-        drivers=("duty",),
-        shown=(
-            ("link", "elongation"),
-            (COMPENSATOR, "correction"),
-            ("camera", "measured_drift"),
-            ("camera", "drift_valid"),
-            *(("sensors", f"reading[{i}]") for i in range(1, 9)),
-        ),
-    ),
+    ports=Ports(("duty",), _SHOWN),
 )
 
 BENCH_ROD = Blueprint(

@@ -26,7 +26,11 @@ ZERO_CELSIUS = 273.15
 # Names that others write and pint spells otherwise. pint counts a radian as a plain number; FMI does not,
 # hence units of its own for plane angles.
 _SPELLINGS = {
-    **{"Ohm": "ohm", "degree_C": "degC", "µrad": "uplane_rad", "mrad": "mplane_rad", "urad": "uplane_rad"},
+    "Ohm": "ohm",
+    "degree_C": "degC",
+    "mrad": "mplane_rad",
+    "urad": "uplane_rad",
+    "µrad": "uplane_rad",
     **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
 }
 _PLANE_ANGLES = (
