@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -92,12 +92,16 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
 
     InputError if the tolerance is not above 0, or does not fit.
     """
+    known = variables(system)
+    if watched:
+        units = {name: known[name].unit for name in watched if name in known}
+        return {name: positive(tolerance, unit or "1", "--tolerance") for name, unit in units.items()}
     found = {}
-    for name, variable in variables(system).items():
-        if name in watched if watched else is_recorded(variable):
-            with nullcontext() if watched else suppress(InputError):
+    for name, variable in known.items():
+        with suppress(InputError):
+            if is_recorded(variable):
                 found[name] = positive(tolerance, variable.unit or "1", "--tolerance")
-    if not found and not watched:
+    if not found:
         raise InputError(f'--tolerance {tolerance}: fits no output; give a value above 0, as "0.1 um"')
     return found
 

@@ -240,10 +240,12 @@ def memory_growth(subject: Subject) -> Outcome:
 
 def reproducible(subject: Subject) -> Outcome:
     """Two fresh instances on the same inputs give the same bits."""
-    first, second = Instance(subject, "once"), Instance(subject, "once")
-    runs = first.run(0, 50), second.run(0, 50)
-    first.slave.terminate()
-    second.slave.terminate()
+    instances, runs = [], []
+    for _ in range(2):
+        instances.append(Instance(subject, "once"))
+        runs.append(instances[-1].run(0, 50))
+    for instance in instances:
+        instance.slave.terminate()  # not before: the library is unloaded with its last instance
     if not _same(*runs):
         return "fail", "two runs of 50 steps on the same inputs differ"
     return "pass", "two runs of 50 steps on the same inputs are the same to the last bit"
