@@ -82,9 +82,20 @@ def build_files(
 ) -> list[Path]:
     """Build the FMUs and the systems (SSP) for other tools, validate each of them, and give their files.
 
-    The parameters are the options of `warmlink build`: `valid_flags` is for the shipped components and
-    systems, but for the systems in one FMU. InputError if the kind or a platform does not exist, or the
-    folder cannot be written.
+    Parameters
+    ----------
+    out : folder
+    fmus : native, python or all
+    platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this machine's by default
+    scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
+    valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
+        native FMUs, but for the systems in one FMU
+    arrays : arrays in the native FMUs of FMI 3.0
+
+    Raises
+    ------
+    InputError
+        If the kind or a platform does not exist, or the folder cannot be written.
     """
     from warmlink.fmus.names import instead
 

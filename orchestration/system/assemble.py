@@ -42,10 +42,12 @@ def assemble(
     wires: Iterable[Wire] = (),
     values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
 ) -> System:
-    """Make a system of the .fmu files of its components.
+    """Make a system of FMU files.
 
     Parameters
     ----------
+    name : what the system is called
+    fmus : the .fmu file of each component, by the component's name
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`; units are converted
     values : start values by component and variable, in the variables' own units
 
@@ -124,11 +126,19 @@ def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
 
 
 def read_system(path: str | Path, workdir: Path | None = None) -> System:
-    """Read an SSP of version 1.0 or 2.0, or an .ssd beside its resources, and check it against its FMUs.
+    """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
 
-    It is unpacked into the folder `workdir`, by default one in warmlink's cache, which stays. The system is
-    flat: its components have dotted names, start values and connections are in their variables' own units.
-    InputError if anything is absent, damaged, does not fit or is not supported, with both ends and why.
+    Its components then have dotted names; start values and connections are in their variables' own units.
+
+    Parameters
+    ----------
+    path : the .ssp file, or an .ssd file that lies beside its resources
+    workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
+
+    Raises
+    ------
+    InputError
+        If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
     """
     path = Path(path)
     try:

@@ -53,6 +53,8 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
 
     Parameters
     ----------
+    system : what to write
+    path : the .ssp file
     ports : what the system exchanges with a larger one; without, it runs by itself
     nested : with a system inside it for each name before a dot, so that `axis1.link` becomes the component
         `link` of the system `axis1`, whose connectors pass on what crosses its bounds
