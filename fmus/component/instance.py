@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -267,23 +266,17 @@ def samples_until(time: float, start_time: float, period: float) -> int:
 
 
 def is_possible(component: Component, snapshot: Snapshot) -> bool:
-    """Whether an instance of a component could have remembered this, whatever the fields hold."""
-    sizes = (component.p.size, component.u.size, component.x.size)
-    vectors = (getattr(snapshot, name) for name in VECTORS)
+    """Whether an instance of a component could have remembered this; TypeError for some that it could not."""
     start, time, samples = snapshot.start_time, snapshot.time, snapshot.samples
-    if not (
-        all(_are_of(float, vector, size) for vector, size in zip(vectors, sizes, strict=True))
-        and _are_of(float, [start, time], 2)
-        and all(map(math.isfinite, (start, time)))
-        and _are_of(int, samples, len(component.clocks))
-        and type(snapshot.initialized) is bool
-    ):
+    sizes = [len(getattr(snapshot, name)) for name in VECTORS]
+    if sizes != [component.p.size, component.u.size, component.x.size]:
+        return False
+    kinds = [type(each) for each in (start, time, snapshot.initialized, *samples)]
+    if kinds != [float, float, bool, *[int] * len(component.clocks)] or not math.isfinite(start + time):
         return False
     for scalar, value in zip(component.scalars(), snapshot.parameters + snapshot.inputs, strict=False):
         kind = scalar.variable.type
-        if kind == "Boolean" and value not in (0, 1):
-            return False
-        if kind == "Integer" and not (math.isfinite(value) and value == round(value)):
+        if (kind == "Boolean" and value not in (0, 1)) or (kind == "Integer" and not value.is_integer()):
             return False
     if not snapshot.initialized:
         return time == start and not any(samples)
@@ -300,7 +293,3 @@ def is_possible(component: Component, snapshot: Snapshot) -> bool:
         if not due <= count <= due + 1 + slack / period:
             return False
     return True
-
-
-def _are_of(kind: type, values: Any, size: int) -> bool:
-    return isinstance(values, list) and [type(each) for each in values] == [kind] * size

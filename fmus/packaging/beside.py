@@ -114,11 +114,9 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
     instance.set({scalar.name: value for scalar, value in demands.items()})
     instance.begin()
     instance.initialize()
-    step, names = component.default_step_size, component.y.names
-    lines = [",".join(["time", *(f'"{name}"' for name in names)])]
+    step, lines = component.default_step_size, [",".join(["time", *(f'"{n}"' for n in component.y.names)])]
     for k in range(STEPS + 1):
-        values = [k * step, *(float(instance.get(name)) for name in names)]
-        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in values))
+        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in (k * step, *instance.outputs())))
         if k < STEPS:
             try:
                 instance.step(k * step, step)
