@@ -146,7 +146,10 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
 
 @lru_cache(maxsize=32)
 def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tuple[Any, ...]) -> Array:
-    """What parts that nothing drives give, shape (instants, given), from what they settled."""
+    """What parts that nothing drives give, from what they settled: a row for each change.
+
+    A row begins with the number of the instant from which it holds; the last one never does.
+    """
     _, done, _ = task_list(*schedule)
     instants = done[np.append(True, np.diff(done) != 0)]
     blocks = -(-instants.size // lanes)
@@ -156,7 +159,9 @@ def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tup
     free[:] = np.frombuffer(settled)[:, None]
     found = aligned((blocks, given, lanes))
     loaded(library).table(ctypes.c_long(blocks), _pointer(times), _pointer(free), _pointer(found))
-    return np.ascontiguousarray(found.transpose(0, 2, 1).reshape(times.size, given)[: instants.size])
+    rows = found.transpose(0, 2, 1).reshape(times.size, given)
+    changes = np.flatnonzero(np.append(True, np.any(rows[1:] != rows[:-1], axis=1)))
+    return np.vstack([np.column_stack([changes, rows[changes]]), np.full(given + 1, -1.0)])
 
 
 def _pointer(array: Any) -> ctypes.c_void_p:
