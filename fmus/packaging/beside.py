@@ -66,10 +66,8 @@ def terminals_files(component: Component, arrays: bool = False) -> dict[str, byt
     for terminal in component.terminals:
         kind = f"warmlink.{terminal.kind}"
         around = add(terminals, "Terminal", name=terminal.name, matchingRule="bus", terminalKind=kind)
-        members = (
-            (re.sub(r"_\d+", "", m) if s in whole else m, whole.get(s, s)) for m, s in terminal.members
-        )
-        for member, name in dict.fromkeys(members):
+        named = {whole.get(s, s): re.sub(r"_\d+", "", m) if s in whole else m for m, s in terminal.members}
+        for name, member in named.items():
             told = {"variableName": name, "memberName": member, "variableKind": "signal"}
             add(around, "TerminalMemberVariable", told)
     return {"terminalsAndIcons/terminalsAndIcons.xml": document(root)}
@@ -109,7 +107,7 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
 
     A component that fails with them is built all the same: its smoke test ends before.
     """
-    demands = {s: _demand(s) for s in component.scalars() if isinstance(s.variable, Input)}
+    demands = {s: _demand(s.variable) for s in component.scalars() if isinstance(s.variable, Input)}
     instance = Instance(component)
     instance.set({scalar.name: value for scalar, value in demands.items()})
     instance.begin()
@@ -125,10 +123,8 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
     return demands, "\n".join([*lines, ""]).encode(), k
 
 
-def _demand(scalar: Scalar) -> float:
+def _demand(variable: Input) -> float:
     """Something else than the start value, of an ordinary size."""
-    variable = scalar.variable
-    assert isinstance(variable, Input)
     if variable.type != "Real":
         return variable.start
     moved = variable.start + (5.0 if variable.unit == "K" else variable.nominal or 1.0)
