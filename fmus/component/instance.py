@@ -70,10 +70,8 @@ class Instance:
         """Set inputs, tunable parameters, and before initialization ends all, by name, in SI units."""
         for name, value in values.items():
             if name not in self._references:
-                raise InputError(
-                    f"{self.name}.{name}: {self.component.name} has no such variable; "
-                    f"{instead(name, self._references)}"
-                )
+                told = f"{self.component.name} has no such variable; {instead(name, self._references)}"
+                raise InputError(f"{self.name}.{name}: {told}")
             self.set_reference(self._references[name], value)
 
     def get(self, name: str) -> float:
@@ -96,9 +94,8 @@ class Instance:
             limits.refuse_problems(self.component, self.name, changed.tolist())
             self._settle(changed)
         else:
-            raise InputError(
-                f"{named}: parameters are fixed once the run has begun; set it before initialization"
-            )
+            told = "parameters are fixed once the run has begun; set it before initialization"
+            raise InputError(f"{named}: {told}")
         self._y = None
 
     def get_reference(self, reference: int) -> float:
@@ -138,9 +135,8 @@ class Instance:
             raise InputError(f"{self.name}: a step before initialization; initialize it first")
         longest = self.component.longest_step(self._p)
         if not 0 < step <= longest:
-            raise InputError(
-                f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
-            )
+            told = f"a step of {step:g} s; give one above 0 s and at most {longest:g} s"
+            raise InputError(f"{self.name}: {told}")
         if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
             told = f"a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there"
             raise InputError(f"{self.name}: {told}, or restore a state")
@@ -197,10 +193,8 @@ class Instance:
     def _check_states(self, since: float) -> None:
         wild = limits.wild_state(self.component, self._x.tolist())
         if wild is not None:
-            raise InputError(
-                f"{self.name}: {wild} is not finite after {since:g} s; "
-                "look for inputs and parameters far from their nominal values"
-            )
+            remedy = "look for inputs and parameters far from their nominal values"
+            raise InputError(f"{self.name}: {wild} is not finite after {since:g} s; {remedy}")
 
     def _go(self, time: float, until: float) -> None:
         """From sample to sample; of those due at once, first the first clock's."""
