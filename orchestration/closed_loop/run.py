@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.fmu_store import FmuKind, store
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.overrides import given_values
 from warmlink.orchestration.scenarios.quantity import positive
