@@ -23,9 +23,7 @@ from warmlink.fmus.packaging.documentation import documentation_page
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 """Where FMI-LS-REF has its files, inside an FMU of FMI 2.0 or 3.0."""
 
-STEPS = 5
-"""Communication steps of the smoke test."""
-
+STEPS = 5  # of the smoke test
 _DIGITS = 7  # fewer than those in which machines may differ
 
 _ABOUT = "Layered Standard providing information on related files included in an FMU."
@@ -54,9 +52,8 @@ def files_beside(entry: Entry, fmi_version: str = "2.0", arrays: bool = False) -
 def terminals_files(component: Component, arrays: bool = False) -> dict[str, bytes]:
     """Give terminalsAndIcons.xml by its path inside an FMU; nothing for a component without terminals.
 
-    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are
-    connected by their names, and each is given by one side as a signal. With `arrays` an array is one member,
-    whose name has no number.
+    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are signals,
+    connected by their names. With `arrays` an array is one member, whose name has no number.
     """
     if not component.terminals:
         return {}

@@ -29,19 +29,16 @@ def opened(component: Component) -> Component:
     observe, look_inside = component.observe, component.look_inside
     if look_inside is None:
         return component
-
-    def observe_all(*given: Any) -> Values:
-        return {**observe(*given), **look_inside(*given)}
-
-    outputs = (*component.outputs, *component.local)
-    return replace(component, outputs=outputs, observe=observe_all, look_inside=None)
+    return replace(
+        component,
+        outputs=(*component.outputs, *component.local),
+        observe=lambda *given: {**observe(*given), **look_inside(*given)},
+        look_inside=None,
+    )
 
 
 class ExchangedState(NamedTuple):
-    """A continuous state as hosts see it, as `state.temperature`, and its rate, `der(state.temperature)`.
-
-    Their value references lie after all others and after time.
-    """
+    """A continuous state as hosts see it, as `state.temperature`, and its rate; numbered after all else."""
 
     state: Scalar
     rate: Scalar

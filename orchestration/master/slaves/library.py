@@ -75,19 +75,18 @@ def held_from_start(variables: Mapping[str, Variable]) -> Held:
     """Give the start values of everything, by value reference."""
     held: Held = {}
     for variable in variables.values():
-        blank: Value = "" if variable.kind == "String" else 0
-        values = held.setdefault(variable.value_reference, [blank] * variable.elements)
+        blank: list[Value] = ["" if variable.kind == "String" else 0] * variable.elements
+        values = held.setdefault(variable.value_reference, blank)
         if variable.start is not None:
             values[variable.element] = variable.start
     return held
 
 
 class Batch:
-    """Variables of one base type among a set of variables, with the arrays a call needs.
+    """Variables of one base type, as FMI functions name it, chosen by their places in a set of variables.
 
-    `base` is the type as the FMI functions name it, `chosen` the variables by their places in the set, `held`
-    the slave's values of arrays, of which some elements may be set alone. The FMU's functions `get` and `set`
-    take the same `arguments`.
+    `held` are the slave's values of arrays, of which some elements may be set alone. The FMU's functions
+    `get` and `set` take the same `arguments`.
     """
 
     def __init__(self, base: str, c_type: Any, chosen: Mapping[int, Variable], held: Held) -> None:
