@@ -99,17 +99,17 @@ class Scenario:
     @property
     def kinds(self) -> set[str]:
         """Names of warmlink's components that the system needs."""
-        return self.setup.kinds | self.controller.kinds
+        return self.setup.blueprint.kinds | self.controller.kinds
 
     @property
     def declared(self) -> dict[str, Component]:
         """Declaration of each instance that is a component of warmlink."""
-        return self.setup.declared(self.controller.component)
+        return self.setup.blueprint.declared(self.controller.component)
 
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
-        return {**files, **self.setup.foreign, **self.controller.files(store)}
+        return {**files, **self.setup.blueprint.foreign, **self.controller.files(store)}
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
@@ -178,11 +178,6 @@ class Scenario:
         Raises InputError if the system contains FMUs that are not made of warmlink's components, or as
         `values`.
         """
-        if self.setup.foreign:
-            raise InputError(
-                f"{self.setup.name}: contains foreign FMUs ({', '.join(self.setup.foreign)}), whose "
-                "equations are not known; run it with a master instead"
-            )
         chosen = self.values() if values is None else values
         return self._blueprint.joined(self.controller.component, chosen)
 

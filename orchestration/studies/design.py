@@ -171,7 +171,8 @@ def design(
         raise InputError(
             f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
-    foreign = law == "regression" and scenario is not None and scenario.setup.unknown
+    held = None if scenario is None else scenario.setup.blueprint
+    foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if law == "regression":
         run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)
@@ -235,7 +236,7 @@ def plant_in(scenario: Scenario) -> Plant:
     """
     setup = scenario.setup
     declared = scenario.declared
-    motors, links = setup.called("motor"), setup.called("link")
+    motors, links = setup.blueprint.called("motor"), setup.blueprint.called("link")
     if not motors or not links:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
     paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)
