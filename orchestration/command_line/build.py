@@ -181,8 +181,8 @@ def save(
     out : SSP to write. Default: SCENARIO.ssp.
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.system.write import write_ssp
 
     if out is not None and out.suffix != ".ssp":

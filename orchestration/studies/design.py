@@ -28,7 +28,6 @@ from warmlink.fmus.names import instead, listed
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
@@ -37,7 +36,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.own_system import with_replaced
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
