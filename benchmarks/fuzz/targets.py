@@ -33,9 +33,9 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.study import load_study
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System
-from warmlink.orchestration.system.read import read_system
 
 SPECIMENS = Path(__file__).parent / "specimens"
 LONGEST_SENTENCE = 1200

@@ -30,11 +30,7 @@ _LOADING = "loads in a bare process"
 class CheckResult:
     """What one check found.
 
-    Attributes
-    ----------
-    name : of the check
-    verdict : "pass", "fail", or "skip" where the FMU does not claim what would be checked
-    detail : what was seen
+    The verdict is "pass", "fail", or "skip" where the FMU does not claim what would be checked.
     """
 
     name: str
@@ -47,16 +43,8 @@ def check_fmu(
 ) -> list[CheckResult]:
     """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
 
-    Parameters
-    ----------
-    path : the FMU
-    time_limit : s, for one check
-    cases : names of the checks to make that run the FMU (see `CASES`), all where none are given
-
-    Raises
-    ------
-    InputError
-        If the file is no FMU for co-simulation that can be read.
+    One check may take `time_limit` s. `cases` are names of the checks that run the FMU (see `CASES`), all by
+    default. InputError if the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
     outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}

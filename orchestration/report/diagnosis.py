@@ -118,17 +118,9 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]
-        rows.append(
-            (
-                f"{name} [{each['unit']}]",
-                f"{each['rmse']:.3g}",
-                f"{each['noise']:.2g}",
-                f"{each['bias']:+.2g}",
-                f"{each['whiteness_p']:.2g}",
-                *([*each["when"], "-"][:1]),
-                *([*follows, "-"][:1]),
-            )
-        )
+        formats = ("{rmse:.3g}", "{noise:.2g}", "{bias:+.2g}", "{whiteness_p:.2g}")
+        numbers = [text.format(**each) for text in formats]
+        rows.append((f"{name} [{each['unit']}]", *numbers, [*each["when"], "-"][0], [*follows, "-"][0]))
     return Table(("channel", "RMSE", "noise", "bias", "whiteness", "wrong when", "follows"), rows)
 
 
@@ -166,15 +158,10 @@ def _worse(more: float) -> str:
 
 def _next(proposed: Proposed) -> Section:
     cycle, times = proposed.cycle
-    rows = [
-        (
-            f"{stage.duration / 60:.0f}",
-            f"{stage.speed:.2f}",
-            f"{stage.torque:.1f}",
-            "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}",
-        )
-        for stage in cycle
-    ]
+    rows = []
+    for stage in cycle:
+        pad = "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}"
+        rows.append((f"{stage.duration / 60:.0f}", f"{stage.speed:.2f}", f"{stage.torque:.1f}", pad))
     table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
     text = proposed.why
     if proposed.expected_chance is not None:
@@ -207,14 +194,10 @@ def _gain_text(diagnosis: Diagnosis) -> str:
 
 def _beyond(diagnosis: Diagnosis) -> list[Section]:
     """What the model says of other duty cycles."""
-    rows = [
-        (
-            each.duty,
-            *(f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest)),
-            "yes" if each.holds else "no",
-        )
-        for each in diagnosis.claims
-    ]
+    rows = []
+    for each in diagnosis.claims:
+        lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
+        rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
     if not rows:
         return []
     text = (
@@ -251,16 +234,7 @@ SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
     """Write `diagnosis.json`, the page, the extended model, and the next experiment where one is proposed.
 
-    Parameters
-    ----------
-    diagnosis : what was found
-    folder : where to; made if need be
-    store : FMUs for the extended `.ssp`; without them only the `.ssv` is written
-
-    Returns
-    -------
-    dict
-        Paths by name of the file.
+    Without FMUs from a `store` the extended model is the `.ssv` alone. Returns the paths by name of the file.
     """
     values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     with fresh_folder(folder) as work:

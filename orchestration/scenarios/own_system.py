@@ -27,9 +27,9 @@ from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Roles, Setup
 from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 from warmlink.orchestration.system.units import Unit

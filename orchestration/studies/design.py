@@ -38,9 +38,9 @@ from warmlink.orchestration.scenarios.own_system import with_replaced
 from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv

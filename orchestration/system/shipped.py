@@ -151,6 +151,24 @@ def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
     return tuple((source, target) for target in targets)
 
 
+_SENSED = (
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    "link.sensor_temperature[2]",
+    "link.tip_temperature",
+    *(f"link.sensor_temperature[{i}]" for i in (4, 5, 6)),
+)
+_SHOWN = (
+    ("link", "elongation"),
+    (COMPENSATOR, "correction"),
+    ("camera", "measured_drift"),
+    ("camera", "drift_valid"),
+    *(("sensors", f"reading[{i}]") for i in range(1, 9)),
+)
+_READ = ("shaft", "winding", "base", "middle", "tip")
+"""What the channels of the cell's sensors read, and what the compensator calls the first five."""
+
 WARMUP_CELL = Blueprint(
     name="WarmupCell",
     about="duty -> motor <-> link -> sensors and camera <-> compensator",
@@ -170,35 +188,15 @@ WARMUP_CELL = Blueprint(
         ("duty.pad_temperature", "motor.pad_temperature"),
         ("duty.pad_power", "motor.pad_power"),
         *WIRES,
-        ("motor.shaft_temperature", "sensors.temperature[1]"),
-        ("motor.winding_temperature", "sensors.temperature[2]"),
-        ("link.base_temperature", "sensors.temperature[3]"),
-        ("link.sensor_temperature[2]", "sensors.temperature[4]"),
-        ("link.tip_temperature", "sensors.temperature[5]"),
-        ("link.sensor_temperature[4]", "sensors.temperature[6]"),
-        ("link.sensor_temperature[5]", "sensors.temperature[7]"),
-        ("link.sensor_temperature[6]", "sensors.temperature[8]"),
-        ("sensors.reading[1]", "compensator.shaft_temperature"),
-        ("sensors.reading[2]", "compensator.winding_temperature"),
-        ("sensors.reading[3]", "compensator.base_temperature"),
-        ("sensors.reading[4]", "compensator.middle_temperature"),
-        ("sensors.reading[5]", "compensator.tip_temperature"),
+        *((source, f"sensors.temperature[{i}]") for i, source in enumerate(_SENSED, 1)),
+        *((f"sensors.reading[{i}]", f"compensator.{name}_temperature") for i, name in enumerate(_READ, 1)),
         ("link.elongation", "camera.elongation"),
         ("compensator.correction", "camera.correction"),
         ("camera.measured_drift", "compensator.measured_drift"),
         ("camera.drift_valid", "compensator.drift_valid"),
     ),
     stop_time=7200.0,
-    ports=Ports(
-        drivers=("duty",),
-        shown=(
-            ("link", "elongation"),
-            (COMPENSATOR, "correction"),
-            ("camera", "measured_drift"),
-            ("camera", "drift_valid"),
-            *(("sensors", f"reading[{i}]") for i in range(1, 9)),
-        ),
-    ),
+    ports=Ports(("duty",), _SHOWN),
 )
 
 BENCH_ROD = Blueprint(

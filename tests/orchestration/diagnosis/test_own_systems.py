@@ -33,7 +33,7 @@ from warmlink.orchestration.diagnosis.data.experiment import calibrating
 from warmlink.orchestration.diagnosis.data.own import rig_of_own, with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 
 FLANGE = """
 [[cause]]

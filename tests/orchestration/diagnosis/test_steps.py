@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
-from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run

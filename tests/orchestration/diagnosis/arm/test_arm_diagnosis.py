@@ -11,7 +11,7 @@ import pytest
 
 from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.setup import arm
+from warmlink.orchestration.arm.program import arm
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
