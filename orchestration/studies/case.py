@@ -63,7 +63,8 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        facts |= {"blueprint": asdict(self.setup.blueprint), "score": self.setup.roles.score.text}
+        held = replace(self.setup.blueprint, foreign={})
+        facts |= {"blueprint": asdict(held), "score": self.setup.roles.score.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -126,7 +127,7 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
     """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
-    system = case.setup.blueprint.system({**case.setup.foreign, **fmus}, case.law, case.values)
+    system = case.setup.blueprint.system(fmus, case.law, case.values)
 
     def simulated(step: float, record: Sequence[str]) -> Result:
         by = algorithm(case.master)
@@ -141,7 +142,7 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
 def recorded(setup: Setup) -> tuple[str, ...]:
     """Variables that the figures are computed from."""
     roles = setup.roles
-    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
+    estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
     scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
 

@@ -67,7 +67,7 @@ def form(scenario: Scenario, whole: Component, laws: Sequence[str]) -> dict[str,
     }
     faults = {label: _fault(kind, fields, stop) for kind, label in _thermometers(scenario)}
     known = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
-    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.called(kind)]
+    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.blueprint.called(kind)]
     others = {field.shown["name"] for of in faults.values() for field in of}
     return {
         "laws": [Field(_shown(f"law:{law}", "page", checked=""), law) for law in laws],
