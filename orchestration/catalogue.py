@@ -32,6 +32,13 @@ if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 
 
+_SHIM = """from warmlink.controllers.own import component_of
+from {package}.law import {attribute} as law
+
+COMPONENT = component_of(law) if isinstance(law, type) else law
+"""
+
+
 @dataclass(frozen=True)
 class Controller:
     """A controller: what people call it, and its component.
@@ -119,13 +126,6 @@ def controller(name: str) -> Component:
 def shipped(name: str) -> Controller:
     """Controller with its name; raises as `controller`."""
     return Controller(name, controller(name))
-
-
-_SHIM = """from warmlink.controllers.own import component_of
-from {package}.law import {attribute} as law
-
-COMPONENT = component_of(law) if isinstance(law, type) else law
-"""
 
 
 def controller_named(name: str) -> Controller:

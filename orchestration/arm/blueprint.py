@@ -35,6 +35,16 @@ ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one
 POSES, KINEMATICS = "poses", "kinematics"
 
 
+NAME = "SixAxisArm"
+PROGRAMS = Path(__file__).parent / "programs"
+GEOMETRY = Path(__file__).with_name("geometry.toml")
+
+_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
+_UNITS |= {"joint_limit": "rad", "section": "m2", "perimeter": "m"}
+_UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "steel": "J/(kg.K)"}
+"""Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
+
+
 def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     """Blueprint of an arm of some axes, each with sensors and a compensator if it is `compensated`.
 
@@ -125,16 +135,6 @@ def without_dots(system: System) -> System:
         for c in system.connections
     )
     return replace(system, components=components, connections=links)
-
-
-NAME = "SixAxisArm"
-PROGRAMS = Path(__file__).parent / "programs"
-GEOMETRY = Path(__file__).with_name("geometry.toml")
-
-_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
-_UNITS |= {"joint_limit": "rad", "section": "m2", "perimeter": "m"}
-_UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "steel": "J/(kg.K)"}
-"""Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,18 @@ Pose = tuple[float, tuple[float, ...]]
 """Time in s for which six joint angles in rad are held, and these."""
 
 
+OBSERVER, LAG = "observer", "lag"
+
+SENSORS = Sensors(0.1, ("middle",))
+"""One thermometer for each axis, half-way along its link, unless a scenario says otherwise."""
+
+DESIGNED = ("none", LAG, OBSERVER)
+"""Laws that have a design for any axis; the others come with the parameters of the warm-up cell."""
+
+_FIT_TIME, _FIT_POINTS, _FIT_HEAT, _FIT_SPEED = 7200.0, 721, 20.0, 0.7
+"""The lag law is fitted to two hours of 20 W in the shaft at 0.7 rad/s."""
+
+
 @dataclass(frozen=True)
 class Program(Drive):
     """A program of the arm: a duty cycle for each joint from the base outwards, and the poses gone through.
@@ -201,18 +213,6 @@ def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
     program = file.program(name)
     default = Scenario(name, program.title, program.reason, program, arm())
     return file.applied(replace(default, controller=shipped(CONTROLLER), tolerance=TOLERANCE))
-
-
-OBSERVER, LAG = "observer", "lag"
-
-SENSORS = Sensors(0.1, ("middle",))
-"""One thermometer for each axis, half-way along its link, unless a scenario says otherwise."""
-
-DESIGNED = ("none", LAG, OBSERVER)
-"""Laws that have a design for any axis; the others come with the parameters of the warm-up cell."""
-
-_FIT_TIME, _FIT_POINTS, _FIT_HEAT, _FIT_SPEED = 7200.0, 721, 20.0, 0.7
-"""The lag law is fitted to two hours of 20 W in the shaft at 0.7 rad/s."""
 
 
 def plant(number: int) -> Plant:

@@ -26,6 +26,12 @@ TIME_LIMIT = 120.0
 _LOADING = "loads in a bare process"
 
 
+_IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
+_STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
+PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
+"""Names of variables that either naming convention allows: all but those in quotation marks."""
+
+
 @dataclass(frozen=True)
 class CheckResult:
     """What one check found.
@@ -126,12 +132,6 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
             pipe.send(CASES[name](subject))
         except (SlaveError, InputError) as fault:
             pipe.send(("fail", str(fault)))
-
-
-_IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
-_STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
-PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
-"""Names of variables that either naming convention allows: all but those in quotation marks."""
 
 
 def validity_problems(path: Path) -> list[str]:

@@ -30,6 +30,41 @@ if TYPE_CHECKING:
 Command = Callable[..., None]
 
 
+EXPLAINED = {
+    "scenario": "Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
+    "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
+    "set_": 'Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.',
+    "parameters": "A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable.",
+    "replace": "An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable.",
+    "map_": "What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
+    "fmus": "`native` (C) or `python` FMUs. Default: native if there is a C compiler.",
+    "master": "Master algorithm (`warmlink list`).",
+    "tolerance": 'Largest coupling error, such as "0.1 um". The step is then as long as --step and the '
+    "sample times allow, or shorter where the error asks for it.",
+    "statistics": "Count and time the calls of each FMU; the steps then go plainly.",
+    "record": "Variables to write, separated by commas, as --record link.*,controller.correction. "
+    "Default: every one.",
+    "csv": "Write results.csv beside results.parquet.",
+    "scheduler": "Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine.",
+    "jobs": "How many processes run at the same time.",
+    "exact": "Run the FMUs, not the joined system, which is many times faster.",
+    "report": "Write report.html.",
+    "json": "Print the result as JSON, for other programs.",
+}
+"""What the docstrings of commands leave out, by the names of their parameters."""
+
+
+_NAMES = {
+    "scenario": "closed_loop.load:scenario_names",
+    "study": "studies.study:names",
+    "controller": "catalogue:controllers",
+    "law": "catalogue:controllers",
+    "mismatch": "scenarios.mismatch:names",
+    "master": "master.algorithms.table:ALGORITHMS",
+}
+"""Where the names are that the shell proposes, by the names of parameters."""
+
+
 class Taken(NamedTuple):
     """One parameter of a command: its type without None, and its options, none for one told by its place."""
 
@@ -121,41 +156,6 @@ def _value(kind: Any, text: str, before: Any) -> Any:
     if text.startswith("-") or kind not in (str, int, Path):
         raise ValueError
     return kind(text)
-
-
-EXPLAINED = {
-    "scenario": "Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
-    "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
-    "set_": 'Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.',
-    "parameters": "A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable.",
-    "replace": "An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable.",
-    "map_": "What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
-    "fmus": "`native` (C) or `python` FMUs. Default: native if there is a C compiler.",
-    "master": "Master algorithm (`warmlink list`).",
-    "tolerance": 'Largest coupling error, such as "0.1 um". The step is then as long as --step and the '
-    "sample times allow, or shorter where the error asks for it.",
-    "statistics": "Count and time the calls of each FMU; the steps then go plainly.",
-    "record": "Variables to write, separated by commas, as --record link.*,controller.correction. "
-    "Default: every one.",
-    "csv": "Write results.csv beside results.parquet.",
-    "scheduler": "Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine.",
-    "jobs": "How many processes run at the same time.",
-    "exact": "Run the FMUs, not the joined system, which is many times faster.",
-    "report": "Write report.html.",
-    "json": "Print the result as JSON, for other programs.",
-}
-"""What the docstrings of commands leave out, by the names of their parameters."""
-
-
-_NAMES = {
-    "scenario": "closed_loop.load:scenario_names",
-    "study": "studies.study:names",
-    "controller": "catalogue:controllers",
-    "law": "catalogue:controllers",
-    "mismatch": "scenarios.mismatch:names",
-    "master": "master.algorithms.table:ALGORITHMS",
-}
-"""Where the names are that the shell proposes, by the names of parameters."""
 
 
 def proposals(parameter: str) -> Callable[[str], list[str]] | None:

@@ -38,6 +38,9 @@ JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
 
+_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
+
+
 def build(
     *,
     fmus: str = "all",
@@ -204,9 +207,6 @@ def save(
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
     answer(f"system  {path}    run it: warmlink simulate {path}")
-
-
-_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 
 def check(file: Path, *, json: bool = False) -> None:

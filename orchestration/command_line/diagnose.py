@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.practice.hide import Noise
 
 
+GRID, FEA = "grid", "fea"
+"""Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
+
+
 def diagnose(
     data: list[Path],
     *,
@@ -190,10 +194,6 @@ def _lost_files_named(folder: Path) -> Iterator[None]:
         raise InputError(
             f"{sentence}; only the answer above is left, report and extended model are lost: run it again"
         ) from None
-
-
-GRID, FEA = "grid", "fea"
-"""Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
 
 
 def hide(

@@ -40,6 +40,9 @@ _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
 
+SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+
+
 def write_report(diagnosis: Diagnosis, path: Path) -> None:
     """Write the page; it opens from disk without a network."""
     title, lead, *lines = summary(diagnosis).splitlines()
@@ -226,9 +229,6 @@ def _gain_table(diagnosis: Diagnosis) -> Table:
             for name, each in channels.items()
         ]
     return Table(("RMSE (95 % interval)", "before", "after"), rows)
-
-
-SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:

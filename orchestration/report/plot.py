@@ -26,6 +26,9 @@ ERRORS = ("uncompensated_error", "error")
 """What is drawn where no variable is named."""
 
 
+BLOCK_ROWS = 1 << 12
+
+
 def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """Plotly figure of variables over time, all of one unit.
 
@@ -109,9 +112,6 @@ def frame_of(results: Any) -> pandas.DataFrame:
                 raise InputError(f"{place}: has no column {TIME!r}; give results of run or simulate")
             return table
     raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
-
-
-BLOCK_ROWS = 1 << 12
 
 
 def series_writers(

@@ -22,6 +22,19 @@ MOST_LINES = 5000
 """Points that the parallel coordinates of a sweep show; the table holds them all."""
 
 
+_HEADINGS = (
+    "controller",
+    "duty cycle",
+    "mismatch",
+    "largest [µm]",
+    "95 % below [µm]",
+    "within tolerance from [min]",
+    "removed [%]",
+    "equal within [µm]",
+    "",
+)
+
+
 def write_tuning(tuned: Tuned, path: Path) -> None:
     """Write `report.html` of a tuning study."""
     study, trials, winner = tuned.study, tuned.trials, tuned.best
@@ -280,19 +293,6 @@ def _won(comparison: Comparison) -> Table:
 def _about(name: str) -> str:
     known = name in mismatches.names() or name.startswith("draw_")
     return mismatches.load(name).about if known else "from a file"
-
-
-_HEADINGS = (
-    "controller",
-    "duty cycle",
-    "mismatch",
-    "largest [µm]",
-    "95 % below [µm]",
-    "within tolerance from [min]",
-    "removed [%]",
-    "equal within [µm]",
-    "",
-)
 
 
 def _cells(row: Row) -> tuple[str, ...]:
