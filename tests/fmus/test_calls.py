@@ -3,9 +3,10 @@
 from typing import NamedTuple
 
 import casadi
+import numpy as np
 import pytest
 
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.packaging.native.casadi_code import functions_text
 from warmlink.fmus.packaging.native.lanes import in_lanes
@@ -59,3 +60,22 @@ def test_what_differs_by_a_whole_number_is_another_function() -> None:
     first, second = (text.index(f"/* picked_{place}:") for place in (0, 1))
     assert "x0[0]" in text[first:second]
     assert "x0[1]" in text[second:]
+
+
+@side_by_side(1)
+def scaled(pair: Pair, factor: Number) -> Pair:
+    return Pair(pair.first * factor, pair.second - factor[0])
+
+
+def test_two_side_by_side_are_a_loop_in_c() -> None:
+    both = Pair(np.arange(6.0), np.array([7.0, 8.0]))
+    found = scaled(both, np.array([2.0, 3.0, 4.0]))
+    assert found.first.tolist() == [0, 2, 6, 9, 16, 20]
+    assert found.second.tolist() == [5, 6]
+    first, second, factor = (casadi.MX.sym(name, size) for name, size in (("a", 6), ("b", 2), ("c", 3)))
+    graph = casadi.Function("graph", [first, second, factor], list(scaled(Pair(first, second), factor)))
+    for one, other in zip(graph(*both, [2.0, 3.0, 4.0]), found, strict=True):
+        assert one.full().ravel().tolist() == other.tolist()
+    text = functions_text("pairs", [graph], ())
+    assert "for (i=0; i<2; ++i) {" in text
+    assert "y0[4+i]=" in text

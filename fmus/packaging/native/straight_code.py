@@ -7,10 +7,12 @@ numbers.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
+
+from warmlink.fmus.calls import in_a_loop
 
 _WHOLE = re.compile(
     r"(/\* (\w+:\(\S*\)->\(\S*\)) \*/\n)"
@@ -147,8 +149,11 @@ class _Written:
     def of(cls, function: Any, name: str) -> "_Written":
         """Write a function; its name is that of CasADi's with `_of` behind."""
         alone = tuple(function.nnz_in(k) == 1 for k in range(function.n_in()))
-        lines = _lines(function, alone)
-        body = "".join(f"  {line}\n" for line in lines)
+        loop = in_a_loop(function)
+        one, paired = loop or (function, [False] * len(alone))
+        body = "".join(f"  {line}\n" for line in _lines(one, alone, paired, loop is not None))
+        if loop:
+            body = f"  casadi_int i;\n  for (i=0; i<2; ++i) {{\n{body}  }}\n"
         parameters = [
             f"casadi_real x{k}" if one else f"const casadi_real *restrict x{k}" for k, one in enumerate(alone)
         ]
@@ -181,9 +186,18 @@ def _pointed_at(pointer: str) -> str:
     return own[1] if own else f"*({pointer})"
 
 
-def _lines(function: Any, alone: tuple[bool, ...]) -> list[str]:
-    """One line for each operation that any result needs, in CasADi's order."""
+def _lines(function: Any, alone: tuple[bool, ...], paired: Sequence[bool], loops: bool) -> list[str]:
+    """One line for each operation that any result needs, in CasADi's order.
+
+    Parameters
+    ----------
+    alone, paired : for each argument whether it is a single number, and whether it holds two side by side
+    loops : whether the lines are those of a loop over two side by side
+    """
     import casadi
+
+    def place(index: int, pairs: bool) -> str:
+        return f"[{2 * index}+i]" if pairs else f"[{index}]"
 
     held: dict[int, int] = {}  # which operation's result a place of CasADi's holds
     made: list[_Operation] = []
@@ -195,9 +209,10 @@ def _lines(function: Any, alone: tuple[bool, ...]) -> list[str]:
         if kind == casadi.OP_CONST:
             operation = kind, [], _constant(function.instruction_constant(k))
         elif kind == casadi.OP_INPUT:
-            operation = kind, [], f"x{given[0]}" if alone[given[0]] else f"x{given[0]}[{given[1]}]"
+            which = given[0]
+            operation = kind, [], f"x{which}" + ("" if alone[which] else place(given[1], paired[which]))
         elif kind == casadi.OP_OUTPUT:
-            operation = kind, [held[given[0]]], f"y{taken[0]}[{taken[1]}]"
+            operation = kind, [held[given[0]]], f"y{taken[0]}{place(taken[1], loops)}"
         else:
             operation = kind, [held[each] for each in given], _forms()[kind]
             operation = _choice(made, *operation)
