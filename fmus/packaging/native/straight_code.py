@@ -57,7 +57,9 @@ def with_straight_code(text: str, functions: Iterable[Any]) -> str:
         return f"  {written[found[3]].call(given, taken)};\n"
 
     text = _CALL.sub(direct, _WHOLE.sub(anew, text))
-    text = re.sub(r"^static int casadi_f.*?^}\n", _without_idle_arrays, text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(
+        r"^static int casadi_f.*?^}\n", _without_idle_variables, text, flags=re.DOTALL | re.MULTILINE
+    )
     for name in written:
         if len(re.findall(rf"\b{name}\(", text)) == 1:
             text = re.sub(rf"static int {name}\(.*?\n\}}\n", "", text, flags=re.DOTALL)
@@ -80,14 +82,18 @@ def _all(functions: Iterable[Any]) -> Iterator[Any]:
         yield from _all(function.find_functions(0))
 
 
-def _without_idle_arrays(function: re.Match[str]) -> str:
-    """A function without arrays of pointers for calls that it does not make."""
-    text = function[0]
-    for array in ("arg1", "res1"):
-        if f"{array}[" not in text:
-            text = re.sub(rf"^ *(?:const )?casadi_real \*\*{array}=\w+\+\d+;\n", "", text, flags=re.MULTILINE)
-            text = re.sub(rf"\*\*{array}=\w+\+\d+, ", "", text)
-    return text
+def _without_idle_variables(function: re.Match[str]) -> str:
+    """A function without variables that nothing uses any more."""
+
+    def declared(line: re.Match[str]) -> str:
+        kept = [
+            each
+            for each in line[2].split(", ")
+            if len(re.findall(rf"\b{each.lstrip('*').partition('=')[0]}\b", function[0])) > 1
+        ]
+        return f"  {line[1]} {', '.join(kept)};\n" if kept else ""
+
+    return re.sub(r"^  ((?:const )?casadi_real) ([^(;]*);\n", declared, function[0], flags=re.MULTILINE)
 
 
 def _without_idle_helpers(text: str) -> str:
@@ -174,13 +180,11 @@ class _Written:
 
     def call(self, given: list[str], taken: list[str]) -> str:
         """A call with pointers."""
-        numbers = [
-            _pointed_at(each) if alone else each for each, alone in zip(given, self.alone, strict=True)
-        ]
+        numbers = [number_at(each) if alone else each for each, alone in zip(given, self.alone, strict=True)]
         return f"{self.name}({', '.join([*numbers, *taken])})"
 
 
-def _pointed_at(pointer: str) -> str:
+def number_at(pointer: str) -> str:
     """The number that an expression points at."""
     own = re.fullmatch(r"\(&(\w+)\)", pointer)
     return own[1] if own else f"*({pointer})"
