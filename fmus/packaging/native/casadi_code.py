@@ -33,10 +33,8 @@ class Symbols:
     def of(cls, component: Component, calls: bool = False) -> "Symbols":
         """Fresh symbols for a component; `d` are the parameters and what they settle.
 
-        Parameters
-        ----------
-        calls : whether functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
-            written out number by number (SX)
+        With `calls` functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+        written out number by number (SX).
         """
         import casadi
 
@@ -119,10 +117,8 @@ def functions_file(prefix: str, functions: Iterable[Any]) -> str:
 def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[str] = DECLARED) -> str:
     """C functions from `function`, each as `void NAME(const double *a0, ..., double *result)`.
 
-    Parameters
-    ----------
-    prefix : of the names of CasADi's own helpers
-    declared : those that a header declares under `WL(NAME)`; the others are `static`, as `NAME_of`
+    The prefix is that of the names of CasADi's own helpers. A header declares those `declared` under
+    `WL(NAME)`; the others are `static`, as `NAME_of`.
     """
     import casadi
 
