@@ -132,7 +132,9 @@ def heard(
     """
     already = truth(x.known_for >= KNOWN_TIME)
     shape = shape_of(sensors, already, p)
-    warm = truth(x.waited < WARM_TIME) * shape.falls
+    # While unknown heat flows, only what the first readings showed can be left of another.
+    at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
+    warm = truth(x.waited < WARM_TIME) * shape.falls * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
     return _weighed(x, alert_mean, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
@@ -142,7 +144,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = where(total(used) - total(sensors.trusted) < 0.5, some, 0.0)
+    whole = some * sensors.whole
     excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
