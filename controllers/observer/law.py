@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import ready, sensed
-from warmlink.controllers.kalman import Belief, carried_over
+from warmlink.controllers.kalman import carried_over
 from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, upper
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
@@ -26,6 +26,7 @@ from warmlink.controllers.observer.filters import (
     led,
     quieted,
     sense,
+    together,
 )
 from warmlink.controllers.observer.model import (
     HEATS,
@@ -40,11 +41,12 @@ from warmlink.controllers.observer.model import (
     told_named,
 )
 from warmlink.controllers.observer.readings import compared
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import kept_whole, side_by_side
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    beside,
     clip,
     maximum,
     minimum,
@@ -72,7 +74,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     start = retained.first_belief(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(
-        Filters(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
+        together(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
     )
     duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
     return filters, {
@@ -90,7 +92,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: predicted by the model, corrected by the readings, and limited."""
     sample = sampled(x, u, p, step, STATES)
-    seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
+    seen = evidence(x.evidence, sample.filters, HEAT, p, sample.heard)
     filters = led(sample.filters, seen, sample.again, p)
     wanted, states = settled(x, sample, filters, elongation(filters.quiet.mean, p), p, step)
     return {**named(filters, sample.trust, seen), **states, "elongation": wanted}
@@ -128,10 +130,9 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, idle, p)
     what = examined(filters, duty_modes, x.plausible_heat, told, p)
-    alert, trust, again = reconciled(filters.alert, trust, readings, what, told, p)
+    filters, trust, again = reconciled(filters, trust, readings, what, told, p)
     heard = fail_safe.in_use(trust, news, p)
-    both = Filters(alert, filters.quiet)
-    return Sample(told, readings, trust, both, what, again, heard, doubted)
+    return Sample(told, readings, trust, filters, what, again, heard, doubted)
 
 
 def settled(
@@ -153,7 +154,7 @@ def settled(
     """
     what, told = sample.what, sample.told
     sensors = compared(x, what.expected, sample.readings, sample.trust, told, p, step)
-    verdict = witnesses.heard(x, filters.alert.mean, estimate, what.duty_modes, sensors, p, step, camera)
+    verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
@@ -205,15 +206,14 @@ def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, N
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
     """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
     errors = _errors(u.speed, p)
-    found = []
-    for each, added in zip(filters, (errors.alert, errors.quiet), strict=True):
-        spread = _carried_over(each.spread, errors, p.fade, added)
-        noise_spread = _carried_over(each.noise_spread, errors, p.fade, 0.0 * added)
-        found.append(Belief(_mean_later(each.mean, u, p), spread, noise_spread))
-    return Filters(*found)
+    return Filters(
+        _mean_later(filters.mean, u, p),
+        _carried_over(filters.spread, errors.added, errors.own, errors.by_heat, p.fade),
+        _carried_over(filters.noise_spread, 0.0 * errors.added, errors.own, errors.by_heat, p.fade),
+    )
 
 
-@kept_whole
+@side_by_side(1)
 def _mean_later(mean: Number, u: Told, p: Record) -> Number:
     """The estimate one sample later."""
     modes, disturbances = mean[:MODES], mean[MODES:]
@@ -228,15 +228,13 @@ class Errors(NamedTuple):
     Attributes
     ----------
     own : of each mode, what is left of it
-    by_shaft, by_link : what each mode gains of an unknown heat
-    alert, quiet : variances that either filter adds, of the size of its state
+    by_heat : what each mode gains of each unknown heat
+    added : variances that either filter adds, side by side
     """
 
     own: Number
-    by_shaft: Number
-    by_link: Number
-    alert: Number
-    quiet: Number
+    by_heat: tuple[Number, Number]
+    added: Number
 
 
 @kept_whole
@@ -244,16 +242,18 @@ def _errors(speed: Number, p: Record) -> Errors:
     # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
     own = p.decay + p.reach * absolute(speed) * diagonal(matrix(p.convection, MODES))
     designed = stack(p.profile_std**2 * (1.0 - p.decay**2), p.disturbance_std**2 * (1.0 - p.fade**2))
-    added = (allowed_for(designed, share) for share in (1.0, p.quiet_share))
-    return Errors(own, p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain, *added)
+    added = beside(*(allowed_for(designed, share) for share in (1.0, p.quiet_share)))
+    return Errors(own, (p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain), added)
 
 
-@kept_whole
-def _carried_over(packed: Number, errors: Errors, fade: Number, added: Number) -> Number:
+@side_by_side(2)
+def _carried_over(
+    packed: Number, added: Number, own: Number, by_heat: tuple[Number, Number], fade: Number
+) -> Number:
     """Covariance of the errors one sample later, packed, with the variances that are added."""
     count = fade.shape[0]
-    by_heat = outer(errors.by_shaft, placed(1.0, 0, count)) + outer(errors.by_link, placed(1.0, 1, count))
-    transition = blocks(diagonal(errors.own), by_heat, diagonal(fade))
+    gained = outer(by_heat[0], placed(1.0, 0, count)) + outer(by_heat[1], placed(1.0, 1, count))
+    transition = blocks(diagonal(own), gained, diagonal(fade))
     return carried_over(packed, transition) + upper(diagonal(added))
 
 

@@ -174,7 +174,7 @@ def _growths(p: Record) -> Values:
 
 
 def _contrast(by_all: Number, p: Record) -> Number:
-    """The innermost sensor in use less the outermost, times `CONTRAST` and what the growth follows of either."""
+    """The innermost sensor in use less the outermost, as the growth follows the one that it follows more."""
     order = (0, *range(2, SENSORS))  # the winding has a heat source of its own
     used = [truth(p.sensor_std[i] > 0) for i in range(SENSORS)]
     weight: Number = 0.0

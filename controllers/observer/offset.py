@@ -201,11 +201,11 @@ def _learnt(before: Learnt, shown: Shown, warm: Number, p: Record, since: Number
     across = spread @ row
     gain = across * (shown.whole / (dot(row, across) + STRUCTURE / since))
     learnt, left = [], shown.alike
-    for shares, y in ((shares[:3], shown.difference), (shares[3:], shown.contrast)):
-        shares = shares + gain * (y - dot(row, shares))
-        learnt.append(shares)
-        rest = y - growth * shares[0] - delayed * shares[1]
-        left = maximum(left, maximum(absolute(shares[2]), absolute(rest)))
+    for of, y in ((shares[:3], shown.difference), (shares[3:], shown.contrast)):
+        found = of + gain * (y - dot(row, of))
+        rest = y - growth * found[0] - delayed * found[1]
+        left = maximum(left, maximum(absolute(found[2]), absolute(rest)))
+        learnt.append(found)
     spread = upper(spread - outer(gain, across))
     return Learnt(delayed, stack(*learnt), spread, (left**2 + spread[5]) ** 0.5)
 

@@ -8,6 +8,7 @@ README.md has the equations and the reasons.
 
 from typing import NamedTuple
 
+from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
 from warmlink.controllers.observer.readings import Compared, Shape, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
@@ -113,7 +114,7 @@ class Known(NamedTuple):
 
 def heard(
     x: Record,
-    alert_mean: Number,
+    filters: Filters,
     estimate: Number,
     duty_modes: Number,
     sensors: Compared,
@@ -125,7 +126,7 @@ def heard(
 
     Parameters
     ----------
-    alert_mean : estimate of the alert filter
+    filters : of which the alert one may be followed
     estimate : elongation in m by the filter
     duty_modes : the modes by duty and surroundings alone
     camera : a fourth witness
@@ -136,7 +137,7 @@ def heard(
     at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
     warm = truth(x.waited < WARM_TIME) * shape.falls * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
-    return _weighed(x, alert_mean, estimate, duty_modes, sensors, shape, known, p, step, camera)
+    return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
 
 @idle_at_zero
@@ -159,7 +160,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
 @kept_whole
 def _weighed(
     x: Record,
-    alert_mean: Number,
+    filters: Filters,
     estimate: Number,
     duty_modes: Number,
     sensors: Compared,
@@ -206,7 +207,7 @@ def _weighed(
     agreed_for = minimum(x.agreed_for + step, 10.0 * AGREEMENT_TIME)
     agreed_for = where(disagree > 0, 0.0, where(warm > 0, AGREEMENT_TIME, agreed_for))
     doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
-    duty_modes = where(warm > 0, alert_mean[:MODES], duty_modes)
+    duty_modes = where(warm > 0, filters.alert.mean[:MODES], duty_modes)
     return Verdict(
         lower,
         upper,

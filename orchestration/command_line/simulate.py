@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,13 +72,13 @@ def simulate(
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
-    from warmlink.orchestration.master.error_budget import bounded, tried
+    from warmlink.orchestration.master.error_budget import attempted
     from warmlink.orchestration.master.guard import guarded
-    from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements
@@ -112,50 +111,43 @@ def simulate(
         first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
+        second = {"record": watch, "long_run": streamed, "check_stability": False}
         begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
         how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
 
-            def run(step: float, by: Algorithm, begun: float, share: float, **more: Any) -> Result:
-                given = {**how, **more, "unpacked": work}
+            def run(by: Algorithm, half: bool) -> Result:
+                given: dict[str, Any] = {**how, **(second if half else first)}
+                before, share = half / 3, (1 + half) / (1 + 2 * repeats)
                 return guarded(
-                    lambda line: simulate_system(read, stop_time, step, by, line=line, **given),
-                    lambda done, count: progress(begun + share * done / count),
+                    lambda line: simulate_system(
+                        read, stop_time, step_size / (1 + half), by, line=line, unpacked=work, **given
+                    ),
+                    lambda done, count: progress(before + share * done / count),
                     remark,
                 )
 
-            for whole, finer in tried(chosen, allowed):
-                result = run(step_size, whole, 0.0, 1 / (1 + 2 * repeats), **first)
-                bounds: dict[str, float] = {}
-                broken = None
-                if repeats and result.status == "completed":
-                    names = watch or result.table.names
-                    fine = {"record": names, "long_run": streamed, "check_stability": False}
-                    again = partial(run, step_size / 2, finer, 1 / 3, 2 / 3, **fine)
-                    bounds, broken = bounded(result, again, whole.order, names)
-                master = master if whole is chosen else FOLLOWING
-                missed = [name for name, bound in bounds.items() if bound > allowed.get(name, math.inf)]
-                if broken is not None or (not missed and result.error is None):
-                    break
+            found = attempted(chosen, allowed, watch, run, repeats=repeats)
+            result = found.result
+            master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
                 lost = write_files(target, series_writers(result.table, options.listed(record) or (), csv))
-    stopped = result.reason or broken
-    summary = _summary(result, stopped, bounds, folder)
+    summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)
     else:
-        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
+        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(found.bounds))
         if statistics:
             options.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in missed if broken is None else ():
+    for name in found.missed if found.broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
     if lost is not None:
         remark(f"{folder}: {lost}")
-    if stopped is not None:
-        remark(f"stopped early: {stopped}; what was computed up to there is kept")
-    if lost is not None or stopped is not None:
+    if found.stopped is not None:
+        remark(f"stopped early: {found.stopped}; what was computed up to there is kept")
+    if lost is not None or found.stopped is not None:
         raise SystemExit(FAILED)
 
 

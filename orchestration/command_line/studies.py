@@ -13,7 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.master.pacing import on_ctrl_c
+from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -75,15 +75,14 @@ def compare(
     scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold.
     out : Folder for results. Default: out/compare.
     """
+    from warmlink.orchestration.scenarios.overrides import reached_controllers
     from warmlink.orchestration.scenarios.own_system import with_replaced
-    from warmlink.orchestration.studies.compare import compared, write_csv
-    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
+    from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 
-    sets, laws = options.sets_given(parameters, set_), options.listed(controllers)
-    if with_ and system in SYSTEMS:
-        laws = [*(designed_for(system) if laws is None else laws), *with_]
-    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
+    sets = options.sets_given(parameters, set_)
+    laws, duties, wrong = (options.listed(each) for each in (controllers, duty_cycles, mismatch))
+    plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
     given = Replacements.given(replace, map_)
     plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
     for each in sets:
@@ -303,5 +302,4 @@ def _cell(row: Row, best_um: float) -> str:
         return error
     removed = "" if row.removed_percent is None else f"{row.removed_percent:.0f} %"
     mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
-    equal = row.outcome.max_abs_um - best_um <= (row.equal_within_um or 0.0)
-    return f"{error} {removed:>5} {mark + (BEST if equal else ''):<3}"
+    return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"

@@ -9,10 +9,9 @@ from typing import Any
 
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, write_page
-from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage
-from warmlink.orchestration.studies.study import Study
+from warmlink.orchestration.studies.study import Axis, Study
 from warmlink.orchestration.studies.tune import Tuned
 
 MOST_LINES = 5000

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warmlink.orchestration.closed_loop.metrics import Series, error_metrics
-from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um, remaining_error
+from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result
@@ -125,24 +125,17 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
-    """Run a case on FMUs by the component's name; one that stops early gives its reason instead of figures.
-
-    `unpacked` is a folder that keeps the unpacked FMUs from run to run.
-    """
-    setup, chosen = case.setup, algorithm(case.master)
-    system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
+    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
+    system = case.setup.blueprint.system({**case.setup.foreign, **fmus}, case.law, case.values)
 
     def simulated(step: float, record: Sequence[str]) -> Result:
-        return simulate(system, case.stop_time, step, chosen, record=record, balances=(), unpacked=unpacked)
+        by = algorithm(case.master)
+        return simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
 
-    result = simulated(case.step_size, recorded(setup))
-    if result.reason is not None:
-        return failed(result.reason)
-    coupling = None
-    if case.with_budget:
-        fine = simulated(case.step_size / 2, setup.roles.plant)
-        coupling = coupling_um(result, fine, chosen.order, setup)
-    return figures(setup, result, case.tolerance, coupling)
+    result, fine = simulated(case.step_size, recorded(case.setup)), None
+    if case.with_budget and result.reason is None:
+        fine = simulated(case.step_size / 2, case.setup.roles.plant)
+    return figures(case, result, fine)
 
 
 def recorded(setup: Setup) -> tuple[str, ...]:
@@ -153,23 +146,28 @@ def recorded(setup: Setup) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
 
 
-def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:
-    """Figures of a complete run."""
-    time, error = result.times, remaining_error(setup, result)
-    errors, spans = error_metrics(time, error, tolerance), np.diff(time)
+def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
+    """Figures of a run, with the coupling error where there is a run at half the step."""
+    if result.reason is not None:
+        return failed(result.reason)
+    setup, time = case.setup, result.times
+    error, without = (
+        np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
+    )
+    errors, spans = error_metrics(time, error, case.tolerance), np.diff(time)
     rates = [np.max(np.abs(np.diff(result[name])) / spans, initial=0.0) for name in setup.corrections]
-    without = np.asarray(setup.roles.uncompensated.value(result.__getitem__))
+    order = algorithm(case.master).order
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
         rms_um=errors.rms_um,
         time_to_tolerance_s=errors.time_to_tolerance_s,
         # Of the steps that begin within it.
-        within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= tolerance])) / 60,
-        warm_up_first_min=warm_up_first(time, without, tolerance),
+        within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= case.tolerance])) / 60,
+        warm_up_first_min=warm_up_first(time, without, case.tolerance),
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
-        coupling_um=coupling_um,
+        coupling_um=None if fine is None else coupling_um(result, fine, order, setup),
     )
 
 

@@ -27,8 +27,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Sensors
-from warmlink.orchestration.studies.compare import run_comparison, write_csv
-from warmlink.orchestration.studies.plan import plan
+from warmlink.orchestration.studies.compare import plan, run_comparison, write_csv
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
 
@@ -110,8 +109,7 @@ def test_the_map_shows_the_error_at_its_points() -> None:
 
 
 def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> None:
-    from warmlink.orchestration.report.arm import moments
-    from warmlink.orchestration.report.closed_loop import write_report
+    from warmlink.orchestration.report.closed_loop import moments, write_report
 
     write_report(outcome, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text("utf-8")
