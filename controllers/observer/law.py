@@ -160,26 +160,15 @@ def settled(
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    suspected = offset.compared(
-        x,
-        filters,
-        verdict.duty_modes,
-        what.own_heat,
-        sensors,
-        verdict.alike,
-        verdict.warm,
-        told,
-        p,
-        step,
-    )
+    suspected = offset.compared(x, filters, what.own_heat, sensors, verdict, told, p, step)
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
     silent = truth(total(p.sensor_std) > 0) * (1.0 - sample.heard)
     return wanted, {
         **told_named(told),
-        "seen": verdict.seen,
-        "lagged": verdict.lagged,
+        "seen": sensors.seen,
+        "lagged": sensors.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
         "waited": x.waited + step,

@@ -19,6 +19,7 @@ from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_s
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, Told
 from warmlink.controllers.observer.readings import Compared
+from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, truth, where
@@ -100,48 +101,34 @@ def first_states(modes: Number, duty_modes: Number, told: Told, p: Record) -> di
 def compared(
     x: Record,
     filters: Filters,
-    duty_modes: Number,
     own_heat: Number,
     sensors: Compared,
-    alike: Number,
-    warm: Number,
+    verdict: Verdict,
     told: Told,
     p: Record,
     step: Number,
 ) -> dict[str, Number]:
-    """The states after a sample.
-
-    Parameters
-    ----------
-    duty_modes : by the duty alone
-    own_heat : losses of the motor in W
-    alike : as in `readings.Shape`
-    warm : 1 where it has just become known that the cell was left warm, else 0
-    """
+    """The states after a sample; `own_heat` is the losses of the motor in W."""
     heat = filters.alert.mean[MODES]
     burst = truth(heat > HEAT_SHARE * own_heat + HEAT_EXCESS * p.disturbance_std[0])
     left = where(absolute(_growth(x.heat_modes, p)) > LEFT, x.heated, 0.0)
     heated = maximum(burst, left)
-    before = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
-    heat_modes = heated * _heated(before, heat, told, p, heated)
+    heat_modes = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
+    heat_modes = heated * _heated(heat_modes, heat, told, p, heated)
     since = x.since + step
-    look = maximum(truth(since >= LOOK), warm)
-    learnt = Learnt(*(getattr(x, name) for name in Learnt._fields))
-    known = duty_modes + heat_modes
+    look = maximum(truth(since >= LOOK), verdict.warm)
+    before = Learnt(*(getattr(x, name) for name in Learnt._fields))
+    known = verdict.duty_modes + heat_modes
     shown = Shown(
         _growth(known, p) - _cold(told, p),
         _growth(filters.quiet.mean[:MODES] - known, p),
         dot(p.contrast, sensors.seen) - dot(p.contrast_row, known),
-        alike,
+        verdict.alike,
         sensors.whole,
+        verdict.warm,
     )
-    learnt = _looked(learnt, shown, warm, p, since, look)
-    return {
-        "heat_modes": heat_modes,
-        "heated": heated,
-        "since": where(look > 0, 0.0, since),
-        **learnt._asdict(),
-    }
+    learnt = _looked(before, shown, p, since, look)._asdict()
+    return {"heat_modes": heat_modes, "heated": heated, "since": where(look > 0, 0.0, since), **learnt}
 
 
 class Learnt(NamedTuple):
@@ -169,8 +156,8 @@ class Shown(NamedTuple):
     growth : g, in K as all of them
     difference : by how much the filter's growth is beyond what is known of
     contrast : the same of the innermost thermometer beside the outermost
-    alike : as in `readings.Shape`
-    whole : 1 where every thermometer in use is trusted, else 0
+    alike, warm : as in `witnesses.Verdict`
+    whole : as in `readings.Compared`
     """
 
     growth: Number
@@ -178,18 +165,19 @@ class Shown(NamedTuple):
     contrast: Number
     alike: Number
     whole: Number
+    warm: Number
 
 
 @idle_at_zero
-def _looked(before: Learnt, shown: Shown, warm: Number, p: Record, since: Number, look: Number) -> Learnt:
+def _looked(before: Learnt, shown: Shown, p: Record, since: Number, look: Number) -> Learnt:
     """What is learnt from a look `since` seconds after the last one, where there is one."""
-    after = _learnt(before, shown, warm, p, since)
+    after = _learnt(before, shown, p, since)
     return Learnt(*(where(look > 0, new, old) for new, old in zip(after, before, strict=True)))
 
 
 @kept_whole
-def _learnt(before: Learnt, shown: Shown, warm: Number, p: Record, since: Number) -> Learnt:
-    growth = shown.growth
+def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
+    growth, warm = shown.growth, shown.warm
     delayed = before.delayed_growth + since / (since + DELAY) * (growth - before.delayed_growth)
 
     # Warmth that has just become known leaves nothing of what was learnt before.

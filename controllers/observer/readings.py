@@ -42,7 +42,8 @@ class Compared(NamedTuple):
 
     Attributes
     ----------
-    seen, lagged : as in `Verdict`
+    seen : readings in K without most of their noise
+    lagged : what they lie above what the duty explains, smoothed over `REACH_TIME`, in K
     rise : what the duty explains, in K above the surroundings
     excess : what they lie above that, in K; 0 for those that are missing
     there, trusted, called : 1 for those that are present, are trusted, are heard

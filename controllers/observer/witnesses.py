@@ -82,8 +82,6 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     lower, upper : bounds in m on the correction
-    seen : readings in K without most of their noise
-    lagged : what the readings lie above what the duty explains, smoothed over `REACH_TIME`, in K
     known_for, agreed_for : time in s for which all has agreed since the start, and since a disagreement
     duty_modes : the modes by the duty alone, from which it goes on
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
@@ -94,8 +92,6 @@ class Verdict(NamedTuple):
 
     lower: Number
     upper: Number
-    seen: Number
-    lagged: Number
     known_for: Number
     agreed_for: Number
     duty_modes: Number
@@ -211,8 +207,6 @@ def _weighed(
     return Verdict(
         lower,
         upper,
-        sensors.seen,
-        sensors.lagged,
         after.known_for,
         agreed_for,
         duty_modes,
