@@ -52,6 +52,8 @@ from warmlink.fmus.component.arithmetic import (
     minimum,
     placed,
     stack,
+    total,
+    truth,
     where,
 )
 
@@ -79,7 +81,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
-        **offset.first_states(filters.quiet.mean[:MODES], duty_modes, p),
+        **offset.first_states(filters.quiet.mean[:MODES], duty_modes, told, p),
         "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
@@ -105,7 +107,7 @@ class Sample(NamedTuple):
     readings, trust, filters : as in the states that they become
     what : what the filters and the duty say
     again : 1 where the alert filter has begun again from the duty
-    heard : 1 where a thermometer would show that a heat has gone, else 0
+    heard : 1 where a thermometer would show that a heat has come or gone, else 0
     doubted : 1 where duty or surroundings are not believed
     """
 
@@ -129,7 +131,7 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     duty_modes = by_duty(x.duty_modes, idle, p)
     what = examined(filters, duty_modes, x.plausible_heat, told, p)
     filters, trust, again = reconciled(filters, trust, readings, what, told, p)
-    heard = fail_safe.in_use(trust, readings, p)
+    heard = fail_safe.in_use(trust, news, p)
     return Sample(told, readings, trust, filters, what, again, heard, doubted)
 
 
@@ -158,30 +160,20 @@ def settled(
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    suspected = offset.compared(
-        x,
-        filters,
-        verdict.duty_modes,
-        what.own_heat,
-        verdict.alike,
-        verdict.warm,
-        sample.heard,
-        told,
-        p,
-        step,
-    )
+    suspected = offset.compared(x, filters, what.own_heat, sensors, verdict, told, p, step)
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
+    silent = truth(total(p.sensor_std) > 0) * (1.0 - sample.heard)
     return wanted, {
         **told_named(told),
-        "seen": verdict.seen,
-        "lagged": verdict.lagged,
+        "seen": sensors.seen,
+        "lagged": sensors.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
         "waited": x.waited + step,
         **suspected,
-        "doubt": where(what.wild > 0, 2.0, maximum(doubted, unconfirmed)),
+        "doubt": where(what.wild > 0, 2.0, maximum(maximum(doubted, unconfirmed), silent)),
         "duty_modes": verdict.duty_modes,
         "plausible_heat": what.plausible,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
@@ -265,7 +257,11 @@ def reported(
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
-    sure = ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance)
+    expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)
+    sure = minimum(
+        ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance),
+        ready(told["correction_std"], p.tolerance - expanded),
+    )
     return told | {
         "retained": retained.kept(x, filters.quiet.mean),
         "ready": where(x.doubt > 0, 0.0, sure),

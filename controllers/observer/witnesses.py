@@ -82,8 +82,6 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     lower, upper : bounds in m on the correction
-    seen : readings in K without most of their noise
-    lagged : what the readings lie above what the duty explains, smoothed over `REACH_TIME`, in K
     known_for, agreed_for : time in s for which all has agreed since the start, and since a disagreement
     duty_modes : the modes by the duty alone, from which it goes on
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
@@ -94,8 +92,6 @@ class Verdict(NamedTuple):
 
     lower: Number
     upper: Number
-    seen: Number
-    lagged: Number
     known_for: Number
     agreed_for: Number
     duty_modes: Number
@@ -133,7 +129,9 @@ def heard(
     """
     already = truth(x.known_for >= KNOWN_TIME)
     shape = shape_of(sensors, already, p)
-    warm = truth(x.waited < WARM_TIME) * shape.falls
+    # While unknown heat flows, only what the first readings showed can be left of another.
+    at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
+    warm = truth(x.waited < WARM_TIME) * shape.falls * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
     return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
@@ -143,7 +141,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = where(total(used) - total(sensors.trusted) < 0.5, some, 0.0)
+    whole = some * sensors.whole
     excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
@@ -209,8 +207,6 @@ def _weighed(
     return Verdict(
         lower,
         upper,
-        sensors.seen,
-        sensors.lagged,
         after.known_for,
         agreed_for,
         duty_modes,
