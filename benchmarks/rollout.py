@@ -127,7 +127,9 @@ class Cell:
         limits.checked(self.joined, "cell", flat)
         drive = demands[:, [DEMANDS.index(name.removeprefix("duty.")) for name in self._rollout.given]]
         found, _ = self._rollout.run([given], len(demands) - 1, self.step, drive)
-        return Record(self.step * np.arange(len(demands), dtype=float), np.array(found[0].T, float, order="C"))
+        return Record(
+            self.step * np.arange(len(demands), dtype=float), np.array(found[0].T, float, order="C")
+        )
 
 
 def compiled(functions: list[Any]) -> list[Any]:

@@ -82,7 +82,10 @@ def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, l
     unchanged = len(_leaves(given[0])) if idle else 0
     used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
     arguments = [symbols[i] for i in used]
-    name = function.__name__.strip("_")
+    # Integers make another function of it, which is another's name in the C.
+    name = "_".join(
+        [function.__name__.strip("_"), *(str(each) for each in _leaves(shape) if _whole_number(each))]
+    )
     if not idle:
         return casadi.Function(name, arguments, casadi.cse(results)), used, result
     run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
@@ -110,6 +113,10 @@ def _leaves(value: Any) -> list[Any]:
     leaves: list[Any] = []
     _mapped(value, leaves.append)
     return leaves
+
+
+def _whole_number(leaf: Any) -> bool:
+    return isinstance(leaf, int) and not isinstance(leaf, bool)
 
 
 def _is_graph(value: Any) -> bool:

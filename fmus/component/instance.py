@@ -41,13 +41,9 @@ class Instance:
     """One running component.
 
     Values are set and got by value reference or by name; outputs belong to the present inputs. `warn` is
-    called with a sentence on what was mended.
-
-    Raises
-    ------
-    InputError
-        On leaving initialization with parameters out of range, and on a step that is too long, is not from
-        the time reached, has inputs out of range, or lets a state grow beyond all bounds.
+    called with a sentence on what was mended. InputError on leaving initialization with parameters out of
+    range, and on a step that is too long, is not from the time reached, has inputs out of range, or lets a
+    state grow beyond all bounds.
     """
 
     def __init__(self, component: Component, name: str | None = None) -> None:
@@ -147,10 +143,8 @@ class Instance:
                 f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
             )
         if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
-            raise InputError(
-                f"{self.name}: a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there, "
-                "or restore a state"
-            )
+            told = f"a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there"
+            raise InputError(f"{self.name}: {told}, or restore a state")
         self._check_inputs()
         before = self._x, list(self._samples)
         try:

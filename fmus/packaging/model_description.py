@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.attributes import (
     identity,
     value_attributes,
 )
-from warmlink.fmus.packaging.exchange import ExchangedState, exchanged_states
+from warmlink.fmus.packaging.views import ExchangedState, exchanged_states
 
 LOG_CATEGORIES = {
     "logStatusWarning": "What a user should know of",
@@ -33,19 +33,16 @@ _NAMESPACE = uuid.UUID("5d0f0d6b-2c5e-5a4c-9a53-0c1f6f7a2b11")
 
 
 def instantiation_token(component: Component, implementation: str = "") -> str:
-    """GUID of FMI 2.0 and instantiation token of FMI 3.0, from the interface and what lies behind it.
+    """GUID of FMI 2.0 and instantiation token of FMI 3.0, from the interface and the text `implementation`.
 
-    Parameters
-    ----------
-    component : the declaration
-    implementation : text that differs between implementations, a hash of their sources, say; libcosim
-        takes two FMUs of one GUID for the same one
+    That differs between implementations, as a hash of their sources does: libcosim takes two FMUs of one GUID
+    for the same one.
     """
-    interface = []
-    for s in component.scalars():
-        told = identity(s)
-        kinds = told["causality"], told["variability"], s.variable.type, s.variable.unit
-        interface.append((s.name, s.reference, *kinds))
+    told = [(s, identity(s)) for s in component.scalars()]
+    interface = [
+        (s.name, s.reference, of["causality"], of["variability"], s.variable.type, s.variable.unit)
+        for s, of in told
+    ]
     return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
 
 
@@ -66,7 +63,6 @@ def model_description(
 
     Parameters
     ----------
-    component : the declaration
     fmi_version : "2.0" or "3.0"; FMUs of FMI 3.0 are all native, and their independent variable `time` has
         the value reference after the last of the component's own
     native : whether it is in C; pythonfmu, the other form, does without the host's memory callbacks
@@ -118,17 +114,13 @@ def _add_interfaces(
     continuous = native and not component.sampled
     within: tuple[str, ...] = ("canInterpolateInputs",)
     if modern:
-        able = ("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives")
-        flags = dict.fromkeys(able, True)
+        flags = {"canGetAndSetFMUState": True, "canSerializeFMUState": True}
+        flags["providesDirectionalDerivatives"] = native
         exchanging = {"needsCompletedIntegratorStep": False}
         within = ("providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate")
     else:
-        flags = {
-            "canNotUseMemoryManagementFunctions": not native,
-            "canGetAndSetFMUstate": True,
-            "canSerializeFMUstate": True,
-            "providesDirectionalDerivative": native,
-        }
+        flags = {"canNotUseMemoryManagementFunctions": not native, "canGetAndSetFMUstate": True}
+        flags |= {"canSerializeFMUstate": True, "providesDirectionalDerivative": native}
         exchanging = {"completedIntegratorStepNotNeeded": True}
     stepping = {"canHandleVariableCommunicationStepSize": True, **dict.fromkeys(within, continuous)}
     kinds: dict[str, Attributes] = {"ModelExchange": exchanging} if continuous and component.states else {}
@@ -205,12 +197,12 @@ def _add_structure(
         for name, known in of.items():
             merged.setdefault(number[name], set()).update(number[k] for k in known if k in number)
         group = add(structure, f"{kind}s") if of and not modern else structure
+        tag = "ContinuousStateDerivative" if kind == "Derivative" else kind
         for unknown in merged if modern else sorted(merged):
             listed = sorted(merged[unknown])
-            on = {"dependencies": " ".join(map(str, listed))}
+            on = {
+                "valueReference" if modern else "index": unknown,
+                "dependencies": " ".join(map(str, listed)),
+            }
             on["dependenciesKind"] = " ".join(["dependent"] * len(listed))
-            if modern:
-                tag = "ContinuousStateDerivative" if kind == "Derivative" else kind
-                add(structure, tag, {"valueReference": unknown}, **on)
-            else:
-                add(group, "Unknown", {"index": unknown}, **on)
+            add(group, tag if modern else "Unknown", on)

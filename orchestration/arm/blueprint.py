@@ -16,8 +16,7 @@ from warmlink.orchestration.arm.geometry import NAME, axis
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
-from warmlink.orchestration.system.tree import Ports
-from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
+from warmlink.orchestration.system.write import Ports, write_ssp
 
 ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
 
@@ -86,7 +85,7 @@ def write_arm(system: System, folder: Path) -> list[Path]:
     """
     paths = [folder / f"{system.name}{form}.ssp" for form in ("", "-flat", "-ports")]
     flat = without_dots(system)
-    write_nested_ssp(system, paths[0])
+    write_ssp(system, paths[0], nested=True)
     write_ssp(flat, paths[1])
     write_ssp(flat, paths[2], _ports(flat))
     return paths

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.component import Component
     from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
@@ -68,23 +67,11 @@ def build_files(
     valid_flags: bool = False,
     arrays: bool = False,
 ) -> list[Path]:
-    """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
+    """Build the FMUs and the systems (SSP) for other tools, validate each of them, and give their files.
 
-    Parameters
-    ----------
-    out : folder
-    fmus : native, python or all
-    platforms : platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this
-        machine's by default
-    scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
-    valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
-        native FMUs, but for the systems in one FMU
-    arrays : arrays in the native FMUs of FMI 3.0
-
-    Raises
-    ------
-    InputError
-        If the kind or a platform does not exist, or the folder cannot be written.
+    The parameters are the options of `warmlink build`: `valid_flags` is for the shipped components and
+    systems, but for the systems in one FMU. InputError if the kind or a platform does not exist, or the
+    folder cannot be written.
     """
     from warmlink.fmus.names import instead
 
@@ -92,7 +79,7 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
-    from warmlink.orchestration.check.validity import validity_problems
+    from warmlink.orchestration.check.fmu import validity_problems
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.read import read_system
@@ -121,8 +108,8 @@ def _build(
 ) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.packaging.flags import flagged
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
+    from warmlink.fmus.packaging.views import flagged
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
     from warmlink.orchestration.closed_loop.load import load_scenario
@@ -141,8 +128,9 @@ def _build(
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
         shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
-        joined = shipped if own is None else _whole(own)
-        built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
+        if own is not None:  # as one component, called as the scenario is; none where others' FMUs are in it
+            shipped = [] if own.setup.foreign else [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
+        built += _build_native([Entry(each, JOINED_HOME) for each in shipped], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")
@@ -156,11 +144,6 @@ def _build(
             built.append(out / f"{blueprint.name}-ports.ssp")
             write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
     return built + write_arm(arm.system(fmus), out)
-
-
-def _whole(own: Scenario) -> list[Component]:
-    """A scenario's system as one component, called as the scenario is; none where others' FMUs are in it."""
-    return [] if own.setup.foreign else [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
 
 
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path, arrays: bool) -> list[Path]:

@@ -44,8 +44,7 @@ def check(file: Path, *, json: bool = False) -> None:
 
 def _check_system(path: Path) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
-    from warmlink.orchestration.check.fmu import CheckResult
-    from warmlink.orchestration.check.validity import validity_problems
+    from warmlink.orchestration.check.fmu import CheckResult, validity_problems
     from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.read import read_system
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.options import settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -58,56 +58,44 @@ def diagnose(
     out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
-
-    folder = out or Path("out") / "+".join(path.stem for path in data)
-    whole_arm = [path for path in data if is_arm_file(path)]
-    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
-    if whole_arm and not check and len(data) > 1:
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
-        )
-    if whole_arm and not check and any(described):
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
-            "leave out all options but --out, --check and --json"
-        )
-    measured = partial(_experiment, data, *described)
-    if check:
-        _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
-    elif whole_arm:
-        _diagnose_arm(data[0], folder, json)
-    else:
-        _diagnose_cell(data, measured, folder, json)
-
-
-def _experiment(
-    paths: list[Path],
-    assumed: list[str] | None,
-    settings: list[str] | None,
-    scenario: str | None,
-    noise: list[str] | None,
-    units: list[str] | None,
-    names: list[str] | None,
-    decimal: str,
-    calibrate_only: bool,
-    replaced: list[str] | None,
-) -> Experiment:
-    """Read the measurements, and apply to them the options that describe them, as they were typed."""
-    from warmlink.orchestration.command_line.options import settings_given
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
     from warmlink.orchestration.system.replacement import Replacements
 
-    given = parameters_of(scenario) if scenario else {}
-    given |= settings_given(settings)
-    parts = tuple(f"{each.partition('=')[0].strip()}." for each in replaced or ())
-    own = [name for name in names or () if parts and name.startswith(parts)]
-    columns = [name for name in names or () if name not in own]
-    told = said(units or [], columns, decimal, Replacements.given(replaced, own))
-    experiment = with_noise(read(paths, assumed or [], given, told), settings_given(noise, "--noise"))
-    return calibrating(experiment) if calibrate_only else experiment
+    folder = out or Path("out") / "+".join(path.stem for path in data)
+    whole_arm = [path for path in data if is_arm_file(path)]
+    if whole_arm and not check and len(data) > 1:
+        raise InputError(
+            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
+        )
+    if (
+        whole_arm
+        and not check
+        and any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace))
+    ):
+        raise InputError(
+            f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
+            "leave out all options but --out, --check and --json"
+        )
+
+    def measured() -> Experiment:
+        """The measurements, with the options that describe them."""
+        given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
+        parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
+        own = [name for name in map_ or () if parts and name.startswith(parts)]
+        columns = [name for name in map_ or () if name not in own]
+        told = said(unit or [], columns, decimal, Replacements.given(replace, own))
+        experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        return calibrating(experiment) if calibrate_only else experiment
+
+    if check:
+        _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
+    elif whole_arm:
+        _diagnose_arm(data[0], folder, json)
+    else:
+        _diagnose_cell(data, measured, folder, json)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
@@ -152,7 +140,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -176,7 +164,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSV, write_diagnoses
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSV, write_diagnoses
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)

@@ -61,8 +61,8 @@ def run(
     from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
-    from warmlink.orchestration.master.pacing import interruption
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 

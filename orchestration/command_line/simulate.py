@@ -74,11 +74,11 @@ def simulate(
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import attempted
     from warmlink.orchestration.master.guard import guarded
-    from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.read import read_system
     from warmlink.orchestration.system.replacement import Replacements

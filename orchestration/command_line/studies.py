@@ -13,7 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import options
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.master.pacing import on_ctrl_c
+from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 if TYPE_CHECKING:
     from rich.text import Text

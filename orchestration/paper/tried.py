@@ -24,7 +24,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, held
 from warmlink.orchestration.paper.cases import Case, fea, follow, run_link, steady_time
-from warmlink.orchestration.paper.data import Geometry, load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -78,19 +78,18 @@ def camera_warming(missing: float) -> float:
     return missing * 1e-6 / (CAMERA_EXPANSION * CAMERA_SUPPORT)
 
 
-def implied_by_temperatures(geometry: Geometry, base_rise: float, tip_rise: float, expansion: float) -> float:
+def implied_by_temperatures(base_rise: float, tip_rise: float) -> float:
     """Elongation [m] of a steady fin between the two measured rises [K], its tip insulated.
 
     The ratio gives m L = acosh(base / tip), whatever the loss; the mean rise is base tanh(m L) / (m L).
     """
     m_l = math.acosh(base_rise / tip_rise)
-    return expansion * geometry.span * base_rise * math.tanh(m_l) / m_l
+    return MATERIALS["link"].expansion_coefficient * GEOMETRY.span * base_rise * math.tanh(m_l) / m_l
 
 
 def consistency() -> list[Consistency]:
     """Elongations that the paper's own temperatures imply, also were the infrared camera 2 K too high."""
-    paper, expansion = load_paper(), load_materials().link.expansion_coefficient
-    moving, offset = paper["moving"], paper["camera"]["infrared_accuracy"].value
+    moving, offset = PAPER["moving"], PAPER["camera"]["infrared_accuracy"].value
     ambient = moving["ambient"].value
     found = []
     for name, kind, shift in (
@@ -99,7 +98,7 @@ def consistency() -> list[Consistency]:
         ("the paper's FEA", "predicted", 0.0),
     ):
         base, tip = (moving[f"{where}_{kind}"].value - shift for where in ("base", "tip"))
-        implied = implied_by_temperatures(load_geometry(), base - ambient, tip - ambient, expansion)
+        implied = implied_by_temperatures(base - ambient, tip - ambient)
         found.append(Consistency(name, base, tip, implied * 1e6, moving[f"elongation_{kind}"].value))
     return found
 
@@ -109,7 +108,7 @@ def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
     cool, shorter = replace(plain, only_link_cooled=True), replace(plain, elongation_at="clear")
     drive, radiation, lag = case.drive(), case.drive(radiation=True), case.drive(lag=HEATER_LAG)
     slow_and_radiant = case.drive(radiation=True, lag=HEATER_LAG)
-    measured = load_paper()[case.name]["elongation_measured"].value
+    measured = PAPER[case.name]["elongation_measured"].value
     attempts: list[Attempt] = []
     for name, with_drive, assembly in (
         ("as described", drive, plain),
@@ -131,12 +130,12 @@ def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
 def _gap_for_printed_base(radiation: bool) -> float:
     """Bare shaft [m] between pad and link that brings the link to its measured temperature there."""
     case = Case.printed("moving")
-    wanted = load_paper()["moving"]["base_measured"].value + ZERO_CELSIUS
+    wanted = PAPER["moving"]["base_measured"].value + ZERO_CELSIUS
     drive = case.drive(radiation=radiation)
 
     def surplus(gap: float) -> float:
         # Not by `fea`, which would keep a model of each gap tried.
-        model = Fea(paper_assembly(load_geometry(), load_materials(), Assembly(pad_gap=gap)))
+        model = Fea(paper_assembly(Assembly(pad_gap=gap)))
         return float(model.fields(drive, case.times, case.ambient)[-1] @ model.body.probes["base"]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))
@@ -185,14 +184,13 @@ class Refinement:
 
 def agreements(progress: Callable[[float], None]) -> list[Agreement]:
     """Compare the link alone and with what is attached to it, over two cases and three duty cycles."""
-    geometry, materials = load_geometry(), load_materials()
-    storeless = replace(materials, shaft=replace(materials.shaft, specific_heat=1e-2))
+    storeless = {**MATERIALS, "shaft": replace(MATERIALS["shaft"], specific_heat=1e-2)}
     with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
     bodies = {
-        "link alone": bare_link(geometry, materials, 2),
-        "with shaft": paper_assembly(geometry, materials, with_shaft),
-        "with shaft and diode": paper_assembly(geometry, materials, with_diode),
-        "with a shaft that stores no heat": paper_assembly(geometry, storeless, with_shaft),
+        "link alone": bare_link(2),
+        "with shaft": paper_assembly(with_shaft),
+        "with shaft and diode": paper_assembly(with_diode),
+        "with a shaft that stores no heat": paper_assembly(with_shaft, storeless),
     }
     models = {name: Fea(body, displacement_order=1) for name, body in bodies.items()}
     cases = [Case.printed(name) for name in ("stationary", "moving")]
@@ -221,7 +219,7 @@ def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
     link, flow = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
-    speeds = [phase.inputs["link.speed"] * load_geometry().span / 2 for phase in phases]
+    speeds = [phase.inputs["link.speed"] * GEOMETRY.span / 2 for phase in phases]
     drive = Drive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
@@ -235,10 +233,9 @@ def refinements() -> list[Refinement]:
     case = Case.printed("moving")
     heated = Drive(case.convection, case.ambient, heat_flow=1.7)
     minutes = np.linspace(0.0, 3600.0, 61)
-    bars = {n: bare_link(load_geometry(), load_materials(), n) for n in (1, 2, 4)}
     runs = [
         *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
-        *(("link alone, 1.7 W", n, bar, heated, minutes) for n, bar in bars.items()),
+        *(("link alone, 1.7 W", n, bare_link(n), heated, minutes) for n in (1, 2, 4)),
     ]
     found = []
     for name, n, body, drive, times in runs:

@@ -11,9 +11,8 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
-from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
+from warmlink.orchestration.reduction.part import HEAT_FLOW, NOISE, TIMES, Part, best_pair, tool_error, warmed
 from warmlink.orchestration.reduction.solid import Integers, Solid
-from warmlink.orchestration.reduction.thermometers import NOISE, best_pair, tool_error
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, write_page
 
@@ -29,13 +28,8 @@ THERMOMETER_PLACES = 100
 
 def remarks(part: Part, name: str) -> str:
     """What the documentation of a part's FMU says of it, in Markdown; `name` is that of its file."""
-    said = [f"## This part: {name}"]
-    for section in facts(part):
-        assert section.table is not None
-        lines = [section.table.headings, ["---"] * len(section.table.headings), *section.table.rows]
-        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-        said += [f"### {section.heading}", section.text, table]
-    return "\n\n".join(said)
+    sections = facts(part)
+    return "\n\n".join([f"## This part: {name}", *(section.markdown() for section in sections)])
 
 
 def facts(part: Part) -> list[Section]:
@@ -44,9 +38,6 @@ def facts(part: Part) -> list[Section]:
     use = {"heated": heated, "tool": tool}
     use |= {f"cooled, `convection_factor[{i}]`": group for i, group in enumerate(cooled, 1)}
     met = "not met: the order was given" if part.error > 1 else "met"
-    conductivity, convection = (
-        f"{low:.4g} to {high:.4g}" for low, high in (within.conductivity, within.convection)
-    )
     elongations = [
         (str(count), *(f"{1e6 * each:.4f}" for each in row))
         for count, row in zip(mesh.unknowns, mesh.elongation, strict=True)
@@ -55,8 +46,9 @@ def facts(part: Part) -> list[Section]:
         Section(
             "Use and range",
             f"Mesh: {part.size}. Thermometers [mm]: {in_mm(part.elements.sensors)}. Range: conductivity "
-            f"{conductivity} W/(m.K); convection and linearised radiation {convection} W/(m2.K). Tolerance "
-            f"({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
+            "{:.4g} to {:.4g} W/(m.K); ".format(*within.conductivity)
+            + "convection and linearised radiation {:.4g} to {:.4g} W/(m2.K). ".format(*within.convection)
+            + f"Tolerance ({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
             f"{within.heat_flow:g} W at the base, {TIP_HEAT_FLOW:g} W at the tip or surroundings "
             f"{AMBIENT_CHANGE:g} K warmer, one at a time. Bounds contain a factor of safety of {SAFETY:g}.",
             Table(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
@@ -136,7 +128,6 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
     kept, triangles = _coarsened(elements.solid.mesh.p, surface, MOST_CORNERS)
     corners, rises, moved = elements.solid.mesh.p[:, kept], rises[:, kept], moved[:, :, kept]
     largest = float(np.linalg.norm(moved, axis=1).max())
-    # One, two or five times a power of ten.
     wanted = SHOWN * float(np.ptp(corners, axis=1).max()) / largest
     power = 10 ** np.floor(np.log10(wanted))
     times = power * max(each for each in (1, 2, 5) if each * power <= wanted)
@@ -204,13 +195,10 @@ def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
 
 
 def _coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
-    """Surface with fewer corners: those in one cell of a grid become one.
+    """Surface of corners, shape (3, n), with fewer: those in one cell of a grid become one.
 
-    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
-    *Modeling in Computer Graphics*, Springer 1993.
-
-    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
-    many corners that stay, and triangles by the number among these.
+    The numbers of the corners that stay, and triangles by the number among these (J. Rossignac and P. Borrel
+    in *Modeling in Computer Graphics*, Springer 1993).
     """
     used, place = np.unique(triangles, return_inverse=True)
     cell = float(np.ptp(corners, axis=1).max()) / 1e4

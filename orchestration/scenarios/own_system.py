@@ -19,7 +19,7 @@ from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Text
@@ -30,7 +30,7 @@ from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.replacement import Asked, Replacements
+from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 from warmlink.orchestration.system.units import Unit
 
@@ -160,31 +160,23 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
     setup, fmus, shipped = scenario.setup, replacements.fmus, catalogue.components()
-    kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)
     if not fmus:
         return scenario
+    kinds, foreign, roles = dict(setup.blueprint.components), dict(setup.foreign), setup.roles
+    scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
+    ends = [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]
     for instance, path in fmus.items():
         known = shipped.get(kinds.get(instance, ""))
         if known is None:
             ours = [name for name, kind in kinds.items() if kind in shipped]
             raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
+        asked = {
+            each.name: ("output" if isinstance(each.variable, Output) else "input", Unit(each.variable.unit))
+            for each in known.scalars()
+        }
         kinds[instance] = f"{instance} of {path.name}"
-        foreign[kinds[instance]] = replacements.fmu(instance, _asked(setup, instance, known), known.name)
+        foreign[kinds[instance]] = replacements.fmu(instance, known.name, asked, ends, scored)
     name = f"{setup.name} with {', '.join(path.name for path in fmus.values())}"
     values = {each: given for each, given in setup.values.items() if each not in fmus}
     blueprint = replace(setup.blueprint, name=name, components=kinds)
     return replace(scenario, setup=replace(setup, blueprint=blueprint, foreign=foreign, values=values))
-
-
-def _asked(setup: Setup, instance: str, known: Component) -> dict[str, Asked]:
-    """What wires and score ask of an instance."""
-    roles = setup.roles
-    scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
-    declared = {f"{instance}.{scalar.name}": scalar for scalar in known.scalars()}
-    asked = {}
-    for end in [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]:
-        if end in declared:
-            name, variable = declared[end].name, declared[end].variable
-            causality = "output" if isinstance(variable, Output) else "input"
-            asked[name] = Asked(causality, Unit(variable.unit), end in scored)
-    return asked

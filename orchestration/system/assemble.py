@@ -13,9 +13,8 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.system.check import checked_value, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, Element, Net, edge_of
+from warmlink.orchestration.system.ssp.net import DeclaredConnector, net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
-from warmlink.orchestration.system.units import Unit
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -104,31 +103,20 @@ def check_system(system: System) -> None:
 
 def _resolved(system: System) -> list[Connection]:
     """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
-    edges = tuple(edge_of(link) for link in system.connections)
-    net = Net()
-    net.add((), Element({}, connections=edges))
-    for name, held in system.components.items():
-        ends = [node.connector for edge in edges for node in edge.ends if node.path == (name,)]
-        net.add((name,), Element(_connectors(held, ends, system.units), held.fmu))
+    net = net_of(system)
+    ends = [node for edge in net.elements[()].connections for node in edge.ends]
+    for node in ends:  # those that their components do not show
+        element = net.elements.get(node.path)
+        if element is not None and element.info is not None and node.connector not in element.connectors:
+            causality = variable_of(element.info, node.connector, str(node)).causality
+            # Time, which is of no kind, connects to nothing, as a parameter does.
+            element.connectors[node.connector] = DeclaredConnector(
+                next((kind for kind in CONNECTOR_KINDS if kind == causality), "parameter")
+            )
     resolver = Resolver(net)
     for path in net.components:
         resolver.connectors(path)
     return list(resolver.connections())
-
-
-def _connectors(
-    held: Component, ends: Iterable[str], units: Mapping[str, Unit]
-) -> dict[str, DeclaredConnector]:
-    """Give a component's connectors, and those for ends of connections that it does not show."""
-    shown = {}
-    for end in ends:
-        causality = variable_of(read_description(held.fmu), end, f"{held.name}.{end}").causality
-        # Time, which is of no kind, connects to nothing, as a parameter does.
-        shown[end] = DeclaredConnector(next((k for k in CONNECTOR_KINDS if k == causality), "parameter"))
-    for c in held.connectors:
-        unit = units.get(c.unit, Unit(c.unit)) if c.unit else None
-        shown[c.name] = DeclaredConnector(c.kind, c.type, unit)
-    return shown
 
 
 def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:

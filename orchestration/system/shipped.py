@@ -9,14 +9,14 @@ from pathlib import Path
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
-from warmlink.orchestration.system.tree import Ports
+from warmlink.orchestration.system.write import Ports
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""
@@ -100,7 +100,7 @@ class Blueprint:
 
 
 def _flag_wires(files: Mapping[str, Path], wires: Iterable[Wire]) -> Iterator[Wire]:
-    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.flags`)."""
+    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.views`)."""
     known = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
     for source, target in wires:
         flags = flag_of(source), flag_of(target)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import casadi
 import pytest
 
-from warmlink.fmus.calls import idle_at_zero
+from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.packaging.native.casadi_code import functions_text
 from warmlink.fmus.packaging.native.lanes import in_lanes
@@ -45,3 +45,17 @@ def test_what_is_idle_is_written_once_and_skipped() -> None:
     text = functions_text("idle", [graph()], ())
     assert text.count("/* moved_run:") == text.count("/* moved_skip:") == 1
     assert "if (any_of(*arg[0]))" in in_lanes(text, 4), "side by side it runs where any run needs it"
+
+
+@kept_whole
+def picked(given: Number, place: int) -> Number:
+    return 2.0 * given[place]
+
+
+def test_what_differs_by_a_whole_number_is_another_function() -> None:
+    given = casadi.MX.sym("given", 2)
+    both = casadi.Function("both", [given], [casadi.vertcat(picked(given, 0), picked(given, 1))])
+    text = functions_text("both", [both], ())
+    first, second = (text.index(f"/* picked_{place}:") for place in (0, 1))
+    assert "x0[0]" in text[first:second]
+    assert "x0[1]" in text[second:]

@@ -60,10 +60,8 @@ class Rollout:
 
     def periods(self, given: Given) -> tuple[float, ...]:
         """Sample times in s of a run with such parameters; runs go side by side only if these are equal."""
-        split = (name.rpartition(".") for name in self.sample_times)
-        return tuple(
-            given.get(part, {}).get(name, self.parameters[f"{part}.{name}"]) for part, _, name in split
-        )
+        split = ((*full.rpartition("."), self.parameters[full]) for full in self.sample_times)
+        return tuple(given.get(part, {}).get(name, start) for part, _, name, start in split)
 
     def takes(self, given: Given) -> bool:
         """Whether a run with such start values leaves the inputs that nothing feeds as they are here."""
@@ -73,21 +71,12 @@ class Rollout:
     def run(
         self, given: Sequence[Given], count: int, step: float, drive: Array | None = None
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Run from 0 s on.
+        """Take so many communication steps (in s) from 0 s on, in at most `lanes` runs with equal `periods`.
 
-        Parameters
-        ----------
-        given : parameters of each run by part and name, at most `lanes` runs with equal `periods`
-        count : number of communication steps
-        step : communication step size in s
-        drive : in place of what the parts give that nothing drives: a row for each instant, which holds for
-            the micro steps before it, shape (instants, given)
-
-        Returns
-        -------
-        tuple
-            Recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that passed
-            between the parts were finite and within their bounds, shape (runs,).
+        A `drive` stands in place of what the parts give that nothing drives: a row for each instant, which
+        holds for the micro steps before it, shape (instants, given).
+        Gives recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that
+        passed between the parts were finite and within their bounds, shape (runs,).
         """
         schedule = count, step, self.periods(given[0]), self.micro_step
         tasks, times, steps = task_list(*schedule)
@@ -98,7 +87,7 @@ class Rollout:
         else:
             tables = [_by_change(drive)] * self.lanes
             times = np.round(np.where(tasks == _ADVANCE, times + steps, times), 6)
-        pointers = (ctypes.c_void_p * self.lanes)(*(each.ctypes.data for each in tables))
+        pointers = np.array([each.ctypes.data for each in tables], dtype=np.uintp)
         rows = np.empty((self.lanes, len(self.recorded), count + 1))
         arrays = (times, steps, pointers, driven, states, rows, refused)
         loaded(self.library).rollout(
@@ -189,7 +178,7 @@ def _by_change(rows: Array) -> Array:
 
 
 def _pointer(array: Any) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data if isinstance(array, np.ndarray) else ctypes.addressof(array))
+    return ctypes.c_void_p(array.ctypes.data)
 
 
 def aligned(shape: tuple[int, ...]) -> Array:

@@ -61,7 +61,7 @@ class Calibrated:
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order."""
-    fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
+    fit, found = diagnosis.adopted.fit, []
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
     gram = of_numbers(fit.freed, fit.freed, fit.point)[0]
@@ -69,21 +69,19 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     spreads = np.sqrt(np.diag(covariance))
     alike = np.abs(covariance) > _ALIKE * np.outer(spreads, spreads)
     names = [f"{f.variable} ({f.group})" if f.group else f.variable for f in fit.freed]
-    return [
-        Calibrated(
-            names[i],
-            float(fit.theta[i]),
-            float(spreads[i]),
-            max(float(fit.theta[i] - INTERVAL * spreads[i]), freed.lower),
-            min(float(fit.theta[i] + INTERVAL * spreads[i]), freed.upper),
-            rig.unit(freed.variable),
-            fit.at_bound[i],
-            bool(2 * INTERVAL * spreads[i] > freed.span),
-            tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
-        )
-        for i, freed in enumerate(fit.freed)
-        if freed.calibrated and not freed.added
-    ]
+    for i, freed in enumerate(fit.freed):
+        if freed.calibrated and not freed.added:
+            value, std, unit = (
+                float(fit.theta[i]),
+                float(spreads[i]),
+                diagnosis.experiment.rig.unit(freed.variable),
+            )
+            low, high = max(value - INTERVAL * std, freed.lower), min(value + INTERVAL * std, freed.upper)
+            others = tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i)
+            unknown = 2 * INTERVAL * std > freed.span
+            about = fit.at_bound[i], unknown, others
+            found.append(Calibrated(names[i], value, std, low, high, unit, *about))
+    return found
 
 
 @dataclass(frozen=True)

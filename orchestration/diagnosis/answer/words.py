@@ -39,13 +39,10 @@ def summary(diagnosis: Diagnosis) -> str:
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:
-    within = diagnosis.verdict == "adequate"
-    told = diagnosis.judged[1] or (
-        "The calibrated model explains the data to within their noise."
-        if within
-        else "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
-    )
-    lines = [f"{diagnosis.experiment.title}: calibrated", told]
+    told = "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
+    if diagnosis.verdict == "adequate":
+        told = "The calibrated model explains the data to within their noise."
+    lines = [f"{diagnosis.experiment.title}: calibrated", diagnosis.judged[1] or told]
     lines += [each.sentence for each in calibration(diagnosis)]
     for word, errors in _errors(diagnosis, diagnosis.before):
         low, high = errors["rmse_before_95"]

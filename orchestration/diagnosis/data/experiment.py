@@ -17,8 +17,8 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
+from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.diagnosis.data.rigs import rig_of
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import TABLE, read_table

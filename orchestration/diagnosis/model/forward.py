@@ -40,15 +40,24 @@ class Forward(Simulation):
         self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
         self._levels = Levels(run.time, self._table, discrete)
+        self._laid_for = self.start_values()
 
     @cached_property
     def steps(self) -> Steps:
         """What the steps are in time; found when they are first needed."""
         if isinstance(self._grid, Forward):
             return self._levels.halved(self._grid.steps.time)
-        z = self.start_values()
+        z = self._laid_for
         begun, _ = self.equations.begin(z, self._p, self._table[:, 0])
         return controlled(Integrator(self.equations, z, self._p), self._levels, begun, self._grid)
+
+    def lay(self, z: Array) -> None:
+        """Lay the steps anew where they are short enough with these values."""
+        if isinstance(self._grid, Forward):
+            self._grid.lay(z)
+        self._laid_for = z.copy()
+        self.__dict__.pop("steps", None)
+        self._course.cache_clear()
 
     @property
     def time(self) -> Array:

@@ -136,8 +136,7 @@ def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
 class IsolatedSlave:
     """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
-    Every method may raise SlaveError: status `crash` where the process died, `time limit` where it did not
-    answer.
+    Every method may raise SlaveError: a `crash`, or the `time limit` where the process does not answer.
     """
 
     def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:

@@ -13,12 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.model import Variable
 
-FMI2_TYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-FMI3_TYPES: dict[str, Any] = {
-    **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
-    **{f"Int{bits}": getattr(ctypes, f"c_int{bits}") for bits in (8, 16, 32, 64)},
-    **{f"UInt{bits}": getattr(ctypes, f"c_uint{bits}") for bits in (8, 16, 32, 64)},
+_INTEGERS = [f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)]
+_TYPES: dict[str, dict[str, Any]] = {
+    "fmi2": {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p},
+    "fmi3": {
+        **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
+        **{name: getattr(ctypes, f"c_{name.lower()}") for name in _INTEGERS},
+    },
 }
 """Types by which variables are exchanged, by the names that are part of the functions' names."""
 
@@ -32,14 +35,14 @@ _BOTH = {
 _ARGUMENTS = {
     "fmi2": {
         **_BOTH,
-        **{f"{verb}{name}": "ppnp" for name in FMI2_TYPES for verb in ("Get", "Set")},
+        **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi2"] for verb in ("Get", "Set")},
         **{"Instantiate": "sisspii", "SetDebugLogging": "pinp", "SetupExperiment": "piddid"},
         **{"EnterInitializationMode": "p", "DoStep": "pddi", "GetBooleanStatus": "pip"},
         **{"GetDirectionalDerivative": "ppnpnpp", "SetRealInputDerivatives": "ppnpp"},
     },
     "fmi3": {
         **_BOTH,
-        **{f"{verb}{name}": "ppnpn" for name in FMI3_TYPES for verb in ("Get", "Set")},
+        **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
         **{"InstantiateCoSimulation": "sssbbbbpnppp", "SetDebugLogging": "pbnp"},
         **{"EnterInitializationMode": "pbddbd", "DoStep": "pddbpppp"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
@@ -49,6 +52,13 @@ _ARGUMENTS = {
 
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
+
+
+def exchanged_as(prefix: str, variable: Variable) -> tuple[str, Any] | None:
+    """Name and ctypes type by which a variable is exchanged; None where it cannot be."""
+    enumeration = "Integer" if prefix == "fmi2" else "Int64"
+    base, types = enumeration if variable.type == "Enumeration" else variable.type, _TYPES[prefix]
+    return (base, types[base]) if base in types else None
 
 
 class Library:

@@ -52,14 +52,10 @@ class Network:
 
     Attributes
     ----------
-    reads, writes : list of tuple of str
-        For each slave the outputs read from it and the inputs written to it.
-    outputs, inputs : list of list
-        For each slave the values last read and last written, in those orders.
-    wires : list of list of Wire
-        For each slave the sources of its inputs, as `writes`.
-    checked : list of tuple of int
-        For each slave the positions of its outputs that must be finite.
+    reads, writes : for each slave the outputs read from it and the inputs written to it
+    outputs, inputs : for each slave the values last read and last written, in those orders
+    wires : for each slave the sources of its inputs, as `writes`
+    checked : for each slave the positions of its outputs that must be finite
     """
 
     def __init__(

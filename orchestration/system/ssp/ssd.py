@@ -95,7 +95,7 @@ class _Document:
         where = self.where(at)
         parts = ("Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections")
         refuse_other_children(element, (*parts, "SystemGeometry", "GraphicalElements"), where)
-        connections = tuple(self.connection(c, at) for c in _items(element, "Connections", "Connection"))
+        connections = [self.connection(c, at) for c in _items(element, "Connections", "Connection")]
         self.reader.net.add(at, Element(self.connectors(element, at), connections=connections))
         readers = {"System": self.system, "Component": self.component}
         for child in _items(element, "Elements"):

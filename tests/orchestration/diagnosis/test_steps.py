@@ -148,6 +148,22 @@ def test_what_the_steps_leave_unresolved_is_taken_out(
         assert left < was / 3, problem.variables[channel]
 
 
+@pytest.mark.parametrize("name", ["a room that wanders", "a pad that is regulated", "all at once"])
+def test_where_a_fit_ends_readings_are_right_to_a_fraction_of_their_noise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Where the pad stops giving all it can, the course has a kink: elsewhere with another capacity."""
+    problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS[name], seed=6)))
+    at = problem.neutral[0].copy()
+    at[problem.slots.index("motor.shaft_heat_capacity")] = 1900.0
+    problem.resolve([at])
+    resolved = problem.finest(0, at)
+    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
+    exact = Problem(problem.experiment).finest(0, at)
+    sigma = np.array([0.08 if "temperature" in v else 4e-7 for v in problem.variables])
+    assert np.linalg.norm((resolved - exact) / sigma) < 0.07
+
+
 @pytest.mark.parametrize(
     ("name", "effect", "logger"),
     [

@@ -11,7 +11,7 @@ from tests.fmus.reduced_bar import bar_link, bar_model
 from tests.referees import ecos, libcosim
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component.reference import Phase, integrate
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.reduced_link.model import STORED, stored

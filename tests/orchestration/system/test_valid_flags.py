@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.flags import flagged
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.fmus.packaging.views import flagged
 from warmlink.orchestration.catalogue import components, entries
 from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore

@@ -9,6 +9,8 @@ typedef long long masks __attribute__((vector_size(8 * LANES)));
 #define EACH(number) ((lanes){0} + (number))
 #define TRUTH(condition) ((lanes)((masks)(condition) & (masks)EACH(1.0)))
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+#define EITHER(condition, one, other) \
+    ((lanes)(((masks)((condition) != 0.0) & (masks)(one)) | ((masks)((condition) == 0.0) & (masks)(other))))
 /* Whether a condition holds in any lane: what is idle at 0 is run for all of them. */
 static inline int any_of(lanes condition)
 {

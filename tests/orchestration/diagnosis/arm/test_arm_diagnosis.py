@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm, possible_effe
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.report.diagnosis_folder import SSV, write_diagnoses
+from warmlink.orchestration.report.diagnosis import SSV, write_diagnoses
 
 ELBOW = 3
 RESISTANCE = 0.6
