@@ -30,18 +30,11 @@ WARM_UP_GRID_S = 60.0
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a system.
+    """One run of a system, times in s, start values in SI units by instance and variable.
 
-    Attributes
-    ----------
-    label : distinguishes this run from the others of its study, as (controller, duty cycle, mismatch)
-    law : component behind the controllers
-    values : start values in SI units by instance and variable
-    stop_time, step_size : in s
-    master : name of the master algorithm
-    tolerance : largest error in m that production allows
-    with_budget : whether to repeat the run at half the step, which bounds the coupling error
-    setup : the system and the roles in it
+    The `label` distinguishes it from the others of its study, as (controller, duty cycle, mismatch); `law` is
+    the component behind the controllers, `tolerance` the largest error in m that production allows. With
+    `with_budget` it is repeated at half the step, which bounds the coupling error.
     """
 
     label: tuple[str, ...]
@@ -70,17 +63,12 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Figures of one run, in um, s and min.
+    """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
 
-    Attributes
-    ----------
-    max_abs_um, p95_abs_um, rms_um, time_to_tolerance_s : as in `ErrorMetrics`; NaN in a run that stopped
-    within_tolerance_min : time for which the error is within tolerance
-    warm_up_first_min : the same for the best that warming up without compensation could have given
-    correction_rate_um_s : fastest change of the correction between two communication points
-    discretisation_um : largest estimate that the link makes of its grid's error
-    coupling_um : bound of the coupling error of the elongation; None where it was not asked for
-    stopped : why the run ended early, None where it did not
+    The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
+    warmed up without compensation. Then follow the fastest change of the correction between two communication
+    points, the largest estimate that the link makes of its grid's error, the bound of the elongation's
+    coupling error, None where it was not asked for, and why the run ended early, None where it did not.
     """
 
     max_abs_um: float
@@ -214,14 +202,7 @@ GATHERINGS = ("worst", "mean", "cvar")
 
 @dataclass(frozen=True)
 class Gathered:
-    """One figure over all runs of a point.
-
-    Attributes
-    ----------
-    metric : from `METRICS`
-    over : `worst`, `mean`, or `cvar`, the mean of the worst share
-    level : that share
-    """
+    """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
 
     __pydantic_config__ = TABLE
 
