@@ -78,7 +78,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "factor": 1e6,
         "zero": 0,
         "band": 1e6 * scenario.tolerance,
-        "lines": [(NO_CONTROLLER, "uncompensated", ""), *_lines("", "score", laws)],
+        "lines": [(NO_CONTROLLER, "uncompensated", "", ""), *_lines("", "score", laws)],
     }
     return {
         "name": scenario.name,
@@ -109,13 +109,13 @@ def _plot(
     lines = []
     for name, variable in drawn.items():
         own = variable.rpartition(".")[0] in controllers
-        lines += _lines(f"{name}, ", variable, laws) if own else [(name, variable, "")]
+        lines += _lines(f"{name}, ", variable, laws) if own else [(name, variable, "", _column(name))]
     return {"heading": heading, "label": label, "factor": factor, "zero": zero, "lines": lines}
 
 
-def _lines(name: str, variable: str, laws: Sequence[str]) -> list[tuple[str, str, str]]:
-    """Lines of a variable, one for each law that compensates: name, variable, law."""
-    return [(f"{name}{law}", variable, law) for law in laws if law != NO_CONTROLLER]
+def _lines(name: str, variable: str, laws: Sequence[str]) -> list[tuple[str, str, str, str]]:
+    """Lines of a variable, one for each law that compensates: name, variable, law, and no measured column."""
+    return [(f"{name}{law}", variable, law, "") for law in laws if law != NO_CONTROLLER]
 
 
 def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[str, Any]:
@@ -142,18 +142,17 @@ def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[
     return {"references": references, "values": given, "note": advice or (IDEAL if ideal else "")}
 
 
-def columns(plots: Plots) -> dict[str, dict[str, Any]]:
-    """Columns of a measured run by name: units with factor and offset into what is shown; variable."""
-    lines = {
-        name.removeprefix("link, "): (unit, variable)
-        for (_, unit), of in plots.items()
-        for name, variable in of.items()
-    }
-    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in RECORDED.items()}
-    for name in MEASURED:
-        if line := lines.get(name.removesuffix("_temperature")):
-            known[name] = {"units": _units(line[0]), "variable": line[1]}
-    return known
+def columns(plots: Plots) -> dict[str, dict[str, tuple[float, float]]]:
+    """Columns of a measured run by name: factor and offset of each unit into what is shown."""
+    drawn = {_column(line): unit for (_, unit), of in plots.items() for line in of}
+    known = {**RECORDED, **{name: drawn[name] for name in MEASURED if name in drawn}}
+    return {name: _units(unit) for name, unit in known.items()}
+
+
+def _column(line: str) -> str:
+    """Column of a measured run that is drawn over a line; empty where there is none."""
+    label = line.removeprefix("link, ")
+    return next((name for name in MEASURED if name.removesuffix("_temperature") == label), "")
 
 
 def _units(unit: str) -> dict[str, tuple[float, float]]:

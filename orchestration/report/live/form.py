@@ -21,8 +21,8 @@ SPAN = 3.0
 ROOM = 20.0
 """K by which the slider of a temperature goes up and down."""
 
-SHORTEST = 10.0
-"""Shortest segment [s]."""
+SHORTEST, LONGEST = 10.0, 86400.0
+"""Shortest segment and longest run [s]."""
 
 OWN = ("speed", "torque")
 """Demands that each joint has for itself; all others, and the durations, are those of all joints."""
@@ -79,7 +79,14 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
             if name in fields and fields[name].slider and name not in others
         ],
         "faults": faults,
+        "stop": _stop(scenario),
     }
+
+
+def _stop(scenario: Scenario) -> Field:
+    shown = {"name": "stop", "value": f"{scenario.stop_time:.12g}", "min": scenario.step_size, "max": LONGEST}
+    given = {"data-kind": "page", "data-unit": "s", "data-factor": 1, "data-offset": 0}
+    return Field(shown | given, "stop time", {}, ())
 
 
 def _field(scalar: Scalar, value: float, duty: bool, mismatched: bool) -> Field:

@@ -10,10 +10,8 @@ export function demand(well, sentence) {
 /** Cells of a line; quotes hold commas. */
 const cells = (line) => line.split(/,(?=(?:[^"]*"[^"]*")*[^"]*$)/).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
 
-const listed = (table) => Object.keys(table).join(", ");
-
 /**
- * Rows of a CSV text, each with its filled cells by column: `time` in s, the others in the unit that the page shows.
+ * Rows of a CSV text, each with its filled cells by column: `time` in s from the start, the others as the page shows them.
  *
  * `known` has, for each column, its units with factor and offset. Throws an Error with a sentence.
  */
@@ -24,9 +22,9 @@ export function readMeasured(text, known) {
   const columns = header[1].map((head) => {
     const [, name, unit] = head.match(/^([^[\]]+?)\s*\[([^[\]]*)\]$/) ?? [];
     demand(name, `column '${head}' is not of the form 'name [unit]'; rename it`);
-    demand(known[name], `column '${name}' is not known; use one of ${listed(known)}, or remove it`);
-    const { units } = known[name];
-    demand(units[unit], `column '${name}': this page does not know the unit '${unit}'; use one of ${listed(units)}`);
+    demand(known[name], `column '${name}' is not known; use one of ${Object.keys(known).join(", ")}, or remove it`);
+    const [units, where] = [known[name], `column '${name}':`];
+    demand(units[unit], `${where} this page does not know the unit '${unit}'; use one of ${Object.keys(units).join(", ")}`);
     return [name, ...units[unit]];
   });
   const names = columns.map(([name]) => name);
@@ -49,7 +47,7 @@ export function readMeasured(text, known) {
     return row;
   });
   demand(rows.length > 1, `${rows.length} rows under the header; give at least two times`);
-  return rows;
+  return rows.map((row) => ({ ...row, time: row.time - rows[0].time }));
 }
 
 /** Segments of a measured duty: equal rows are one. Empty cells hold; an empty pad cell switches it off. */

@@ -4,7 +4,7 @@
 export const at = (id) => document.getElementById(id);
 export const content = JSON.parse(at("content").textContent);
 export const engines = {}; // what runs the system, by law
-export const measured = { marks: {} }; // a measured run: its file's name, pairs of time and value by variable
+export const measured = { rows: [] }; // a measured run: its file's name, and its rows
 
 const form = at("form");
 const [duration] = content.words.duration;

@@ -9,23 +9,20 @@ import { drawLines } from "./plot.js";
 import { address, commands, needsFile, parameterSet, restore, scenarioText } from "./share.js";
 import { rank, showSliders, slid } from "./sliders.js";
 
-const MOST_MARKS = 150;
 const ADDRESS_AFTER = 400; // ms without a change; browsers refuse an address that changes a hundred times in half a minute
 
 const waiting = {}; // timers
 
 /** What a line of a plot shows, where its law is chosen: a function of variable and law. */
 function results() {
-  const laws = texts().law.split(",");
-  const runs = Object.fromEntries(laws.map((law) => [law, run(law)]));
-  return (variable, law) => runs[law || laws[0]]?.[variable];
+  const runs = Object.fromEntries(texts().law.split(",").map((law) => [law, run(law)]));
+  return (variable, law) => (law ? runs[law] : Object.values(runs)[0])?.[variable];
 }
 
 /** Figures of the errors that are drawn, by the names of their lines. */
 function figuresOf(values) {
-  const { step, tolerance, plots } = content;
-  const drawn = plots[0].lines.map(([name, ...line]) => [name, values(...line)]).filter(([, error]) => error);
-  return drawn.map(([name, error]) => [name, errorFigures(error, step, tolerance)]);
+  const drawn = content.plots[0].lines.map(([name, ...line]) => [name, values(...line)]).filter(([, error]) => error);
+  return drawn.map(([name, error]) => [name, errorFigures(error, content.step, content.tolerance)]);
 }
 
 function showAnswer(figures) {
@@ -38,10 +35,8 @@ function showAnswer(figures) {
     "root mean square": (of) => micrometres(of.rms),
     [`within ±${digits(1e6 * content.tolerance)} µm from`]: (of) => since(of.within),
   };
-  const lines = Object.entries(rows).map(([name, told]) => {
-    const cells = figures.map(([law, of]) => `<td>${told(of, law)}</td>`);
-    return `<tr><th scope="row">${name}</th>${cells.join("")}</tr>`;
-  });
+  const cells = (told) => figures.map(([law, of]) => `<td>${told(of, law)}</td>`).join("");
+  const lines = Object.entries(rows).map(([name, told]) => `<tr><th scope="row">${name}</th>${cells(told)}</tr>`);
   at("answer").innerHTML = lines.join("");
   const largest = figures.map(([law, of]) => `${law} ${micrometres(of.largest)}`);
   at("lead").textContent = `Largest error of the tool point: ${largest.join(", ")}.`;
@@ -49,9 +44,9 @@ function showAnswer(figures) {
 
 function showPlots(values) {
   content.plots.forEach(({ factor, zero, lines, ...plot }, i) => {
-    const drawn = lines.map(([name, variable, law]) => {
-      const shown = values(variable, law)?.map((value) => factor * (value - zero));
-      return { name, values: shown, marks: measured.marks[variable] };
+    const drawn = lines.map(([name, variable, law, column]) => {
+      const marks = measured.rows.filter((row) => column in row).map((row) => [row.time, row[column]]);
+      return { name, marks, values: values(variable, law)?.map((value) => factor * (value - zero)) };
     });
     drawLines(at(`plot-${i}`), { ...plot, step: content.step, lines: drawn });
   });
@@ -74,7 +69,7 @@ function showWords() {
 async function take(file) {
   const { columns, most, repeat, step, words } = content;
   const rows = readMeasured(await file.text(), columns);
-  const given = { stop: digits(step * Math.floor((rows.at(-1).time - rows[0].time) / step), 12) };
+  const given = { stop: digits(step * Math.floor(rows.at(-1).time / step), 12) };
   if (rows.some((row) => "speed" in row || "torque" in row)) {
     demand(words.speed.length === 1, "the page takes measured runs of a single axis only");
     const first = Object.entries(words).map(([word, [name]]) => [word, Number(fields(name)[0].defaultValue)]);
@@ -84,11 +79,7 @@ async function take(file) {
     for (const [word, [name]] of Object.entries(words)) given[name] = segments.map((each) => digits(each[word], 12)).join();
     given[repeat] = "0";
   }
-  const marks = Object.entries(columns).filter(([, { variable }]) => variable).map(([name, { variable }]) => {
-    const found = rows.filter((row) => name in row).map((row) => [row.time - rows[0].time, row[name]]);
-    return [variable, found.filter((_, i) => i % Math.ceil(found.length / MOST_MARKS) === 0)];
-  });
-  Object.assign(measured, { name: file.name, marks: Object.fromEntries(marks) });
+  Object.assign(measured, { name: file.name, rows });
   put(given);
 }
 
@@ -130,8 +121,8 @@ function listen() {
     at("fault").textContent = "";
     if (!target.checkValidity()) target.value = target.defaultValue;
     if (!texts().law) target.checked = true;
-    for (const { cells: [, kind, ...others] } of at("faults").rows)
-      for (const each of others) each.firstElementChild.disabled = kind.firstElementChild.value === "0";
+    for (const fault of at("faults").querySelectorAll("input"))
+      fault.disabled = fault.closest("tr").querySelector("select").value === "0";
     clearTimeout(waiting.show);
     waiting.show = setTimeout(show);
   });

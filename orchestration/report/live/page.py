@@ -78,7 +78,6 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         kind="live",
         lead="This page needs a browser of 2023 or later with JavaScript switched on.",
         known=known,
-        stop=f"{scenario.stop_time:.12g}",
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: _packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.

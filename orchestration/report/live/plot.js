@@ -4,6 +4,7 @@
 import { digits } from "./figures.js";
 
 const MOST_GROUPS = 500; // of a line's points; the lowest and the highest of each are drawn
+const MOST_MARKS = 150; // of a line; of more, every so manieth is drawn
 const DASHES = ["", "8 4", "2 3", "10 3 2 3", "14 4", "14 3 2 3 2 3"];
 
 const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
@@ -53,8 +54,9 @@ export function drawLines(figure, { heading, label, step, lines, band = 0 }) {
   const drawn = [`<path class="band" d="M0 ${-band}H${stop}V${band}H0Z"/>`];
   const heights = [-1.2 * band, 1.2 * band].filter((each) => each);
   const [keys, told] = [[], []];
-  for (const { name, values, marks = [], style } of all) {
-    const [points, dots] = [pointsOf(values, step), marks.filter(([time]) => time <= stop)];
+  for (const { name, values, marks, style } of all) {
+    const [points, every] = [pointsOf(values, step), Math.ceil(marks.length / MOST_MARKS)];
+    const dots = marks.filter(([time], i) => i % every === 0 && time <= stop);
     heights.push(...[...points, ...dots].map(([, value]) => value));
     const look = `style="stroke: var(--line-${style})" stroke-dasharray="${DASHES[style]}"`;
     drawn.push(`<path ${look} d="M${points.map(([time, value]) => `${time} ${value.toPrecision(6)}`).join("L")}"/>`);

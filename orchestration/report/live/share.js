@@ -42,10 +42,8 @@ export function scenarioText() {
   const { scenario: { top, tables, parameters }, repeat, words } = content;
   const shown = texts();
   const segment = (_, i) => {
-    const told = Object.entries(words).map(([word, names]) => {
-      const all = names.map((name) => quantity(name, shown[name].split(",")[i]));
-      return [word, all.length > 1 ? all : all[0]];
-    });
+    const of = (name) => quantity(name, shown[name].split(",")[i]);
+    const told = Object.entries(words).map(([word, names]) => [word, names.length > 1 ? names.map(of) : of(names[0])]);
     const { pad_mode, pad_power, pad_temperature, ...demands } = Object.fromEntries(told);
     return ["[[segment]]", { ...demands, ...[{}, { pad_power }, { pad_temperature }][pad_mode] }];
   };

@@ -48,7 +48,7 @@ def test_nothing_sticks_out(browser: Browser, page: Path, width: int) -> None:
         "return [...document.querySelectorAll('figure > svg')].map((each) => each.clientWidth)"
     )
     hidden = browser.value(
-        "const parentElement = document.querySelector('#faults').closest('.scroll');"
+        "const { parentElement } = document.querySelector('#faults');"
         "return parentElement.scrollWidth - parentElement.clientWidth;"
     )
     assert wide <= width
