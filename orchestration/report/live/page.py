@@ -20,7 +20,7 @@ from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
-SCRIPTS = ("engine", "figures", "plot", "model", "sliders", "duty", "measured", "share", "page")
+SCRIPTS = ("engine", "figures", "plot", "measured", "model", "sliders", "duty", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
 
 BESIDE = "observer"
@@ -77,13 +77,12 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         title=scenario.title,
         kind="live",
         lead="This page needs a browser of 2023 or later with JavaScript switched on.",
-        name=scenario.name,
-        plots=known["plots"],
+        known=known,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: _packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
-        **form(scenario, whole, list(known["laws"])),
+        **form(scenario, whole),
     )
 
 
