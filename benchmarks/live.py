@@ -27,7 +27,7 @@ PAGES = {"warm_up": "", "six_axis_shift": "axis2."}
 SCRIPT = """
     while (!document.querySelector(".slider:not([hidden])")) await new Promise((go) => setTimeout(go, 50));
     const name = "{axis}link.length";
-    const value = model.get(name);
+    const { value } = fields(name)[0];
     const drawn = () => new Promise((go) => setTimeout(go));
     async function redrawn(before) {{
       const times = [];
@@ -35,7 +35,7 @@ SCRIPT = """
         before();
         await drawn();
         const begun = performance.now();
-        model.set({{ [name]: value * (1 + i / 1000) }});
+        put({{ [name]: `${{value * (1 + i / 1000)}}` }});
         await drawn();
         times.push(performance.now() - begun);
       }}

@@ -158,7 +158,7 @@ def _set_up(path: Path) -> None:
 
 def _parameters(path: Path) -> None:
     law = catalogue.controller("lag")
-    start_values(parameters_of(path), CELL.declared(law), path.name)
+    start_values(parameters_of(path), CELL.blueprint.declared(law), path.name)
 
 
 def _mismatched(path: Path) -> None:

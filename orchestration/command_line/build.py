@@ -153,13 +153,14 @@ def _build(
         built += _build_native(components, platforms, out, arrays)
         shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
         if own is not None:  # as one component, called as the scenario is; none where others' FMUs are in it
-            shipped = [] if own.setup.foreign else [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
+            name, foreign = re.sub(r"\W", "_", own.name), own.setup.blueprint.foreign
+            shipped = [] if foreign else [replace(own.joined(), name=name)]
         built += _build_native([Entry(each, JOINED_HOME) for each in shipped], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")
         store = FmuStore("python" if kind == "python" else "native")
-        write_ssp(own.system({**fmus, **own.setup.foreign, **own.controller.files(store)}), built[-1])
+        write_ssp(own.system({**fmus, **own.controller.files(store)}), built[-1])
         return built
     for blueprint in SHIPPED.values():
         built.append(out / f"{blueprint.name}.ssp")
@@ -204,8 +205,8 @@ def save(
     out : SSP to write. Default: SCENARIO.ssp.
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.system.write import write_ssp
 
     if out is not None and out.suffix != ".ssp":

@@ -37,10 +37,10 @@ def live(
     """
     from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import BESIDE, write_live_page
+    from warmlink.orchestration.scenarios.scenario import changed
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,25 +89,25 @@ def _growing(diagnosis: Diagnosis) -> str:
 
 
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
-    rows = [
-        (c.name, f"{c.value:.4g}", f"{c.low95:.4g} to {c.high95:.4g}", c.unit, ", ".join(c.alike) or "-")
-        for c in calibration(diagnosis)
-    ]
-    columns = ("variable", "value", "95 % interval", "unit", "not told apart from")
+    rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
-    return [Section("Calibrated", text, Table(columns, rows))] if rows else []
+    return [Section("Calibrated", text, Table((*_NUMBER, "not told apart from"), rows))] if rows else []
+
+
+_NUMBER = ("variable", "value", "95 % interval", "unit")
+
+
+def _number(name: str, of: Mapping[str, Any]) -> tuple[str, ...]:
+    return name, f"{of['value']:.4g}", f"{of['low95']:.4g} to {of['high95']:.4g}", of["unit"]
 
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:
     sections = []
     for item in diagnosis.causes:
-        rows = [
-            (name, f"{p['value']:.4g}", f"{p['low95']:.4g} to {p['high95']:.4g}", p["unit"])
-            for name, p in cause_entry(diagnosis, item)["parameters"].items()
-        ]
+        rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
         text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
-        table = Table(("variable", "value", "95 % interval", "unit"), rows)
+        table = Table(_NUMBER, rows)
         sections.append(Section(item.title, text, table))
     profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     if profiles:

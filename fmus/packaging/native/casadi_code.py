@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.native.moved_less import without_copies
 from warmlink.fmus.packaging.native.straight_code import with_straight_code
 
 Expression = Any
@@ -129,7 +130,7 @@ def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[s
     for each in functions:
         generator.add(each, False)
         wrappers.append(_wrapper(each, declared))
-    text = with_straight_code(_trimmed(generator.dump()), functions)
+    text = with_straight_code(without_copies(_trimmed(generator.dump())), functions)
     return "#define CASADI_SYMBOL_EXPORT static\n\n" + text + "".join(wrappers)
 
 

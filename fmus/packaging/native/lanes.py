@@ -28,6 +28,7 @@ _REWRITTEN = (
     (r"\((\w+)\|\|(\w+)\)", r"TRUTH((\1 != 0) | (\2 != 0))"),
     (rf"(?<!\b[ijk])(?<!\])= ?({_NUMBER});", r"= EACH(\1);"),
     (rf"(casadi_fill\([^;]*, )({_NUMBER})\)", r"\1EACH(\2))"),
+    (r"if \((.+) != 0\) \{", r"if (any_of(\1)) {"),
     (r"arg\[0\] \? casadi_to_int\(\*arg\[0\]\) : 0", "any_of(*arg[0])"),
     (r"return x<0 \? -1 : x>0 \? 1 : x;", "return TRUTH(x > 0) - TRUTH(x < 0) + IF(TRUTH(x != x), x);"),
     (r"\{0\.\};", "{{0.}};"),

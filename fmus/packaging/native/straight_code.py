@@ -7,10 +7,13 @@ numbers.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
+
+from warmlink.fmus.calls import in_a_loop
 
 _WHOLE = re.compile(
     r"(/\* (\w+:\(\S*\)->\(\S*\)) \*/\n)"
@@ -24,6 +27,8 @@ _CALL = re.compile(
     r"  if \((casadi_f\d+)\(arg1, res1, iw, w, 0\)\) return 1;\n"
 )
 """A call as CasADi writes it."""
+
+_FUNCTION = re.compile(r"^static int (casadi_f\d+)\(.*?^\}\n", re.DOTALL | re.MULTILINE)
 
 _HELPER = re.compile(
     r"^(?:casadi_real|void) (casadi_\w+)\([^{]*\{(?:[^\n]+\}\n|\n.*?^\}\n)", re.DOTALL | re.MULTILINE
@@ -55,11 +60,13 @@ def with_straight_code(text: str, functions: Iterable[Any]) -> str:
         return f"  {written[found[3]].call(given, taken)};\n"
 
     text = _CALL.sub(direct, _WHOLE.sub(anew, text))
-    text = re.sub(r"^static int casadi_f.*?^}\n", _without_idle_arrays, text, flags=re.DOTALL | re.MULTILINE)
-    for name in written:
-        if len(re.findall(rf"\b{name}\(", text)) == 1:
-            text = re.sub(rf"static int {name}\(.*?\n\}}\n", "", text, flags=re.DOTALL)
-    return _without_idle_helpers(text)
+    named = Counter(re.findall(r"casadi_f\d+(?=\()", text))
+
+    def used(found: re.Match[str]) -> str:
+        idle = found[1] in written and named[found[1]] == 1
+        return "" if idle else _without_idle_variables(found[0])
+
+    return _without_idle_helpers(_FUNCTION.sub(used, text))
 
 
 def _by_description(functions: Iterable[Any]) -> dict[str, Any]:
@@ -78,28 +85,26 @@ def _all(functions: Iterable[Any]) -> Iterator[Any]:
         yield from _all(function.find_functions(0))
 
 
-def _without_idle_arrays(function: re.Match[str]) -> str:
-    """A function without arrays of pointers for calls that it does not make."""
-    text = function[0]
-    for array in ("arg1", "res1"):
-        if f"{array}[" not in text:
-            text = re.sub(rf"^ *(?:const )?casadi_real \*\*{array}=\w+\+\d+;\n", "", text, flags=re.MULTILINE)
-            text = re.sub(rf"\*\*{array}=\w+\+\d+, ", "", text)
-    return text
+def _without_idle_variables(function: str) -> str:
+    """A function without variables that nothing uses any more."""
+    named = Counter(re.findall(r"\w+", function))
+
+    def declared(line: re.Match[str]) -> str:
+        kept = [each for each in line[2].split(", ") if named[re.findall(r"\w+", each)[0]] > 1]
+        return f"  {line[1]} {', '.join(kept)};\n" if kept else ""
+
+    return re.sub(r"^  ((?:const )?casadi_real) ([^(;]*);\n", declared, function, flags=re.MULTILINE)
 
 
 def _without_idle_helpers(text: str) -> str:
     """C without those of CasADi's helpers that nothing calls any more."""
     while True:
-        idle = [
-            found
-            for found in _HELPER.finditer(text)
-            if len(re.findall(rf"\b{found[1]}\b(?! CASADI_PREFIX)", text)) == 1
-        ]
+        named = Counter(re.findall(r"\bcasadi_\w+\b(?! CASADI_PREFIX)", text))
+        idle = [found[0] for found in _HELPER.finditer(text) if named[found[1]] == 1]
         if not idle:
             return text
-        for found in idle:
-            text = text.replace(found[0], "")
+        for each in idle:
+            text = text.replace(each, "")
 
 
 @cache
@@ -147,8 +152,11 @@ class _Written:
     def of(cls, function: Any, name: str) -> "_Written":
         """Write a function; its name is that of CasADi's with `_of` behind."""
         alone = tuple(function.nnz_in(k) == 1 for k in range(function.n_in()))
-        lines = _lines(function, alone)
-        body = "".join(f"  {line}\n" for line in lines)
+        loop = in_a_loop(function)
+        one, paired = loop or (function, [False] * len(alone))
+        body = "".join(f"  {line}\n" for line in _lines(one, alone, paired, loop is not None))
+        if loop:
+            body = f"  casadi_int i;\n  for (i=0; i<2; ++i) {{\n{body}  }}\n"
         parameters = [
             f"casadi_real x{k}" if one else f"const casadi_real *restrict x{k}" for k, one in enumerate(alone)
         ]
@@ -169,21 +177,28 @@ class _Written:
 
     def call(self, given: list[str], taken: list[str]) -> str:
         """A call with pointers."""
-        numbers = [
-            _pointed_at(each) if alone else each for each, alone in zip(given, self.alone, strict=True)
-        ]
+        numbers = [number_at(each) if alone else each for each, alone in zip(given, self.alone, strict=True)]
         return f"{self.name}({', '.join([*numbers, *taken])})"
 
 
-def _pointed_at(pointer: str) -> str:
+def number_at(pointer: str) -> str:
     """The number that an expression points at."""
     own = re.fullmatch(r"\(&(\w+)\)", pointer)
     return own[1] if own else f"*({pointer})"
 
 
-def _lines(function: Any, alone: tuple[bool, ...]) -> list[str]:
-    """One line for each operation that any result needs, in CasADi's order."""
+def _lines(function: Any, alone: tuple[bool, ...], paired: Sequence[bool], loops: bool) -> list[str]:
+    """One line for each operation that any result needs, in CasADi's order.
+
+    Parameters
+    ----------
+    alone, paired : for each argument whether it is a single number, and whether it holds two side by side
+    loops : whether the lines are those of a loop over two side by side
+    """
     import casadi
+
+    def place(index: int, pairs: bool) -> str:
+        return f"[{2 * index}+i]" if pairs else f"[{index}]"
 
     held: dict[int, int] = {}  # which operation's result a place of CasADi's holds
     made: list[_Operation] = []
@@ -195,9 +210,10 @@ def _lines(function: Any, alone: tuple[bool, ...]) -> list[str]:
         if kind == casadi.OP_CONST:
             operation = kind, [], _constant(function.instruction_constant(k))
         elif kind == casadi.OP_INPUT:
-            operation = kind, [], f"x{given[0]}" if alone[given[0]] else f"x{given[0]}[{given[1]}]"
+            which = given[0]
+            operation = kind, [], f"x{which}" + ("" if alone[which] else place(given[1], paired[which]))
         elif kind == casadi.OP_OUTPUT:
-            operation = kind, [held[given[0]]], f"y{taken[0]}[{taken[1]}]"
+            operation = kind, [held[given[0]]], f"y{taken[0]}{place(taken[1], loops)}"
         else:
             operation = kind, [held[each] for each in given], _forms()[kind]
             operation = _choice(made, *operation)

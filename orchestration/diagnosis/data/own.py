@@ -13,7 +13,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
-from warmlink.orchestration.catalogue import controller, reduced_link_in
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
@@ -58,13 +58,13 @@ def shipped_system(shipped: Rig, built: FmuStore | None = None) -> System:
 
 def rig_of_own(own: Own, looped: bool = False) -> Rig:
     """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
-    blueprint, files = blueprint_of(own.system)
+    blueprint = blueprint_of(own.system)
     foreign: dict[str, Component] = {}
     values: dict[str, dict[str, Value]] = {}
     for name, part in own.system.components.items():
-        info, file = read_description(part.fmu), files.get(blueprint.components[name])
-        if file is not None:
-            foreign[name] = reduced_link_in(file) or _declaration(info)
+        info, kind = read_description(part.fmu), blueprint.components[name]
+        if kind in blueprint.foreign:
+            foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
         values[name] = {
             key: value if isinstance(value, str) else _to_si(info, key)(float(value))
             for key, value in part.values.items()

@@ -128,8 +128,12 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
             "motor2.neighbour_temperature: is an input that nothing feeds in Chain",
         ),
         (FLANGE + FLANGE, "two causes are called flange; rename one"),
+        (
+            OTHERS.replace("with:motor1.speed", "with:"),
+            "course: 'with:' is none; give constant, ramp or with:",
+        ),
     ],
-    ids=range(12),
+    ids=range(13),
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)

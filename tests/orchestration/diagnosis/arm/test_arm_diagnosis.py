@@ -30,7 +30,7 @@ RESISTANCE = 0.6
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store = FmuStore("native")
     try:
-        store.files(arm().kinds | shipped("none").kinds)
+        store.files(arm().blueprint.kinds | shipped("none").kinds)
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("arm") / "arm.csv"
