@@ -16,8 +16,8 @@ from benchmarks.command import start
 from tests.browser import Browser
 from tests.chromium import Chromium
 from tests.firefox import Firefox
+from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.report.live.content import Asked
 from warmlink.orchestration.report.live.page import write_live_page
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
@@ -30,14 +29,9 @@ FILE = "runs.jsonl"
 
 @dataclass(frozen=True)
 class Means:
-    """What a study runs with.
+    """What a study runs with: a kind of FMU, and so many processes or a Dask scheduler, `tcp://10.0.0.1:8786`.
 
-    Attributes
-    ----------
-    fmus : kind of FMU
-    jobs : processes that run at once
-    scheduler : in their place a Dask scheduler, `tcp://10.0.0.1:8786`
-    exact : run the FMUs also where the system can be joined, as with a kind of FMU that is asked for
+    With `exact` the FMUs run also where the system can be joined, as with a kind of FMU that is asked for.
     """
 
     fmus: FmuKind | None = None
@@ -55,10 +49,6 @@ class AtWork(NamedTuple):
     folder: Path
     fmus: FmuSet
     workers: Workers
-
-    def joins(self, controller: Controller) -> bool:
-        """Whether the systems with a controller run joined."""
-        return controller.component.name in self.fmus.rollouts
 
 
 @contextmanager

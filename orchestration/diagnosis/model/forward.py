@@ -40,15 +40,24 @@ class Forward(Simulation):
         self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
         self._levels = Levels(run.time, self._table, discrete)
+        self._laid_for = self.start_values()
 
     @cached_property
     def steps(self) -> Steps:
         """What the steps are in time; found when they are first needed."""
         if isinstance(self._grid, Forward):
             return self._levels.halved(self._grid.steps.time)
-        z = self.start_values()
+        z = self._laid_for
         begun, _ = self.equations.begin(z, self._p, self._table[:, 0])
         return controlled(Integrator(self.equations, z, self._p), self._levels, begun, self._grid)
+
+    def lay(self, z: Array) -> None:
+        """Lay the steps anew where they are short enough with these values."""
+        if isinstance(self._grid, Forward):
+            self._grid.lay(z)
+        self._laid_for = z.copy()
+        self.__dict__.pop("steps", None)
+        self._course.cache_clear()
 
     @property
     def time(self) -> Array:
@@ -90,10 +99,8 @@ class Forward(Simulation):
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
-        thin = self._thin
-        left[:, thin] = right[:, thin] = (
-            np.diff(states[:, thin], axis=0) / np.diff(self.steps.time)[:, None, None]
-        )
+        if self._thin.size:
+            left[:, self._thin], right[:, self._thin] = _drawn(self.steps, states[:, self._thin])
         return states, left, right
 
     def _interpolated(
@@ -122,6 +129,22 @@ class Forward(Simulation):
         value = _weighted(hermite(s, length), ends, known)
         slope = _weighted(rates, ends, known[:, :, 0])
         return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
+
+
+def _drawn(steps: Steps, states: Array) -> tuple[Array, Array]:
+    """Slopes at both ends of each step: parabolas through three points, lines where an input changes."""
+    length = np.diff(steps.time)[:, None, None]
+    lines = np.diff(states, axis=0) / length
+    left, right = lines.copy(), lines.copy()
+    smooth = steps.smooth
+    k = np.flatnonzero(smooth) + 1
+    left[k] = right[k - 1] = (length[k] * lines[k - 1] + length[k - 1] * lines[k]) / (
+        length[k] + length[k - 1]
+    )
+    begins, ends = np.append(False, smooth), np.append(smooth, False)
+    for other, alone, drawn in ((left, ends & ~begins, right), (right, begins & ~ends, left)):
+        other[alone] = 2 * lines[alone] - drawn[alone]
+    return left, right
 
 
 def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array) -> Array:

@@ -73,6 +73,9 @@ class Simulation(ABC):
     def linearise(self, z: Array) -> None:  # noqa: B027
         """Take derivatives that hold near some values of the slots alone anew."""
 
+    def lay(self, z: Array) -> None:  # noqa: B027
+        """Lay steps that are short enough near some values of the slots alone anew."""
+
     def start_values(self) -> Array:
         """Values of the slots as the experiment has them, shape (slots,)."""
         held = {name: float(self.rig.variables[name].start or 0.0) for name in self.rig.parameters}

@@ -57,7 +57,7 @@ class Resolution:
 SEARCH = Resolution(20, 3.0, 0.2, 60.0, 0.03)
 """For comparing models: its error is made up for by one run at `FINAL` resolution."""
 
-FINAL = Resolution(40, 1.0, 0.08, 20.0, 0.003)
+FINAL = Resolution(40, 1.0, 0.08, 20.0, 0.0003)
 
 CHECK_CELLS = 80
 """With half of each `FINAL` step and every input as it was logged, to see whether `FINAL` is fine enough."""
@@ -89,6 +89,8 @@ class Levels:
         """Levels that act from one time in s to another, in order, with their shares of it."""
         first = int(np.searchsorted(self.starts, start, side="right")) - 1
         last = int(np.searchsorted(self.starts, end, side="left"))
+        if last - first == 1:
+            return ((first, 1.0),)
         edges = np.concatenate([[start], self.starts[first + 1 : last], [end]])
         shares = np.diff(edges) / (end - start)
         return tuple(zip(range(first, last), shares.tolist(), strict=True))
@@ -185,10 +187,11 @@ def hermite(s: Array, length: Array) -> Weights:
 
 @dataclass(frozen=True)
 class _Step:
-    """One step: times in s, states and their slopes at both ends, and the inverse matrix of the method."""
+    """One step: times in s, what acts, states and their slopes at both ends, inverse matrix of the method."""
 
     start: float
     end: float
+    shares: Shares
     x: Array
     reached: Array
     first: Array
@@ -225,8 +228,7 @@ class _Control:
 
     def settle(self, step: _Step, cuts: int) -> Array:
         """Add a step, or several shorter ones in its place; gives the states at its end."""
-        x, start, end = step.x, step.start, step.end
-        shares = self._levels.within(start, end)
+        x, start, end, shares = step.x, step.start, step.end, step.shares
         if cuts > 0 and (len(shares) > 1 or not self._small(step.bend, x)):
             cut = self._levels.cut(start, end)
             half = self.step(x, start, cut)
@@ -256,4 +258,4 @@ class _Control:
             inputs, shares = mean[None], ((0, 1.0),)
         one = Steps(np.array([start, end]), inputs, (shares,))
         states, first, last, inverse = self._integrator(one, x[:, None])
-        return _Step(start, end, x, states[1, :, 0], first[0, :, 0], last[0, :, 0], inverse)
+        return _Step(start, end, shares, x, states[1, :, 0], first[0, :, 0], last[0, :, 0], inverse)

@@ -63,7 +63,7 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
     durations = [fields[f"{drivers[0]}.duration[{i}]"] for i in range(1, SEGMENTS + 1)]
     faults = {label: _fault(kind, fields, scenario.stop_time) for kind, label in _thermometers(scenario)}
     known = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
-    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.called(kind)]
+    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.blueprint.called(kind)]
     others = {field.shown["name"] for of in faults.values() for field in of}
     return {
         "fields": fields,

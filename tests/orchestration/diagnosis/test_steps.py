@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
-from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -91,6 +91,22 @@ def test_the_ends_of_a_link_are_right_between_steps_too() -> None:
     assert np.abs(ours.by_slot[:, :, 0] - radiated).max() < 0.02 * np.abs(radiated).max()
 
 
+@pytest.mark.parametrize(("resolution", "most"), [(SEARCH, 0.02), (FINAL, 0.0015)])
+def test_between_steps_the_ends_of_a_link_are_as_right_as_its_middle(
+    resolution: Resolution, most: float
+) -> None:
+    run = run_of(
+        (Segment(900, 3.43, 2.5), Segment.with_pad(1500, 330.0), Segment(600, 0.0, 4.0)), [], 1.0, 3.0
+    )
+    known = {"link.length": 0.3, "link.base_position": 0.0, "link.tip_position": 0.3}
+    ends = Equations(
+        rig("WarmupCell", resolution.cells), [], ("link.base_temperature", "link.tip_temperature")
+    )
+    each = (Forward(ends, run, known, g) for g in (resolution, Resolution(CELLS, 0.5, 0, 0.5, np.inf)))
+    ours, exact = (simulated(simulated.start_values(), run.time).values for simulated in each)
+    assert np.abs(ours - exact).max() < most, "K"
+
+
 def test_a_discrete_input_is_never_averaged() -> None:
     """Two means of equal values by weights that sum to a little more than one, and one of unequal values."""
     time = np.array([0.0, 9.59, 22.08, 30.3])
@@ -146,6 +162,22 @@ def test_what_the_steps_leave_unresolved_is_taken_out(
     for channel in range(before.shape[1]):
         left, was = (np.linalg.norm((each - exact)[:, channel]) for each in (after, before))
         assert left < was / 3, problem.variables[channel]
+
+
+@pytest.mark.parametrize("name", ["a room that wanders", "a pad that is regulated", "all at once"])
+def test_where_a_fit_ends_readings_are_right_to_a_fraction_of_their_noise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Where the pad stops giving all it can, the course has a kink: elsewhere with another capacity."""
+    problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS[name], seed=6)))
+    at = problem.neutral[0].copy()
+    at[problem.slots.index("motor.shaft_heat_capacity")] = 1900.0
+    problem.resolve([at])
+    resolved = problem.finest(0, at)
+    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
+    exact = Problem(problem.experiment).finest(0, at)
+    sigma = np.array([0.08 if "temperature" in v else 4e-7 for v in problem.variables])
+    assert np.linalg.norm((resolved - exact) / sigma) < 0.07
 
 
 @pytest.mark.parametrize(

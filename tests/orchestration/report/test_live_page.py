@@ -17,14 +17,14 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import error_metrics
-from warmlink.orchestration.closed_loop.run import changed, run
-from warmlink.orchestration.command_line.options import settings_given
+from warmlink.orchestration.closed_loop.run import run
+from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.command_line.pages import live
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.live.content import Asked
 from warmlink.orchestration.report.live.page import kept_live_page
 from warmlink.orchestration.scenarios.overrides import parameters_of
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
 
