@@ -29,7 +29,7 @@ export function draw(figure, { label, stop, low, high, told, keys = "" }, drawn)
   const columns = ticks(0, stop / seconds).map((time) =>
     `<text x="${(100 * seconds * time) / stop}%" y="100%" dy="1.3em" text-anchor="middle">${digits(time)}</text>`);
   figure.innerHTML = `<svg role="img" aria-label="${escaped(told)}">${rows.join("")}${columns.join("")}
-    <text dx="-3em" dy="-.8em">${escaped(label)}</text><text x="100%" y="100%" dy="2.6em" text-anchor="end">time [${unit}]</text>
+    <text dx="-3.7em" dy="-.8em">${escaped(label)}</text><text x="100%" y="100%" dy="2.6em" text-anchor="end">time [${unit}]</text>
     <svg viewBox="0 ${-high} ${stop} ${high - low}" preserveAspectRatio="none"><g transform="scale(1 -1)">${drawn.join("")}</g></svg>
     </svg><figcaption>${keys}</figcaption>`;
 }
