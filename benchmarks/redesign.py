@@ -35,8 +35,8 @@ from warmlink.orchestration.diagnosis.data.own import with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.studies.design import design
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.write import write_ssp
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "machine_tool"

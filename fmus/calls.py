@@ -59,10 +59,12 @@ def in_a_loop(function: Any) -> tuple[Any, list[bool]] | None:
 
     None where it is no function of such.
     """
-    return _IN_A_LOOP.get(function.__hash__())
+    found = _IN_A_LOOP.get(function.__hash__())
+    return found[1:] if found else None
 
 
-_IN_A_LOOP: dict[int, tuple[Any, list[bool]]] = {}
+_IN_A_LOOP: dict[int, tuple[Any, Any, list[bool]]] = {}
+"""By its hash a function, kept lest another gets that hash, and what `in_a_loop` tells of it."""
 
 
 def _kept(function: Called, idle: bool) -> Called:
@@ -123,7 +125,7 @@ def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, l
     if not idle:
         whole = casadi.Function(name, arguments, casadi.cse(results))
         if hasattr(function, "of_one"):
-            _IN_A_LOOP[whole.__hash__()] = _of_one(name, given, used, *function.of_one)
+            _IN_A_LOOP[whole.__hash__()] = whole, *_of_one(name, given, used, *function.of_one)
         return whole, used, result
     run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
     skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])

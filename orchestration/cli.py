@@ -33,9 +33,9 @@ COMMANDS = {
     "sweep": "studies",
     "design": "laws",
     "export": "laws",
-    "check": "check",
+    "check": "build",
     "diagnose": "diagnose",
-    "hide": "hide",
+    "hide": "diagnose",
     "reduce": "reduce",
     "reproduce": "pages",
     "init": "init",
@@ -84,7 +84,7 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
     named = [name for name in COMMANDS if [name] == list(arguments[:1])]
     if listed:
         for name, sentence in remembered("outlines", (), _outlines).items():
-            found.command(name, short_help=sentence)(_outline)
+            found.command(name, short_help=sentence)(lambda: None)
         return found
     for name in named or COMMANDS:
         found.command(name)(for_typer(command_named(name)))
@@ -102,10 +102,6 @@ def command_named(name: str) -> Command:
     module = import_module(f"warmlink.orchestration.command_line.{COMMANDS[name]}")
     found: Command = getattr(module, f"{name}_", None) or getattr(module, name)
     return found
-
-
-def _outline() -> None:
-    """Stand for a command in the list of commands."""
 
 
 def _before_any_command(*, version: bool = False) -> None:

@@ -84,8 +84,7 @@ def declared_type(variable: Variable) -> str | None:
 def fmi3_type(variable: Variable) -> str:
     """Element of a variable in FMI 3.0.
 
-    In FMI 2.0 a choice stays an Integer of a named type: neither libcosimpy 0.0.6 nor ecospy 0.7.2 connects
-    or sets enumerations of FMI 2.0.
+    In FMI 2.0 a choice stays an Integer: libcosimpy 0.0.6 and ecospy 0.7.2 take none of its enumerations.
     """
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     return types[variable.type] if variable.choice is None else "Enumeration"

@@ -23,9 +23,7 @@ from warmlink.fmus.packaging.documentation import documentation_page
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 """Where FMI-LS-REF has its files, inside an FMU of FMI 2.0 or 3.0."""
 
-STEPS = 5
-"""Communication steps of the smoke test."""
-
+STEPS = 5  # of the smoke test
 _DIGITS = 7  # fewer than those in which machines may differ
 
 _ABOUT = "Layered Standard providing information on related files included in an FMU."
@@ -54,9 +52,8 @@ def files_beside(entry: Entry, fmi_version: str = "2.0", arrays: bool = False) -
 def terminals_files(component: Component, arrays: bool = False) -> dict[str, bytes]:
     """Give terminalsAndIcons.xml by its path inside an FMU; nothing for a component without terminals.
 
-    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are
-    connected by their names, and each is given by one side as a signal. With `arrays` an array is one member,
-    whose name has no number.
+    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are signals,
+    connected by their names. With `arrays` an array is one member, whose name has no number.
     """
     if not component.terminals:
         return {}
@@ -66,10 +63,8 @@ def terminals_files(component: Component, arrays: bool = False) -> dict[str, byt
     for terminal in component.terminals:
         kind = f"warmlink.{terminal.kind}"
         around = add(terminals, "Terminal", name=terminal.name, matchingRule="bus", terminalKind=kind)
-        members = (
-            (re.sub(r"_\d+", "", m) if s in whole else m, whole.get(s, s)) for m, s in terminal.members
-        )
-        for member, name in dict.fromkeys(members):
+        named = {whole.get(s, s): re.sub(r"_\d+", "", m) if s in whole else m for m, s in terminal.members}
+        for name, member in named.items():
             told = {"variableName": name, "memberName": member, "variableKind": "signal"}
             add(around, "TerminalMemberVariable", told)
     return {"terminalsAndIcons/terminalsAndIcons.xml": document(root)}
@@ -109,16 +104,14 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
 
     A component that fails with them is built all the same: its smoke test ends before.
     """
-    demands = {s: _demand(s) for s in component.scalars() if isinstance(s.variable, Input)}
+    demands = {s: _demand(s.variable) for s in component.scalars() if isinstance(s.variable, Input)}
     instance = Instance(component)
     instance.set({scalar.name: value for scalar, value in demands.items()})
     instance.begin()
     instance.initialize()
-    step, names = component.default_step_size, component.y.names
-    lines = [",".join(["time", *(f'"{name}"' for name in names)])]
+    step, lines = component.default_step_size, [",".join(["time", *(f'"{n}"' for n in component.y.names)])]
     for k in range(STEPS + 1):
-        values = [k * step, *(float(instance.get(name)) for name in names)]
-        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in values))
+        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in (k * step, *instance.outputs())))
         if k < STEPS:
             try:
                 instance.step(k * step, step)
@@ -127,10 +120,8 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
     return demands, "\n".join([*lines, ""]).encode(), k
 
 
-def _demand(scalar: Scalar) -> float:
+def _demand(variable: Input) -> float:
     """Something else than the start value, of an ordinary size."""
-    variable = scalar.variable
-    assert isinstance(variable, Input)
     if variable.type != "Real":
         return variable.start
     moved = variable.start + (5.0 if variable.unit == "K" else variable.nominal or 1.0)

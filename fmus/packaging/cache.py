@@ -115,24 +115,19 @@ def make_room() -> None:
         left = -1.0
     if not left >= 0:
         raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
-    own: list[Path] = []
+    entries = []
     with suppress(OSError, InputError):  # there is no cache
         folder = cache_folder()
-        found = folder.glob("*/*")
-        own += (path for path in found if _OWN.fullmatch(path.relative_to(folder).as_posix()))
-    entries = []
-    for entry in own:
-        with suppress(OSError):  # another process is making room too
-            entries.append(_last_used(entry))
-    for when, size, entry in sorted(entries, reverse=True):
+        for path in folder.glob("*/*"):
+            if _OWN.fullmatch(path.relative_to(folder).as_posix()):
+                with suppress(OSError):  # another process is making room too
+                    entries.append(_last_used(path))
+    for when, size, path in sorted(entries, reverse=True):
         left -= size
-        if left >= 0 or when >= time.time() - _IN_USE_S:
-            continue
-        if entry.is_dir():
-            shutil.rmtree(entry, ignore_errors=True)
-        else:
-            with suppress(OSError):
-                entry.unlink()
+        if left < 0 and when < time.time() - _IN_USE_S:
+            shutil.rmtree(path, ignore_errors=True)
+            with suppress(OSError):  # it was a folder
+                path.unlink()
 
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:

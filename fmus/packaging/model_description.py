@@ -5,7 +5,7 @@ import uuid
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from warmlink.fmus.component import Component, Scalar
+from warmlink.fmus.component import Component
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
@@ -165,11 +165,12 @@ def _add_variables(
         time = {"name": TIME, "valueReference": time_reference(component), "causality": "independent"}
         add(variables, "Float64", time, variability="continuous", unit="s")
 
-    local: list[tuple[Scalar, Attributes]] = []
-    for state, rate in states:
-        local.append((state, {"unit": state.variable.unit, "nominal": state.variable.nominal}))
-        local.append((rate, {"unit": rate.variable.unit, "derivative": state.reference}))
-    for scalar, about in local if modern else sorted(local, key=lambda each: each[0].reference):
+    # In FMI 3.0 each rate follows its state.
+    local = [
+        (each, None if each is state else state.reference) for state, rate in states for each in (state, rate)
+    ]
+    for scalar, of in local if modern else sorted(local, key=lambda each: each[0].reference):
+        about = {"unit": scalar.variable.unit, "nominal": scalar.variable.nominal, "derivative": of}
         declare(identity(scalar), "Float64" if modern else "Real", about)
 
 
@@ -186,11 +187,10 @@ def _add_structure(
     number |= {scalar.name: scalar.reference for state in states for scalar in state}
     rates = tuple(rate.name for _, rate in states)
     found = dependencies(component, tuple(state.name for state, _ in states), rates)
-    kinds = {
-        "Output": {name: known for name, known in found.outputs.items() if name not in rates},
-        "Derivative": {name: known for name, known in found.outputs.items() if name in rates},
-        "InitialUnknown": found.initial,
-    }
+    kinds: dict[str, dict[str, tuple[str, ...]]] = {"Output": {}, "Derivative": {}}
+    for name, known in found.outputs.items():
+        kinds["Derivative" if name in rates else "Output"][name] = known
+    kinds["InitialUnknown"] = found.initial
     structure = add(root, "ModelStructure")
     for kind, of in kinds.items():
         merged: dict[int, set[int]] = {}

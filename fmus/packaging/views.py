@@ -1,10 +1,10 @@
 """What hosts see of a component: its inside, states that they may integrate, flags in place of NaN."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from warmlink.fmus.component import (
     Component,
@@ -20,6 +20,8 @@ from warmlink.fmus.component import (
 )
 from warmlink.fmus.component.arithmetic import Number, finite, where
 
+Flag = TypeVar("Flag", Input, Output)
+
 
 @cache
 def opened(component: Component) -> Component:
@@ -27,19 +29,16 @@ def opened(component: Component) -> Component:
     observe, look_inside = component.observe, component.look_inside
     if look_inside is None:
         return component
-
-    def observe_all(*given: Any) -> Values:
-        return {**observe(*given), **look_inside(*given)}
-
-    outputs = (*component.outputs, *component.local)
-    return replace(component, outputs=outputs, observe=observe_all, look_inside=None)
+    return replace(
+        component,
+        outputs=(*component.outputs, *component.local),
+        observe=lambda *given: {**observe(*given), **look_inside(*given)},
+        look_inside=None,
+    )
 
 
 class ExchangedState(NamedTuple):
-    """A continuous state as hosts see it, as `state.temperature`, and its rate, `der(state.temperature)`.
-
-    Their value references lie after all others and after time.
-    """
+    """A continuous state as hosts see it, as `state.temperature`, and its rate; numbered after all else."""
 
     state: Scalar
     rate: Scalar
@@ -49,23 +48,16 @@ def exchanged_states(component: Component) -> list[ExchangedState]:
     """States of a component that its host may integrate; none where anything is sampled."""
     found: list[ExchangedState] = []
     first, count = component.p.size + component.u.size + component.y.size + 1, component.x.size
+    known = {variable.name: variable.nominal for variable in (*component.parameters, *component.outputs)}
     for each in component.states if not component.sampled else ():
+        whole, dot, _ = each.name.rpartition(".")
+        # As the output of the same name, or the parameter that it starts from.
+        nominal = known.get(each.name) or known.get(f"{whole}{dot}{each.start}") or 1.0
         for name in (f"state.{own}" for own in each.scalar_names):
-            nominal = _nominal(component, each.name)
             state = Local(name, each.unit, "state, for hosts that integrate it", nominal=nominal)
-            rate = Local(f"der({name})", f"{each.unit}/s", "rate of change")
-            at = first + len(found)
+            rate, at = Local(f"der({name})", f"{each.unit}/s", "rate of change"), first + len(found)
             found.append(ExchangedState(Scalar(at, name, state, 0), Scalar(at + count, rate.name, rate, 0)))
     return found
-
-
-def _nominal(component: Component, state: str) -> float:
-    """Nominal value of the output of the same name, or of the parameter that it starts from, or 1."""
-    whole, _, own = state.rpartition(".")
-    part = component.joint.parts[whole] if component.joint else component
-    start = next(each.start for each in part.states if each.name == own)
-    known = {variable.name: variable.nominal for variable in (*part.parameters, *part.outputs)}
-    return known.get(own) or known.get(str(start)) or 1.0
 
 
 def flag_of(name: str) -> str:
@@ -112,29 +104,18 @@ def flagged(component: Component) -> Component:
             shown[name] = getattr(x, _held(name))
         return shown
 
-    kept = (_holding(each) if each.name in outputs else each for each in component.outputs)
     terminals = ((each, tuple(_members(each, {*inputs, *outputs}))) for each in component.terminals)
+    kept = (_holding(each) if each.name in outputs else each for each in component.outputs)
     return replace(
         component,
-        inputs=(
-            *component.inputs,
-            *(Input(*_flag(v), start=1.0, **_FLAG, size=v.size) for v in inputs.values()),
-        ),
-        outputs=(*kept, *(Output(*_flag(v), **_FLAG, size=v.size) for v in outputs.values())),
+        inputs=(*component.inputs, *_flags(Input, inputs, start=1.0)),
+        outputs=(*kept, *_flags(Output, outputs)),
         states=(*component.states, *(State(_held(v.name), v.unit, size=v.size) for v in outputs.values())),
         begin=begin_held,
         update=None if update is None else update_held,
         observe=observe_held,
         terminals=tuple(replace(each, members=members) for each, members in terminals),
     )
-
-
-_FLAG: dict[str, Any] = {"type": "Boolean", "discrete": True}
-
-
-def _flag(reading: Variable) -> tuple[str, str, str]:
-    """Name, unit and description of the flag of a reading."""
-    return flag_of(reading.name), "1", f"whether {reading.name} is a reading"
 
 
 def _held(name: str) -> str:
@@ -144,6 +125,12 @@ def _held(name: str) -> str:
 def _holding(reading: Output) -> Output:
     about = reading.description.partition("; NaN")[0]
     return replace(reading, description=f"{about}; its last value while there is none")
+
+
+def _flags(kind: type[Flag], readings: Mapping[str, Variable], **more: Any) -> Iterator[Flag]:
+    for name, each in readings.items():
+        told = (flag_of(name), "1", f"whether {name} is a reading")
+        yield kind(*told, size=each.size, type="Boolean", discrete=True, **more)
 
 
 def _members(terminal: Terminal, flags: set[str]) -> Iterator[tuple[str, str]]:

@@ -26,15 +26,17 @@ TIME_LIMIT = 120.0
 _LOADING = "loads in a bare process"
 
 
+_IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
+_STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
+PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
+"""Names of variables that either naming convention allows: all but those in quotation marks."""
+
+
 @dataclass(frozen=True)
 class CheckResult:
     """What one check found.
 
-    Attributes
-    ----------
-    name : of the check
-    verdict : "pass", "fail", or "skip" where the FMU does not claim what would be checked
-    detail : what was seen
+    The verdict is "pass", "fail", or "skip" where the FMU does not claim what would be checked.
     """
 
     name: str
@@ -47,16 +49,8 @@ def check_fmu(
 ) -> list[CheckResult]:
     """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
 
-    Parameters
-    ----------
-    path : the FMU
-    time_limit : s, for one check
-    cases : names of the checks to make that run the FMU (see `CASES`), all where none are given
-
-    Raises
-    ------
-    InputError
-        If the file is no FMU for co-simulation that can be read.
+    One check may take `time_limit` s. `cases` are names of the checks that run the FMU (see `CASES`), all by
+    default. InputError if the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
     outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}
@@ -138,12 +132,6 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
             pipe.send(CASES[name](subject))
         except (SlaveError, InputError) as fault:
             pipe.send(("fail", str(fault)))
-
-
-_IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
-_STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
-PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
-"""Names of variables that either naming convention allows: all but those in quotation marks."""
 
 
 def validity_problems(path: Path) -> list[str]:

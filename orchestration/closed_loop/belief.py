@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.own_law import OwnLaw
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL
@@ -30,7 +29,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     errors. Raises InputError if a start value does not exist or is refused.
     """
     law, setup = scenario.controller.name, scenario.setup
-    if law == NO_CONTROLLER or isinstance(scenario.controller, OwnLaw):
+    if law == NO_CONTROLLER or scenario.controller.place:
         return None, False
     if scenario.design is None:
         told = f"{law} has no design for {setup.name}; it runs with the parameters that it is shipped with"

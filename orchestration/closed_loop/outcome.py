@@ -37,16 +37,10 @@ Progress = Callable[[float], None]
 class ClosedLoop(Answer):
     """Result of a scenario, with a controller and without one.
 
-    A correction has no effect on the growth that it corrects, so that one run gives both errors.
-
-    Attributes
-    ----------
-    result : the run
-    coupling_error_um : bound on the plant's error due to the finite communication step, from a second run
-        with half of it; None if one of the two runs stopped early
-    cut_short : why a run ended early; None if both ran to their end
-    advice : what to do if the controller was designed for another system; None if it suits this one
-    ideal : whether the cell and its thermometers are exactly those that the controller was designed for
+    A correction has no effect on the growth that it corrects, so that one run gives both errors. A second one
+    with half the communication step bounds the coupling error, None if one of the two ended early;
+    `cut_short` says why. `advice` is what to do if the controller was designed for another system; `ideal`,
+    whether cell and thermometers are exactly those that it was designed for.
     """
 
     scenario: Scenario

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
-from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.command_line import arguments
+from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -80,7 +80,7 @@ def simulate(
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
-    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
     chosen, folder = algorithm(master), out or Path("out") / system.stem
@@ -131,24 +131,19 @@ def simulate(
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, options.listed(record) or (), csv))
+                lost = write_files(target, series_writers(result.table, arguments.listed(record) or (), csv))
     summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)
     else:
         _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(found.bounds))
         if statistics:
-            options.print_statistics(result.statistics)
+            arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
     for name in found.missed if found.broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    if lost is not None:
-        remark(f"{folder}: {lost}")
-    if found.stopped is not None:
-        remark(f"stopped early: {found.stopped}; what was computed up to there is kept")
-    if lost is not None or found.stopped is not None:
-        raise SystemExit(FAILED)
+    arguments.finish(folder, lost, found.stopped)
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
@@ -156,21 +151,33 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
-    said = {"time_limit": (time_limit, "s"), "memory_limit": (memory_limit, "B")}
     limits = {}
-    for name, (text, unit) in said.items():
-        option = f"--{name.replace('_', '-')}"
+    for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):
         if text is not None and not isolate:
-            raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
+            raise InputError(f"--{name}-limit: applies only to FMUs in processes of their own; add --isolate")
         if text is not None:
-            limits[name] = positive(text, unit, option)
+            limits[f"{name}_limit"] = positive(text, unit, f"--{name}-limit")
     return Isolation(**limits) if isolate else None
 
 
 def _summary(
     result: Result, stopped: str | None, bounds: Mapping[str, float], folder: Path
 ) -> dict[str, Any]:
-    errors = {name: _finite(bound) for name, bound in bounds.items()}
+    import numpy as np
+
+    outputs: dict[str, dict[str, Any]] = {}
+    for name in result.table.names if len(result.times) else ():
+        column, unit = result[name], result.table.units[name]
+        # A camera that has taken no picture yet reads NaN: this is no fault.
+        finite = column[np.isfinite(column)]
+        ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+        outputs[name] = {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
+        if name in bounds:
+            outputs[name]["coupling_error"] = _finite(bounds[name])
+    balances = []
+    for audit in result.audits:
+        found = {"delivered_total": _finite(audit.delivered), "lost": _finite(audit.total)}
+        balances.append({**asdict(audit.balance), "unit": audit.unit, **found})
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
         "stopped": stopped,
@@ -179,31 +186,9 @@ def _summary(
         **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
         "largest_lag_s": result.statistics.largest_lag,
         "results": str(folder),
-        "outputs": {
-            name: _figures(result, name) | ({"coupling_error": errors[name]} if name in errors else {})
-            for name in result.table.names
-            if len(result.times)
-        },
-        "heat_balances": [
-            {
-                **asdict(audit.balance),
-                "unit": audit.unit,
-                "delivered_total": _finite(audit.delivered),
-                "lost": _finite(audit.total),
-            }
-            for audit in result.audits
-        ],
+        "outputs": outputs,
+        "heat_balances": balances,
     }
-
-
-def _figures(result: Result, name: str) -> dict[str, Any]:
-    import numpy as np
-
-    column, unit = result[name], result.table.units[name]
-    # A camera that has taken no picture yet reads NaN: this is no fault.
-    finite = column[np.isfinite(column)]
-    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
-    return {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
 
 
 def _finite(value: float) -> float | None:

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
@@ -80,8 +80,8 @@ def compare(
     from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 
-    sets = options.sets_given(parameters, set_)
-    laws, duties, wrong = (options.listed(each) for each in (controllers, duty_cycles, mismatch))
+    sets = arguments.sets_given(parameters, set_)
+    laws, duties, wrong = (arguments.listed(each) for each in (controllers, duty_cycles, mismatch))
     plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
     given = Replacements.given(replace, map_)
     plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
@@ -90,15 +90,15 @@ def compare(
         if sentence is not None:
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():
-        options.advise(first)
+        arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
     means = _means(fmus, jobs, scheduler, exact)
     with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
         write_csv(comparison, target / "compare.csv")
         if report:
-            from warmlink.orchestration.report.comparison import write_report
+            from warmlink.orchestration.report.studies import write_comparison
 
-            write_report(comparison, target / "report.html")
+            write_comparison(comparison, target / "report.html")
     if json:
         answer_json(comparison.records())
     else:

@@ -56,10 +56,9 @@ class Support:
 class Body:
     """A mesh whose subdomains are materials and whose boundaries carry the boundary conditions.
 
-    `mesh` is an `skfem.MeshHex` in metres, with the boundaries `heated` (temperature or heat flow prescribed;
-    facets or a plane inside) and `cooled` (free surfaces). `materials` maps subdomain to material. The mean
-    temperature by each of the `probes` is reported under its name. The elongation is measured along x from
-    `origin` to `target`; these and the probes are rows of `mean_at`.
+    `mesh` is an `skfem.MeshHex` in m, with the boundaries `heated` (temperature or heat flow prescribed; also
+    a plane inside) and `cooled`. The mean temperature by each of the `probes` is reported under its name. The
+    elongation is measured along x from `origin` to `target`; these and the probes are rows of `mean_at`.
     """
 
     mesh: Any
@@ -95,17 +94,12 @@ def mean_at(mesh: Any, points: Array, weights: Array | None = None) -> Array:
 
 
 class HeatModel:
-    """C dT/dt + (K + h B) T = h b T_a + q Q - r(T) on 8-node trilinear hexahedra with n nodes.
+    """C dT/dt + (K + h B) T = h b T_a + q Q - r(T) on 8-node trilinear hexahedra with n nodes, its `size`.
 
-    Attributes
-    ----------
-    size : n
-    capacity, conduction, convection : C [J/K], K [W/K] and B [m2], shape (n, n)
-    heated_nodes : nodes on the heated boundary
-    heated_load : q, how 1 W, spread evenly over the heated boundary, falls on the nodes, shape (n,)
-    points, area, emissivity : quadrature of the cooled surface: values at its points from those of the nodes,
-        shape (points, n), and area [m2] and emissivity at each point
-    load : b, cooled area belonging to each node [m2]
+    `capacity` C [J/K], `conduction` K [W/K] and `convection` B [m2] are of shape (n, n). `load` b is the
+    cooled area of each node [m2], `heated_load` q how 1 W, spread evenly over the heated boundary, falls on
+    the nodes. `points`, shape (points, n), gives values at the cooled surface's quadrature points, each with
+    an `area` [m2] and an `emissivity`.
     """
 
     def __init__(self, body: Body) -> None:
@@ -151,9 +145,7 @@ class HeatModel:
 class ThermoElasticity:
     """Elastic equilibrium of a body; displacement on 8 nodes of a hexahedron (`order` 1) or 20 (2).
 
-    Attributes
-    ----------
-    elongation_row : row that gives the elongation [m] from nodal T - T_ref [K]: an adjoint solution
+    `elongation_row` gives the elongation [m] from nodal T - T_ref [K]: an adjoint solution.
     """
 
     def __init__(self, body: Body, order: int = 2) -> None:

@@ -143,10 +143,8 @@ def settle(network: Network) -> None:
                 read(k)
         if not moved:
             return
-    told = (
-        f"the values connected to it do not settle in {SWEEPS} sweeps of initialization; "
-        "check the gain of the loop of direct feedthrough that it is part of"
-    )
+    told = f"the values connected to it do not settle in {SWEEPS} sweeps of initialization; check the gain"
+    told += " of the loop of direct feedthrough that it is part of"
     slave, variable = moved[-1]
     raise SlaveError(slave, "error", network.time, told, variable)
 

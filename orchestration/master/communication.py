@@ -45,18 +45,15 @@ class CommunicationPoints:
             raise InputError(f"{told} is not positive; give a step above 0 s")
         duration = stop_time - start_time
         if duration < 0:
-            raise InputError(
-                f"stop time: {stop_time:g} s lies before the start time {start_time:g} s; give a later one"
-            )
+            before = f"{stop_time:g} s lies before the start time {start_time:g} s"
+            raise InputError(f"stop time: {before}; give a later one")
         count = round(duration / step_size)
         if not _divides(step_size, duration):
             near = duration / max(count, 1)
             written = (f"{near:.{digits}g}" for digits in range(6, 18))
             proposed = next(text for text in written if _divides(float(text), duration))
-            raise InputError(
-                f"{told} does not divide the {duration:g} s to simulate; "
-                f"choose one that does, {proposed} s for instance"
-            )
+            remedy = f"choose one that does, {proposed} s for instance"
+            raise InputError(f"{told} does not divide the {duration:g} s to simulate; {remedy}")
         return cls(start_time, step_size, count)
 
     def time(self, point: int) -> float:

@@ -107,21 +107,13 @@ def _attempts_chart(result: Reproduction) -> Any:
         rows=1, cols=2, subplot_titles=("stationary [µm]", "moving [µm]"), shared_yaxes=True
     )
     measured = {"mode": "lines", "name": "measured", "line": {"color": BLACK, "dash": "dash"}}
+    look = {"orientation": "h", "marker_color": FEA, "showlegend": False, "cliponaxis": False}
     for column, case in enumerate(result.cases, start=1):
-        attempts = [a for a in result.attempts if a.case == case][::-1]
-        place = {"row": 1, "col": column}
-        figure.add_bar(
-            x=[a.elongation for a in attempts],
-            y=[a.name for a in attempts],
-            orientation="h",
-            text=[f"{a.elongation:.1f}" for a in attempts],
-            marker_color=FEA,
-            showlegend=False,
-            textposition="outside",
-            cliponaxis=False,
-            **place,
-        )
-        figure.update_xaxes(range=[0, 1.15 * max(a.elongation for a in attempts)], **place)
+        attempts = {a.name: a.elongation for a in result.attempts if a.case == case}
+        names, lengths = list(attempts)[::-1], list(attempts.values())[::-1]
+        place, told = {"row": 1, "col": column}, [f"{length:.1f}" for length in lengths]
+        figure.add_bar(x=lengths, y=names, text=told, textposition="outside", **look, **place)
+        figure.update_xaxes(range=[0, 1.15 * max(lengths)], **place)
         figure.add_vline(x=PAPER[case]["elongation_measured"].value, line=measured["line"], **place)
         figure.add_scatter(x=[None], y=[None], showlegend=column == 1, **measured, **place)
     return styled(figure, WIDE["height"], WIDE["least_width"]).update_layout(margin_t=60)

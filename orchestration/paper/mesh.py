@@ -31,9 +31,8 @@ class Assembly:
 
     `refinement` divides every element of the paper's mesh into that many along each direction. `pad_gap`
     [m] is the stretch of bare shaft between the link and the heated surface (the paper does not give it).
-    `elongation_at` selects what is measured: `above`, from the shaft's centre to the edge of the diode's hole
-    above the diode ([1] VI.B); `centre`, to the mean around that hole; `clear`, the link between the two
-    holes.
+    `elongation_at` selects what is measured from the shaft's centre: `above`, to the edge of the diode's hole
+    ([1] VI.B); `centre`, to the mean around it; `clear`, the link between the two holes.
     """
 
     refinement: int = 1
@@ -59,10 +58,9 @@ def bare_link(refinement: int = 1, g: Geometry = GEOMETRY, material: Material = 
     mesh = mesh.with_subdomains({"link": np.arange(mesh.nelements)})
     mesh = mesh.with_boundaries({"heated": plane, "cooled": mesh.boundary_facets()})
     sections = {"base": g.shaft_centre, "middle": g.shaft_centre + g.span / 2, "tip": g.diode_centre}
-    yy, zz = (each.ravel() for each in np.meshgrid(y, z, indexing="ij"))
     weights = np.outer(_trapezoid(y), _trapezoid(z)).ravel()
     probes = {
-        name: mean_at(mesh, np.stack([np.full(yy.size, at), yy, zz]), weights)
+        name: mean_at(mesh, np.stack(np.meshgrid([at], y, z, indexing="ij")).reshape(3, -1), weights)
         for name, at in sections.items()
     }
     middle, behind = (np.array([[at], [0.0], [0.0]]) for at in (g.shaft_centre, g.diode_centre))
@@ -214,7 +212,10 @@ def _plan(n: int) -> dict[str, list[Array]]:
 
 def _circle(circle: Circle) -> Array:
     """Nine points around a circle, the last being the first, shape (9, 2)."""
-    angle = np.arange(9) * np.pi / 4
+    return _on_circle(circle, np.arange(9) * np.pi / 4)
+
+
+def _on_circle(circle: Circle, angle: Array) -> Array:
     return np.array([circle[0], 0.0]) + circle[1] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
@@ -229,20 +230,17 @@ def _grid(corners: Array, circles: Sequence[Circle], n: int) -> Array:
     Corners are anticlockwise, shape (4, 2); an edge with both ends on one of the circles is an arc of it.
     """
     s = np.linspace(0, 1, n + 1)
-    bottom, right, top, left = (_edge(corners[i], corners[(i + 1) % 4], circles, s) for i in range(4))
-    u, v = s[:, None, None], s[None, :, None]
-    c = corners
+    c, u, v = corners, s[:, None, None], s[None, :, None]
+    bottom, right, top, left = (_edge(c[i], c[(i + 1) % 4], circles, s) for i in range(4))
     bilinear = (1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3]
     across = (1 - v) * bottom[:, None] + v * top[::-1][:, None]
     return np.asarray(across + (1 - u) * left[::-1][None] + u * right[None] - bilinear)
 
 
 def _edge(a: Array, b: Array, circles: Sequence[Circle], s: Array) -> Array:
-    for x, radius in circles:
-        out = np.array([a, b]) - (x, 0.0)
-        if np.allclose(np.hypot(*out.T), radius, rtol=0, atol=MERGE_DISTANCE):
+    for circle in circles:
+        out = np.array([a, b]) - (circle[0], 0.0)
+        if np.allclose(np.hypot(*out.T), circle[1], rtol=0, atol=MERGE_DISTANCE):
             start, end = np.arctan2(*out.T[::-1])
-            turn = (end - start + np.pi) % (2 * np.pi) - np.pi
-            angle = start + s * turn
-            return np.asarray((x, 0.0) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+            return _on_circle(circle, start + s * ((end - start + np.pi) % (2 * np.pi) - np.pi))
     return np.asarray(a + s[:, None] * (b - a))

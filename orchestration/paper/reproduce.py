@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,8 +63,7 @@ class Row:
         return printed
 
 
-@dataclass(frozen=True)
-class Statement:
+class Statement(NamedTuple):
     """A statement of the paper that can be compared with the models: whether it is true, and the figures."""
 
     place: str
@@ -216,45 +216,33 @@ def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
         100 * abs(1 - PAPER[c]["elongation_predicted"].value / PAPER[c]["elongation_measured"].value)
         for c in ("stationary", "moving")
     )
-    checked = (
-        (
-            "VI.B",
-            "The link above the shaft is steady sooner than above the diode.",
+    claims = {
+        ("VI.B", "The link above the shaft is steady sooner than above the diode."): (
             base < tip,
             f"three time constants: {base:.0f} s and {tip:.0f} s",
         ),
-        (
-            "VI.B",
-            "The laser diode stays at room temperature.",
+        ("VI.B", "The laser diode stays at room temperature."): (
             abs(diode - 22.0) < 0.5,
             f"its far end after an hour: {diode:.2f} degC in a room of 22 degC",
         ),
-        (
-            "VI.B",
-            "The temperature falls smoothly with the distance from the shaft.",
+        ("VI.B", "The temperature falls smoothly with the distance from the shaft."): (
             bool(np.all(np.diff(profile) < 0)),
             f"from {profile[0]:.1f} to {profile[-1]:.1f} degC between the two holes",
         ),
-        (
-            "I",
-            "The longitudinal deformation dominates.",
+        ("I", "The longitudinal deformation dominates."): (
             bool(along > 5 * max(across, out)),
             f"largest displacements along, across, out of plane: {along:.1f}, {across:.1f}, {out:.1f} um",
         ),
-        (
-            "IV",
-            "Without motion the effects of convection are negligible.",
+        ("IV", "Without motion the effects of convection are negligible."): (
             bool(abs(insulated - cooled) < 0.05 * cooled),
             f"elongation after an hour {insulated:.1f} um without and {cooled:.1f} um with it (1-D link)",
         ),
-        (
-            "Tables II and III",
-            "Prediction and experiment differ by 3.4 % and 3.5 %.",
+        ("Tables II and III", "Prediction and experiment differ by 3.4 % and 3.5 %."): (
             abs(first - 3.4) < 0.1 and abs(second - 3.5) < 0.1,
             f"from the printed deformations: {first:.1f} % and {second:.1f} % of the measured one",
         ),
-    )
-    return [Statement(*each) for each in checked]
+    }
+    return [Statement(*claim, *found) for claim, found in claims.items()]
 
 
 def _findings(

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -37,10 +38,9 @@ CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
 
 @dataclass(frozen=True)
 class Attempt:
-    """One change to the 3-D model and what came out after an hour.
+    """One change to the 3-D model and what came out after an hour, in um, degC and s.
 
-    `elongation` [um], `base` and `tip` temperature [degC]; `effect` [um] on the elongation against the model
-    as described; `left` [um] above the measured elongation; `steady` time of the elongation [s].
+    `effect` is that on the elongation against the model as described, `left` what is above the measured one.
     """
 
     case: str
@@ -67,10 +67,11 @@ class Consistency:
 def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
     """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
     gaps = {"without": _gap_for_printed_base(False), "with": _gap_for_printed_base(True)}
-    progress(0.4)
-    attempts = _attempts(Case.printed("stationary"), gaps)
-    progress(0.7)
-    return attempts + _attempts(Case.printed("moving"), gaps), gaps
+    attempts: list[Attempt] = []
+    for share, case in ((0.4, "stationary"), (0.7, "moving")):
+        progress(share)
+        attempts += _attempts(Case.printed(case), gaps)
+    return attempts, gaps
 
 
 def camera_warming(missing: float) -> float:
@@ -104,23 +105,22 @@ def consistency() -> list[Consistency]:
 
 
 def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
-    plain, joint, both = Assembly(), Assembly(pad_gap=gaps["without"]), Assembly(pad_gap=gaps["with"])
-    cool, shorter = replace(plain, only_link_cooled=True), replace(plain, elongation_at="clear")
-    drive, radiation, lag = case.drive(), case.drive(radiation=True), case.drive(lag=HEATER_LAG)
-    slow_and_radiant = case.drive(radiation=True, lag=HEATER_LAG)
+    radiation, lag, joint = {"radiation": True}, {"lag": HEATER_LAG}, {"pad_gap": gaps["with"]}
+    shorter = {"elongation_at": "clear"}
     measured = PAPER[case.name]["elongation_measured"].value
     attempts: list[Attempt] = []
-    for name, with_drive, assembly in (
-        ("as described", drive, plain),
-        ("radiation", radiation, plain),
-        ("joint resistance", drive, joint),
-        ("heater lag", lag, plain),
-        ("cooled link only", drive, cool),
-        ("effective length", drive, shorter),
-        ("radiation and joint resistance", radiation, both),
-        ("all of these together", slow_and_radiant, replace(both, elongation_at="clear")),
-    ):
-        run = fea(assembly).run(with_drive, case.times, case.ambient)
+    tried: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+        ("as described", {}, {}),
+        ("radiation", radiation, {}),
+        ("joint resistance", {}, {"pad_gap": gaps["without"]}),
+        ("heater lag", lag, {}),
+        ("cooled link only", {}, {"only_link_cooled": True}),
+        ("effective length", {}, shorter),
+        ("radiation and joint resistance", radiation, joint),
+        ("all of these together", radiation | lag, joint | shorter),
+    )
+    for name, driven, built in tried:
+        run = fea(Assembly(**built)).run(case.drive(**driven), case.times, case.ambient)
         effect = run.growth - (attempts[0].elongation if attempts else run.growth)
         ends, steady = (run.end("base"), run.end("tip")), steady_time(run.time, run.elongation)
         attempts.append(Attempt(case.name, name, run.growth, *ends, effect, run.growth - measured, steady))
@@ -160,10 +160,7 @@ DUTY_CYCLES: dict[str, tuple[Phase, ...]] = {
 
 @dataclass(frozen=True)
 class Agreement:
-    """Largest difference over a run, 1-D minus 3-D: `base`, `tip` [K]; `elongation` [% of its largest].
-
-    Base and tip of a body with holes are the means around them.
-    """
+    """Largest difference over a run, 1-D minus 3-D, of base and tip [K], and of the elongation [%]."""
 
     run: str
     body: str

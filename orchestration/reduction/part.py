@@ -25,7 +25,7 @@ from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.plant import WIRES
 from warmlink.fmus.reduced_link.component import reduced_link
-from warmlink.fmus.reduced_link.model import STORED, ReducedModel, stored
+from warmlink.fmus.reduced_link.equations import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file
@@ -129,10 +129,9 @@ def reduce_part(
     doing("choosing the order")
     search = Responses(dense, within).choose(order)
     doing("coarser meshes")
+    coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:
         coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]
-    else:
-        coarser = [elements.linear()]
     counts = [len(each.loads) for each in (*coarser, elements.heat)]
     mesh = _mesh_error(counts, [*(each.onto(span(each, within)) for each in coarser), dense], within)
     best = min(search, key=lambda tried: tried.error)

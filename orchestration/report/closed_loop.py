@@ -10,9 +10,9 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import COORDINATES
 from warmlink.fmus.names import listed
+from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.blueprint import axes
 from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, columns, workspace
-from warmlink.orchestration.arm.geometry import NAME as ARM
-from warmlink.orchestration.arm.geometry import axes
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
@@ -151,10 +151,8 @@ def _budget(outcome: ClosedLoop) -> Table:
         f"coupling error of {listed(outcome.scenario.setup.roles.plant)}": outcome.coupling_error_um,
         "discretisation error of any elongation": outcome.discretisation_error_um,
     }
-    rows = [
-        (f"{what}, at most", "unknown, a run stopped early" if size is None else f"±{size:.2g} µm")
-        for what, size in errors.items()
-    ]
+    unknown = "unknown, a run stopped early"
+    rows = [(f"{of}, at most", f"±{um:.2g} µm" if um is not None else unknown) for of, um in errors.items()]
     for audit in outcome.result.audits:
         share = abs(audit.total) / max(abs(audit.delivered), 1e-12)
         ends = f"{audit.balance.delivered} minus {audit.balance.received}"
@@ -166,26 +164,27 @@ def _budget(outcome: ClosedLoop) -> Table:
 
 def _settings(outcome: ClosedLoop) -> Table:
     scenario = outcome.scenario
-    rows = [
-        ("scenario", scenario.name),
-        ("stop time", f"{scenario.stop_time:g} s"),
-        ("communication step size", f"{scenario.step_size:g} s"),
-        ("master algorithm", scenario.master),
-        ("FMUs", outcome.fmus),
-        ("controller", outcome.controller),
-        ("mismatches", ", ".join(scenario.mismatches) or "none"),
-        ("tolerance", f"±{1e6 * scenario.tolerance:g} µm"),
-        *((name, str(value)) for name, value in scenario.parameters.items()),
-        ("computed in", f"{outcome.wall_seconds:.2f} s"),
-        ("communication points", f"{np.size(outcome.time)}"),
-    ]
-    return Table(("setting", "value"), rows)
+    rows = {
+        "scenario": scenario.name,
+        "stop time": f"{scenario.stop_time:g} s",
+        "communication step size": f"{scenario.step_size:g} s",
+        "master algorithm": scenario.master,
+        "FMUs": outcome.fmus,
+        "controller": outcome.controller,
+        "mismatches": ", ".join(scenario.mismatches) or "none",
+        "tolerance": f"±{1e6 * scenario.tolerance:g} µm",
+        **{name: str(value) for name, value in scenario.parameters.items()},
+        "computed in": f"{outcome.wall_seconds:.2f} s",
+        "communication points": f"{np.size(outcome.time)}",
+    }
+    return Table(("setting", "value"), [*rows.items()])
 
 
 def _of_the_arm(outcome: ClosedLoop) -> list[Section]:
     """Sections of the arm: where the error comes from, the workspace, the chain."""
     errors, grid, result = ArmErrors(outcome.result), workspace(), outcome.result
     names = [axis.name for axis in axes()]
+    uncompensated, left = (_maps(outcome, grid, growth) for growth in (errors.growth, errors.left))
 
     def plot(
         heading: str, label: str, values: Array, named: Sequence[str] = names, text: str = ""
@@ -213,11 +212,9 @@ def _of_the_arm(outcome: ClosedLoop) -> list[Section]:
             "Error over the workspace, uncompensated",
             "Tool pointing down, arm in its vertical plane; turning the waist turns the error with it. "
             "White: out of reach.",
-            figure=_maps(outcome, grid, errors.growth),
+            figure=uncompensated,
         ),
-        Section(
-            f"Error over the workspace, with {outcome.controller}", figure=_maps(outcome, grid, errors.left)
-        ),
+        Section(f"Error over the workspace, with {outcome.controller}", figure=left),
         temperatures("Shafts", "motor.shaft_temperature"),
         temperatures("Links, half-way", "link.sensor_temperature[2]"),
         plot(
@@ -265,20 +262,17 @@ def _maps(outcome: ClosedLoop, grid: Workspace, growth: Array) -> Any:
     errors = [1e6 * grid.error(growth[point]) for point in points]
     titles = [f"{outcome.time[point] / 3600:.2f} h" for point in points]
     figure = make_subplots(1, len(points), shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.03)
+    look: dict[str, Any] = {
+        "x": 1e3 * grid.out,
+        "y": 1e3 * grid.up,
+        "zmin": 0.0,
+        "zmax": float(np.nanmax(errors)),
+        "colorscale": "Viridis",
+        "colorbar": {"title": "µm"},
+        "hovertemplate": "out %{x:.0f} mm<br>up %{y:.0f} mm<br>%{z:.2f} µm<extra></extra>",
+    }
     for place, error in enumerate(errors, start=1):
-        figure.add_heatmap(
-            x=1e3 * grid.out,
-            y=1e3 * grid.up,
-            z=error,
-            zmin=0.0,
-            zmax=max(float(np.nanmax(each)) for each in errors),
-            colorscale="Viridis",
-            showscale=place == len(points),
-            colorbar={"title": "µm"},
-            hovertemplate="out %{x:.0f} mm<br>up %{y:.0f} mm<br>%{z:.2f} µm<extra></extra>",
-            row=1,
-            col=place,
-        )
+        figure.add_heatmap(z=error, showscale=place == len(points), row=1, col=place, **look)
     figure.update_xaxes(title="from the waist [mm]")
     figure.update_yaxes(title="height [mm]", row=1, col=1)
     # The titles stand below the buttons.

@@ -26,14 +26,17 @@ ERRORS = ("uncompensated_error", "error")
 """What is drawn where no variable is named."""
 
 
+BLOCK_ROWS = 1 << 12
+
+
 def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """Plotly figure of variables over time, all of one unit.
 
     Parameters
     ----------
-    results : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results
+    results, against : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results; of
+        the second the variables are drawn beside those of the first
     variables : names, as `link.elongation`; the error of the tool point that `run` tells, by default
-    against : other results, whose variables are drawn beside them
 
     Raises
     ------
@@ -111,22 +114,14 @@ def frame_of(results: Any) -> pandas.DataFrame:
     raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
 
 
-BLOCK_ROWS = 1 << 12
-
-
 def series_writers(
     table: Table, patterns: Sequence[str] = (), csv: bool = True
 ) -> dict[str, Callable[[Path], object]]:
-    """What writes `results.csv` and `results.parquet`: a column a variable, with its unit in the name.
+    """What writes `results.parquet`, and `results.csv`: a column for each variable, its unit in the name.
 
-    Written block by block, so that a run whose values lie on disk never has to fit into the memory.
-
-    Parameters
-    ----------
-    table : the run's values
-    patterns : names of variables, such as `link.*`; every variable if there are none. One without a match is
-        remarked on, as the run is over
-    csv : whether results.csv is written beside results.parquet, which is less than half its size
+    Written block by block, so that a run whose values lie on disk never has to fit into the memory. Of
+    `patterns`, such as `link.*`, one without a match is remarked on, as the run is over; without patterns
+    every variable is written.
     """
     import pyarrow
     import pyarrow.csv
@@ -138,18 +133,15 @@ def series_writers(
     names = [name for name in table.names if any(fnmatchcase(name, p) for p in patterns)] or table.names
     headings = ["time [s]", *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]
-    schema = pyarrow.schema([(heading, pyarrow.float64()) for heading in headings])
+    kind = pyarrow.float64()
+    schema = pyarrow.schema([(heading, kind) for heading in headings])
 
     def write(writer: Any) -> None:
         with writer:
             for block in _blocks(table, columns):
                 # From buffers, since anything else would load pandas first.
-                arrays = [
-                    pyarrow.Array.from_buffers(
-                        pyarrow.float64(), column.size, [None, pyarrow.py_buffer(column)]
-                    )
-                    for column in np.ascontiguousarray(block)
-                ]
+                buffers = [[None, pyarrow.py_buffer(column)] for column in np.ascontiguousarray(block)]
+                arrays = [pyarrow.Array.from_buffers(kind, block.shape[1], each) for each in buffers]
                 writer.write_table(pyarrow.Table.from_arrays(arrays, names=headings))
 
     writers: dict[str, Callable[[Path], object]] = {

@@ -27,9 +27,9 @@ from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Roles, Setup
 from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 from warmlink.orchestration.system.units import Unit
@@ -74,7 +74,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
-    blueprint, foreign = blueprint_of(system, roles.controller)
+    blueprint = blueprint_of(system, roles.controller)
     components = blueprint.components
     driven = _driven(system, roles, where)
     if driven:
@@ -87,14 +87,11 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     wires, about = (*blueprint.wires, *driven), f"system of {path.name}"
     blueprint = replace(blueprint, about=about, components=components, wires=wires)
     values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
-    return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
+    return Setup(blueprint, _roles(roles, system, where), values)
 
 
-def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blueprint, dict[str, Path]]:
-    """Blueprint of a system, and the files of its parts that are not ours, by what the blueprint calls them.
-
-    The instances that are `controllers` have no component in it.
-    """
+def blueprint_of(system: System, controllers: Collection[str] = ()) -> Blueprint:
+    """Blueprint of a system, in which the instances that are `controllers` have no component."""
     components: dict[str, str] = {}
     foreign: dict[str, Path] = {}
     for name, held in system.components.items():
@@ -106,7 +103,7 @@ def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blu
     wires = tuple((each.source, each.target) for each in system.connections)
     proposed = system.default_experiment
     stop_time, step_size = proposed.stop_time or 3600.0, proposed.step_size or 1.0
-    return Blueprint(system.name, "", components, wires, stop_time, step_size), foreign
+    return Blueprint(system.name, "", components, wires, stop_time, step_size, foreign=foreign)
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:
@@ -162,7 +159,7 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     setup, fmus, shipped = scenario.setup, replacements.fmus, catalogue.components()
     if not fmus:
         return scenario
-    kinds, foreign, roles = dict(setup.blueprint.components), dict(setup.foreign), setup.roles
+    kinds, foreign, roles = dict(setup.blueprint.components), dict(setup.blueprint.foreign), setup.roles
     scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
     ends = [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]
     for instance, path in fmus.items():
@@ -178,5 +175,5 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
         foreign[kinds[instance]] = replacements.fmu(instance, known.name, asked, ends, scored)
     name = f"{setup.name} with {', '.join(path.name for path in fmus.values())}"
     values = {each: given for each, given in setup.values.items() if each not in fmus}
-    blueprint = replace(setup.blueprint, name=name, components=kinds)
-    return replace(scenario, setup=replace(setup, blueprint=blueprint, foreign=foreign, values=values))
+    blueprint = replace(setup.blueprint, name=name, components=kinds, foreign=foreign)
+    return replace(scenario, setup=replace(setup, blueprint=blueprint, values=values))

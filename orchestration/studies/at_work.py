@@ -29,14 +29,9 @@ FILE = "runs.jsonl"
 
 @dataclass(frozen=True)
 class Means:
-    """What a study runs with.
+    """What a study runs with: a kind of FMU, and so many processes or a Dask scheduler, `tcp://10.0.0.1:8786`.
 
-    Attributes
-    ----------
-    fmus : kind of FMU
-    jobs : processes that run at once
-    scheduler : in their place a Dask scheduler, `tcp://10.0.0.1:8786`
-    exact : run the FMUs also where the system can be joined, as with a kind of FMU that is asked for
+    With `exact` the FMUs run also where the system can be joined, as with a kind of FMU that is asked for.
     """
 
     fmus: FmuKind | None = None

@@ -30,18 +30,11 @@ WARM_UP_GRID_S = 60.0
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a system.
+    """One run of a system, times in s, start values in SI units by instance and variable.
 
-    Attributes
-    ----------
-    label : distinguishes this run from the others of its study, as (controller, duty cycle, mismatch)
-    law : component behind the controllers
-    values : start values in SI units by instance and variable
-    stop_time, step_size : in s
-    master : name of the master algorithm
-    tolerance : largest error in m that production allows
-    with_budget : whether to repeat the run at half the step, which bounds the coupling error
-    setup : the system and the roles in it
+    The `label` distinguishes it from the others of its study, as (controller, duty cycle, mismatch); `law` is
+    the component behind the controllers, `tolerance` the largest error in m that production allows. With
+    `with_budget` it is repeated at half the step, which bounds the coupling error.
     """
 
     label: tuple[str, ...]
@@ -63,23 +56,19 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        facts |= {"blueprint": asdict(self.setup.blueprint), "score": self.setup.roles.score.text}
+        held = replace(self.setup.blueprint, foreign={})
+        facts |= {"blueprint": asdict(held), "score": self.setup.roles.score.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Figures of one run, in um, s and min.
+    """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
 
-    Attributes
-    ----------
-    max_abs_um, p95_abs_um, rms_um, time_to_tolerance_s : as in `ErrorMetrics`; NaN in a run that stopped
-    within_tolerance_min : time for which the error is within tolerance
-    warm_up_first_min : the same for the best that warming up without compensation could have given
-    correction_rate_um_s : fastest change of the correction between two communication points
-    discretisation_um : largest estimate that the link makes of its grid's error
-    coupling_um : bound of the coupling error of the elongation; None where it was not asked for
-    stopped : why the run ended early, None where it did not
+    The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
+    warmed up without compensation. Then follow the fastest change of the correction between two communication
+    points, the largest estimate that the link makes of its grid's error, the bound of the elongation's
+    coupling error, None where it was not asked for, and why the run ended early, None where it did not.
     """
 
     max_abs_um: float
@@ -126,7 +115,7 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
     """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
-    system = case.setup.blueprint.system({**case.setup.foreign, **fmus}, case.law, case.values)
+    system = case.setup.blueprint.system(fmus, case.law, case.values)
 
     def simulated(step: float, record: Sequence[str]) -> Result:
         by = algorithm(case.master)
@@ -141,7 +130,7 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
 def recorded(setup: Setup) -> tuple[str, ...]:
     """Variables that the figures are computed from."""
     roles = setup.roles
-    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
+    estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
     scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
 
@@ -213,14 +202,7 @@ GATHERINGS = ("worst", "mean", "cvar")
 
 @dataclass(frozen=True)
 class Gathered:
-    """One figure over all runs of a point.
-
-    Attributes
-    ----------
-    metric : from `METRICS`
-    over : `worst`, `mean`, or `cvar`, the mean of the worst share
-    level : that share
-    """
+    """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
 
     __pydantic_config__ = TABLE
 

@@ -15,11 +15,10 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.geometry import NAME as ARM
-from warmlink.orchestration.catalogue import Controller, shipped
+from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
@@ -127,7 +126,7 @@ def plan_on(
     if controllers is None:
         controllers = list(catalogue.controllers())
         if system == ARM:
-            from warmlink.orchestration.arm.setup import DESIGNED
+            from warmlink.orchestration.arm.program import DESIGNED
 
             controllers = list(DESIGNED)
     duty_cycles = names_on(system) if duty_cycles is None else duty_cycles

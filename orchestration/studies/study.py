@@ -14,10 +14,9 @@ from typing import Annotated, Any
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.catalogue import Controller
+from warmlink.orchestration.catalogue import Controller, controller_named
 from warmlink.orchestration.closed_loop.load import driven, load_scenario
 from warmlink.orchestration.master.algorithms.table import algorithm
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantity, Text, Value, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch

@@ -189,7 +189,7 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     for law, mine in _by_law(scenarios).items():
         first = mine[0]
         if any(
-            each.master != DEFAULT_MASTER or each.setup.foreign or each.made_from != first.made_from
+            each.master != DEFAULT_MASTER or each.setup.blueprint.foreign or each.made_from != first.made_from
             for each in mine
         ):
             continue

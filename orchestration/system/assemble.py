@@ -1,7 +1,8 @@
-"""Building a system in code from FMU files, with the same checks as for one that is read from an SSP."""
+"""Systems from files: read from anybody's SSP, or built in code of FMU files, with the same checks."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,11 +11,15 @@ from types import MappingProxyType
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_value, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
 from warmlink.orchestration.system.ssp.net import DeclaredConnector, net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
+from warmlink.orchestration.system.ssp.ssd import Reader
+from warmlink.orchestration.text_files import is_file
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -59,17 +64,10 @@ def assemble(
 
 
 def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
-    """Give connections between variables, with the conversion of their units.
+    """Give connections between variables of components, with the conversion of their units.
 
-    Parameters
-    ----------
-    components : the system's components by name
-    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
-
-    Raises
-    ------
-    InputError
-        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
+    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
+    quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
@@ -125,3 +123,59 @@ def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
         raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
     return owner, name[len(owner) + 1 :]
+
+
+def read_system(path: str | Path, workdir: Path | None = None) -> System:
+    """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
+
+    Its components then have dotted names; start values and connections are in their variables' own units.
+
+    Parameters
+    ----------
+    path : the .ssp file, or an .ssd file that lies beside its resources
+    workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
+
+    Raises
+    ------
+    InputError
+        If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
+    """
+    path = Path(path)
+    try:
+        return _read(path, _kept(path) if workdir is None else workdir)
+    except RecursionError:
+        raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _kept(path: Path) -> Path:
+    """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
+    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _read(path: Path, workdir: Path) -> System:
+    structure = path
+    if path.suffix.lower() != ".ssd":
+        folder = archive.unpack(path, workdir)
+        if (folder / "modelDescription.xml").is_file():
+            told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
+            raise InputError(f"{path.name}: is a single FMU, no system; {told}")
+        structure = folder / "SystemStructure.ssd"
+    reader = Reader(workdir)
+    name, experiment = reader.read(structure)
+    if not reader.net.components:
+        raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
+    resolver = Resolver(reader.net, reader.bindings)
+    connectors = {place: resolver.connectors(place) for place in reader.net.components}
+    connections = tuple(resolver.connections())
+    values = resolver.start_values()
+    components = {
+        full: Component(full, element.fmu, connectors[place], values[place])
+        for place, element in reader.net.components.items()
+        if (full := ".".join(place)) and element.fmu
+    }
+    units = dict(sorted(resolver.units.items()))
+    return System(name, components, connections, experiment, units, tuple(resolver.remarks))

@@ -17,15 +17,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.drawing import Box, boxes, longer_side, places
-from warmlink.orchestration.system.model import (
-    CONNECTOR_KINDS,
-    Component,
-    Connector,
-    DefaultExperiment,
-    System,
-    Value,
-    Variable,
-)
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connector, System, Value, Variable
 from warmlink.orchestration.system.ssp.net import Edge, Net, Node, edge_of, net_of
 from warmlink.orchestration.system.ssp.net import Path as Place
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
@@ -162,14 +154,11 @@ class _Document:
 
     def root(self) -> Any:
         """Give the whole document."""
-        root = element(
-            "ssd",
-            "SystemStructureDescription",
-            version="1.0",
-            name=self.system.name,
-            generationTool="warmlink",
-            generationDateAndTime=f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
-        )
+        made = {
+            "generationTool": "warmlink",
+            "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
+        }
+        root = element("ssd", "SystemStructureDescription", version="1.0", name=self.system.name, **made)
         self._add_system(root, ())
         held = sub_element(root, "ssd", "Enumerations") if self.enumerations else None
         for name, items in self.enumerations.items():
@@ -177,7 +166,10 @@ class _Document:
             for item, number in items.items():
                 sub_element(child, "ssc", "Item", name=item, value=number)
         unit_elements(root, "ssd", self.units.values())
-        _experiment(root, self.system.default_experiment)
+        proposed = self.system.default_experiment
+        stop = None if proposed.stop_time is None else float(proposed.stop_time)
+        times = {"startTime": float(proposed.start_time), "stopTime": stop}
+        _libcosim_step(sub_element(root, "ssd", "DefaultExperiment", **times), proposed.step_size)
         return root
 
     def parameter_set(self, held: Component) -> Any:
@@ -295,13 +287,10 @@ def _fixed_step_master(system: Any, step: float | None) -> None:
         sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **settings)
 
 
-def _experiment(root: Any, experiment: DefaultExperiment) -> None:
-    start, stop, step = experiment.start_time, experiment.stop_time, experiment.step_size
-    times = {"startTime": float(start), "stopTime": None if stop is None else float(stop)}
-    child = sub_element(root, "ssd", "DefaultExperiment", **times)
+def _libcosim_step(experiment: Any, step: float | None) -> None:
+    """Add the annotation from which libcosim reads a step size, for which SSP has no word."""
     if step is not None:
-        # SSP has no word for a step size; this annotation is the one that libcosim reads.
-        notes = sub_element(child, "ssd", "Annotations")
+        notes = sub_element(experiment, "ssd", "Annotations")
         note = sub_element(notes, "ssc", "Annotation", type="com.opensimulationplatform")
         algorithm = sub_element(note, "osp", "Algorithm")
         sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(step))

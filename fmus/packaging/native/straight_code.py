@@ -7,6 +7,7 @@ numbers.
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -26,6 +27,8 @@ _CALL = re.compile(
     r"  if \((casadi_f\d+)\(arg1, res1, iw, w, 0\)\) return 1;\n"
 )
 """A call as CasADi writes it."""
+
+_FUNCTION = re.compile(r"^static int (casadi_f\d+)\(.*?^\}\n", re.DOTALL | re.MULTILINE)
 
 _HELPER = re.compile(
     r"^(?:casadi_real|void) (casadi_\w+)\([^{]*\{(?:[^\n]+\}\n|\n.*?^\}\n)", re.DOTALL | re.MULTILINE
@@ -57,13 +60,13 @@ def with_straight_code(text: str, functions: Iterable[Any]) -> str:
         return f"  {written[found[3]].call(given, taken)};\n"
 
     text = _CALL.sub(direct, _WHOLE.sub(anew, text))
-    text = re.sub(
-        r"^static int casadi_f.*?^}\n", _without_idle_variables, text, flags=re.DOTALL | re.MULTILINE
-    )
-    for name in written:
-        if len(re.findall(rf"\b{name}\(", text)) == 1:
-            text = re.sub(rf"static int {name}\(.*?\n\}}\n", "", text, flags=re.DOTALL)
-    return _without_idle_helpers(text)
+    named = Counter(re.findall(r"casadi_f\d+(?=\()", text))
+
+    def used(found: re.Match[str]) -> str:
+        idle = found[1] in written and named[found[1]] == 1
+        return "" if idle else _without_idle_variables(found[0])
+
+    return _without_idle_helpers(_FUNCTION.sub(used, text))
 
 
 def _by_description(functions: Iterable[Any]) -> dict[str, Any]:
@@ -82,32 +85,26 @@ def _all(functions: Iterable[Any]) -> Iterator[Any]:
         yield from _all(function.find_functions(0))
 
 
-def _without_idle_variables(function: re.Match[str]) -> str:
+def _without_idle_variables(function: str) -> str:
     """A function without variables that nothing uses any more."""
+    named = Counter(re.findall(r"\w+", function))
 
     def declared(line: re.Match[str]) -> str:
-        kept = [
-            each
-            for each in line[2].split(", ")
-            if len(re.findall(rf"\b{each.lstrip('*').partition('=')[0]}\b", function[0])) > 1
-        ]
+        kept = [each for each in line[2].split(", ") if named[re.findall(r"\w+", each)[0]] > 1]
         return f"  {line[1]} {', '.join(kept)};\n" if kept else ""
 
-    return re.sub(r"^  ((?:const )?casadi_real) ([^(;]*);\n", declared, function[0], flags=re.MULTILINE)
+    return re.sub(r"^  ((?:const )?casadi_real) ([^(;]*);\n", declared, function, flags=re.MULTILINE)
 
 
 def _without_idle_helpers(text: str) -> str:
     """C without those of CasADi's helpers that nothing calls any more."""
     while True:
-        idle = [
-            found
-            for found in _HELPER.finditer(text)
-            if len(re.findall(rf"\b{found[1]}\b(?! CASADI_PREFIX)", text)) == 1
-        ]
+        named = Counter(re.findall(r"\bcasadi_\w+\b(?! CASADI_PREFIX)", text))
+        idle = [found[0] for found in _HELPER.finditer(text) if named[found[1]] == 1]
         if not idle:
             return text
-        for found in idle:
-            text = text.replace(found[0], "")
+        for each in idle:
+            text = text.replace(each, "")
 
 
 @cache

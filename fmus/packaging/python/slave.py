@@ -49,12 +49,12 @@ class _Memory:
 
     def is_well(self, component: Component) -> bool:
         """Whether a slave of the component could have remembered this."""
+        assert self.snapshot is not None
+        told = [*self.refused, *([] if self.unfit is None else [self.unfit])]
         return (
-            self.snapshot is not None
-            and is_possible(component, self.snapshot)
-            and isinstance(self.unfit, str | None)
+            is_possible(component, self.snapshot)
             and isinstance(self.refused, list)
-            and all(isinstance(each, str) for each in self.refused)
+            and all(isinstance(each, str) for each in told)
             and type(self.discarded) is type(self.lost) is bool
         )
 
@@ -169,11 +169,11 @@ class ComponentSlave(Fmi2Slave):
             for name in VECTORS:
                 snapshot[name] = np.frombuffer(bytes.fromhex(snapshot[name]), dtype="<f8").tolist()
             found = _Memory(Snapshot(**snapshot), **values)
+            if digest == _digest(content) and found.is_well(cls.component):
+                return found
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            found = _Memory()
-        if digest != _digest(content) or not found.is_well(cls.component):
-            return _Memory(refused=["the serialised state is damaged; serialise it anew"])
-        return found
+            pass
+        return _Memory(refused=["the serialised state is damaged; serialise it anew"])
 
     def _value(self, kind: str, reference: int) -> float:
         self._check_type(kind, reference)

@@ -47,21 +47,17 @@ class Calibrated:
     unknown: bool
     alike: tuple[str, ...]
 
-    @property
-    def sentence(self) -> str:
-        """Value, interval, and what restricts them."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        text = f"{self.name} = {self.value:.4g}{unit} (95 %: {self.low95:.4g} to {self.high95:.4g})"
-        if self.unknown:
-            text += ", of which the data say nothing"
-        if self.alike:
-            text += f", not told apart from {', '.join(self.alike)}"
-        return f"{text}, at its bound" if self.at_bound else text
+
+def interval(freed: Freed, value: float, std: float, per_si: float = 1.0) -> dict[str, float]:
+    """A fitted number, its deviation and its 95 % interval within its bounds, in a unit of so many per SI."""
+    low, high = max(value - INTERVAL * std, freed.lower), min(value + INTERVAL * std, freed.upper)
+    known = {"value": value, "std": std, "low95": low, "high95": high}
+    return {name: each * per_si for name, each in known.items()}
 
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order."""
-    fit, found = diagnosis.adopted.fit, []
+    fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
     gram = of_numbers(fit.freed, fit.freed, fit.point)[0]
@@ -69,19 +65,18 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     spreads = np.sqrt(np.diag(covariance))
     alike = np.abs(covariance) > _ALIKE * np.outer(spreads, spreads)
     names = [f"{f.variable} ({f.group})" if f.group else f.variable for f in fit.freed]
-    for i, freed in enumerate(fit.freed):
-        if freed.calibrated and not freed.added:
-            value, std, unit = (
-                float(fit.theta[i]),
-                float(spreads[i]),
-                diagnosis.experiment.rig.unit(freed.variable),
-            )
-            low, high = max(value - INTERVAL * std, freed.lower), min(value + INTERVAL * std, freed.upper)
-            others = tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i)
-            unknown = 2 * INTERVAL * std > freed.span
-            about = fit.at_bound[i], unknown, others
-            found.append(Calibrated(names[i], value, std, low, high, unit, *about))
-    return found
+    return [
+        Calibrated(
+            names[i],
+            **interval(freed, float(fit.theta[i]), float(spreads[i])),
+            unit=rig.unit(freed.variable),
+            at_bound=fit.at_bound[i],
+            unknown=bool(2 * INTERVAL * spreads[i] > freed.span),
+            alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
+        )
+        for i, freed in enumerate(fit.freed)
+        if freed.calibrated and not freed.added
+    ]
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,16 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
-from warmlink.orchestration.catalogue import controller, reduced_link_in
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.scenarios.own_system import blueprint_of
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.model import Connection, System, Value
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.units import Conversion, Unit, meaning
 
@@ -59,13 +58,13 @@ def shipped_system(shipped: Rig, built: FmuStore | None = None) -> System:
 
 def rig_of_own(own: Own, looped: bool = False) -> Rig:
     """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
-    blueprint, files = blueprint_of(own.system)
+    blueprint = blueprint_of(own.system)
     foreign: dict[str, Component] = {}
     values: dict[str, dict[str, Value]] = {}
     for name, part in own.system.components.items():
-        info, file = read_description(part.fmu), files.get(blueprint.components[name])
-        if file is not None:
-            foreign[name] = reduced_link_in(file) or _declaration(info)
+        info, kind = read_description(part.fmu), blueprint.components[name]
+        if kind in blueprint.foreign:
+            foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
         values[name] = {
             key: value if isinstance(value, str) else _to_si(info, key)(float(value))
             for key, value in part.values.items()
@@ -112,36 +111,35 @@ def with_paths(base: System, paths: Paths) -> Own:
 
 def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
     """Put a heat path before the inputs that it changes."""
-    parts, links, moved = dict(own.system.components), list(own.system.connections), dict(own.moved)
-    where = f"{name}.adds"
-    if name in parts:
+    system, where, moved = own.system, f"{name}.adds", dict(own.moved)
+    if name in system.components:
         raise InputError(f"{name}: {own.base.name} has a component of this name; rename the cause")
-    parts[name] = component(name, fmu)
+    parts = {**system.components, name: component(name, fmu)}
+    links = {each.target: each for each in system.connections}
     for end, target in path.totals.items():
-        part, info, variable = _located(own.system, target, where)
+        part, info, variable = _located(system, target, where)
         unit, taken = _to_si(info, variable), f"{end}_heat_flow"
-        before = next((each for each in links if each.target == target), None)
-        if before is None:
-            value = own.system.components[part].values.get(variable, info.variables[variable].start)
-            parts[name].values[taken] = unit(float(value or 0.0))
+        if target in links:
+            led = links[target]
+            whole = Conversion(led.factor, led.offset).then(unit.factor, unit.offset)
+            links[f"{name}.{taken}"] = Connection(*led.ends[0], name, taken, whole.factor, whole.offset)
         else:
-            whole = Conversion(before.factor, before.offset).then(unit.factor, unit.offset)
-            led = replace(before, target_component=name, target_variable=taken)
-            links[links.index(before)] = replace(led, factor=whole.factor, offset=whole.offset)
-        links.append(connect(parts, f"{name}.total_{taken}", target))
+            value = parts[part].values.get(variable, info.variables[variable].start)
+            parts[name].values[taken] = unit(float(value or 0.0))
+        links[target] = connect(parts, f"{name}.total_{taken}", target)
         moved.setdefault(target, f"{name}.{taken}")
     for end, source in path.sources.items():
         # A signal may be named by the input that it feeds.
-        fed = next((each.source for each in links if each.target == source), source)
-        _, info, variable = _located(own.system, fed, where)
+        fed = links[source].source if source in links else source
+        _, info, variable = _located(system, fed, where)
         if info.variables[variable].causality == "input":
             raise InputError(
                 f"{where}: {fed}: is an input that nothing feeds in {own.base.name}, so that "
                 "nothing passes its signal on; feed it there, from a DutyCycle for example"
             )
-        links.append(connect(parts, fed, f"{name}.{end}"))
-    system = replace(own.system, components=parts, connections=tuple(links))
-    return replace(own, system=system, moved=moved)
+        links[f"{name}.{end}"] = connect(parts, fed, f"{name}.{end}")
+    extended = replace(system, components=parts, connections=tuple(links.values()))
+    return replace(own, system=extended, moved=moved)
 
 
 def extended(own: Own, values: Mapping[str, float]) -> System:

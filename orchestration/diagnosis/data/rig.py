@@ -33,9 +33,6 @@ SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
 """Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
 an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
 
-PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
-"""Components by the instance that the shipped systems, and the causes, call them."""
-
 _DEMANDS = {
     "MotorHeatSource": "speed torque|current pad_temperature|pad_power ambient_temperature",
     "Heater": "on",
@@ -178,9 +175,7 @@ class Rig:
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        kinds = self.blueprint.components
-        reduced = {i for i, each in self.foreign.items() if part == "link" and each.rates is not None}
-        return [i for i in self.components if kinds[i] == PARTS.get(part) or i in reduced]
+        return [instance for instance in self.blueprint.called(part) if instance in self.components]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""

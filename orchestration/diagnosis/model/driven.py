@@ -7,10 +7,9 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
 from functools import cache
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
+from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.studies.processes import without_main
 from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
@@ -32,17 +31,11 @@ LOG = "measured log"
 """Name of the slave that plays the log."""
 
 
-@dataclass(frozen=True)
-class Driven:
-    """What a run takes.
+class Driven(NamedTuple):
+    """What a run takes: FMUs with start values in the variables' own units, what is wanted, and the log.
 
-    Attributes
-    ----------
-    system : FMUs, connections, and start values in the variables' own units
-    signals : course of each input or tunable parameter that does not stay as it starts, by full name and in
-        its own unit, shape (points,)
-    outputs : full names of what is wanted
-    time : communication points in s, from 0, shape (points,)
+    `signals` are courses of inputs and tunable parameters that do not stay as they start, by full name and in
+    their own units, at communication points in s from 0, shape (points,) each.
     """
 
     system: System
@@ -53,7 +46,7 @@ class Driven:
     def halved(self) -> Driven:
         """The same with half of each step."""
         signals = {name: np.repeat(signal, 2)[:-1] for name, signal in self.signals.items()}
-        return replace(self, signals=signals, time=halved(self.time))
+        return self._replace(signals=signals, time=halved(self.time))
 
 
 def halved(time: Array) -> Array:

@@ -99,10 +99,8 @@ class Forward(Simulation):
         states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
-        thin = self._thin
-        left[:, thin] = right[:, thin] = (
-            np.diff(states[:, thin], axis=0) / np.diff(self.steps.time)[:, None, None]
-        )
+        if self._thin.size:
+            left[:, self._thin], right[:, self._thin] = _drawn(self.steps, states[:, self._thin])
         return states, left, right
 
     def _interpolated(
@@ -131,6 +129,22 @@ class Forward(Simulation):
         value = _weighted(hermite(s, length), ends, known)
         slope = _weighted(rates, ends, known[:, :, 0])
         return value[:, :, 0], slope, value[:, :, 1:], _weighted((1 - s, s), ends[:, :2], direct)
+
+
+def _drawn(steps: Steps, states: Array) -> tuple[Array, Array]:
+    """Slopes at both ends of each step: parabolas through three points, lines where an input changes."""
+    length = np.diff(steps.time)[:, None, None]
+    lines = np.diff(states, axis=0) / length
+    left, right = lines.copy(), lines.copy()
+    smooth = steps.smooth
+    k = np.flatnonzero(smooth) + 1
+    left[k] = right[k - 1] = (length[k] * lines[k - 1] + length[k - 1] * lines[k]) / (
+        length[k] + length[k - 1]
+    )
+    begins, ends = np.append(False, smooth), np.append(smooth, False)
+    for other, alone, drawn in ((left, ends & ~begins, right), (right, begins & ~ends, left)):
+        other[alone] = 2 * lines[alone] - drawn[alone]
+    return left, right
 
 
 def _weighted(weights: Sequence[Array], places: NDArray[np.int64], table: Array) -> Array:

@@ -42,6 +42,12 @@ class Steps:
         return len(near) == 2 and near[0] == near[1] and len(near[0]) == 1
 
     @cached_property
+    def smooth(self) -> NDArray[np.bool_]:
+        """Whether each inner point and the point before it lie within a level, shape (steps - 1,)."""
+        follows = np.array([self.follows(k) for k in range(len(self.shares))], dtype=bool)
+        return np.asarray(follows[1:] & follows[:-1])
+
+    @cached_property
     def laid(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
         """Where the levels of each step begin, one place further on where they end; levels and shares."""
         begins = np.cumsum([0, *(len(each) for each in self.shares)], dtype=np.int64)

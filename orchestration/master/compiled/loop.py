@@ -18,7 +18,7 @@ from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.slaves.batch import Batch
+from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value

@@ -16,8 +16,14 @@ from typing import Any, ClassVar, NoReturn
 from weakref import WeakValueDictionary
 
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
-from warmlink.orchestration.master.slaves.library import Library, Surroundings, exchanged_as
+from warmlink.orchestration.master.slaves.library import (
+    Batch,
+    Library,
+    Surroundings,
+    exchanged_as,
+    held_from_start,
+    sorted_by_type,
+)
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Value

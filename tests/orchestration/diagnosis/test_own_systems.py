@@ -33,7 +33,7 @@ from warmlink.orchestration.diagnosis.data.experiment import calibrating
 from warmlink.orchestration.diagnosis.data.own import rig_of_own, with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 
 FLANGE = """
 [[cause]]
@@ -128,8 +128,12 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
             "motor2.neighbour_temperature: is an input that nothing feeds in Chain",
         ),
         (FLANGE + FLANGE, "two causes are called flange; rename one"),
+        (
+            OTHERS.replace("with:motor1.speed", "with:"),
+            "course: 'with:' is none; give constant, ramp or with:",
+        ),
     ],
-    ids=range(12),
+    ids=range(13),
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
-from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -89,6 +89,22 @@ def test_the_ends_of_a_link_are_right_between_steps_too() -> None:
     assert np.abs(ours.values - exact.values).max() < 0.02
     radiated = exact.by_slot[:, :, 0]
     assert np.abs(ours.by_slot[:, :, 0] - radiated).max() < 0.02 * np.abs(radiated).max()
+
+
+@pytest.mark.parametrize(("resolution", "most"), [(SEARCH, 0.02), (FINAL, 0.0015)])
+def test_between_steps_the_ends_of_a_link_are_as_right_as_its_middle(
+    resolution: Resolution, most: float
+) -> None:
+    run = run_of(
+        (Segment(900, 3.43, 2.5), Segment.with_pad(1500, 330.0), Segment(600, 0.0, 4.0)), [], 1.0, 3.0
+    )
+    known = {"link.length": 0.3, "link.base_position": 0.0, "link.tip_position": 0.3}
+    ends = Equations(
+        rig("WarmupCell", resolution.cells), [], ("link.base_temperature", "link.tip_temperature")
+    )
+    each = (Forward(ends, run, known, g) for g in (resolution, Resolution(CELLS, 0.5, 0, 0.5, np.inf)))
+    ours, exact = (simulated(simulated.start_values(), run.time).values for simulated in each)
+    assert np.abs(ours - exact).max() < most, "K"
 
 
 def test_a_discrete_input_is_never_averaged() -> None:

@@ -9,9 +9,8 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.write import write_ssp
 
 from .ssp_text import LINK, MOTOR, Lab, fmi2
