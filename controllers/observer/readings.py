@@ -48,7 +48,7 @@ class Compared(NamedTuple):
     excess : what they lie above that, in K; 0 for those that are missing
     there, trusted, called : 1 for those that are present, are trusted, are heard
     least : the least excess of those that are present, a number
-    whole : 1 where every thermometer in use is trusted, else 0, a number
+    whole : 1 where every thermometer in use is present, else 0, a number
     """
 
     seen: Number
@@ -100,7 +100,7 @@ def compared(
     noise = total(p.sensor_std) / maximum(total(used), 1.0)
     alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
     called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
-    whole = truth(total(used) - total(trusted) < 0.5)
+    whole = truth(total(used) - total(there) < 0.5)
     return Compared(seen, lagged, rise, excess, there, trusted, called, least, whole)
 
 

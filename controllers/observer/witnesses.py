@@ -141,7 +141,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = some * sensors.whole
+    whole = where(total(used) - total(sensors.trusted) < 0.5, some, 0.0)
     excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
