@@ -27,7 +27,7 @@ PAGES = {"warm_up": "", "six_axis_shift": "axis2."}
 SCRIPT = """
     while (!document.querySelector(".slider:not([hidden])")) await new Promise((go) => setTimeout(go, 50));
     const name = "{axis}link.length";
-    const { value } = fields(name)[0];
+    const {{ value }} = fields(name)[0];
     const drawn = () => new Promise((go) => setTimeout(go));
     async function redrawn(before) {{
       const times = [];
