@@ -24,8 +24,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import release
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.read import read_system
 
 STEPS = 300
 """Of 1 s."""

@@ -91,8 +91,9 @@ def led_by_alert(record: Record, observer: Component = OBSERVER) -> NDArray[np.b
 def _estimates(record: Record, observer: Component) -> tuple[Array, Array]:
     """Modes and unknown heats by the alert and by the quiet filter, each of shape (n + 1, 9)."""
     states = record.values[:, len(RECORDED) :]
-    alert, quiet = (observer.x.index[f"{name}[1]"] for name in ("estimate", "quiet_estimate"))
-    return states[:, alert : alert + model.STATES], states[:, quiet : quiet + model.STATES]
+    first = observer.x.index["estimate[1]"]
+    both = states[:, first : first + 2 * model.STATES]
+    return both[:, ::2], both[:, 1::2]
 
 
 @cache

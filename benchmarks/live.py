@@ -16,8 +16,8 @@ from benchmarks.command import start
 from tests.browser import Browser
 from tests.chromium import Chromium
 from tests.firefox import Firefox
+from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.report.live.content import Asked
 from warmlink.orchestration.report.live.page import write_live_page
 
@@ -27,7 +27,7 @@ PAGES = {"warm_up": "", "six_axis_shift": "axis2."}
 SCRIPT = """
     while (!document.querySelector(".slider:not([hidden])")) await new Promise((go) => setTimeout(go, 50));
     const name = "{axis}link.length";
-    const value = model.get(name);
+    const {{ value }} = fields(name)[0];
     const drawn = () => new Promise((go) => setTimeout(go));
     async function redrawn(before) {{
       const times = [];
@@ -35,7 +35,7 @@ SCRIPT = """
         before();
         await drawn();
         const begun = performance.now();
-        model.set({{ [name]: value * (1 + i / 1000) }});
+        put({{ [name]: `${{value * (1 + i / 1000)}}` }});
         await drawn();
         times.push(performance.now() - begun);
       }}

@@ -22,7 +22,7 @@ from scipy.stats import norm
 
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.data import load_paper
+from warmlink.orchestration.paper.data import PAPER
 
 Array = NDArray[np.float64]
 Image = NDArray[np.int64]
@@ -66,7 +66,7 @@ class Camera:
     @classmethod
     def printed(cls) -> Camera:
         """Read the camera's figures from the paper's numbers."""
-        n = {name: entry.value for name, entry in load_paper()["camera"].items()}
+        n = {name: entry.value for name, entry in PAPER["camera"].items()}
         return cls(
             cell_width=n["cell_horizontal"] * 1e-6,
             cell_height=n["cell_vertical"] * 1e-6,

@@ -175,7 +175,7 @@ class FullElements:
 
     def _solver(self, size: float) -> Callable[[Array], Array]:
         """Hub and tip, dense blocks of rank one, by Woodbury's formula."""
-        from warmlink.orchestration.finite_elements.forms import symmetric_factor
+        from warmlink.orchestration.finite_elements.body import symmetric_factor
 
         if size not in self._solvers:
             factor = symmetric_factor(self._mass + GAMMA * size * self._conduction)

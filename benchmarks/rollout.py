@@ -1,8 +1,4 @@
-"""The closed cell in one process, fast: every component's own equations joined into one compiled step.
-
-For tests and tuning. One CasADi function takes the joined cell one step further, in C where the machine has a
-compiler and in CasADi's interpreter where it has none.
-"""
+"""The closed cell in one process, fast: the joined runs of a study, driven by demands over time."""
 
 from __future__ import annotations
 
@@ -21,8 +17,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
-from warmlink.fmus.packaging.native.casadi_code import Symbols
-from warmlink.fmus.packaging.native.micro_step import stepping
+from warmlink.fmus.packaging.native.rollout_code import compiled as rollout
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -98,7 +93,7 @@ class Record:
 
 
 class Cell:
-    """Motor, link, sensors, camera and a law joined, and stepped at 1 s.
+    """Motor, link, sensors, camera and a law joined, and stepped at 1 s; it needs a C compiler.
 
     Parameters
     ----------
@@ -110,11 +105,9 @@ class Cell:
 
     def __init__(self, law: Component, law_states: bool = False) -> None:
         self.law = law
-        self.joined = WARMUP_CELL.without("duty").joined(law)
-        places = [i for name, i in self.joined.x.index.items() if name.startswith("compensator.")]
-        # Side by side, as all states of a part are.
-        self._beside = slice(places[0], places[-1] + 1) if law_states and places else slice(0, 0)
-        self._advance, self._begin = compiled(self._functions())
+        self.joined = WARMUP_CELL.joined(law)
+        states = [name for name in self.joined.x.names if name.startswith("compensator.")]
+        self._rollout = rollout(self.joined, [*RECORDED.values(), *(states if law_states else ())], False)
 
     def run(self, demands: Array, parameters: Mapping[str, Mapping[str, float]] | None = None) -> Record:
         """Run through a duty cycle.
@@ -129,59 +122,14 @@ class Cell:
         InputError
             A parameter is unknown or out of range.
         """
-        given = {f"{part}.{name}": v for part, of in (parameters or {}).items() for name, v in of.items()}
-        p = np.asarray(self.joined.settled(limits.checked(self.joined, "cell", given)[0]), dtype=float)
-        count = demands.shape[0] - 1
-        rows = np.ascontiguousarray(demands, dtype=float)
-        x, record = (np.array(part, dtype=float).ravel() for part in self._begin(rows[0], p))
-        values = np.empty((count + 1, record.size + x[self._beside].size))
-        values[0] = np.concatenate([record, x[self._beside]])
-        buffer, trigger = self._advance.buffer()
-        following, now, time = np.empty_like(x), rows[0].copy(), np.zeros(1)
-        for place, array in enumerate((x, now, p, time)):
-            buffer.set_arg(place, array.data)
-        buffer.set_res(0, following.data)
-        buffer.set_res(1, record.data)
-        for i in range(1, count + 1):
-            now[:] = rows[i]
-            time[0] = i * self.step
-            trigger()
-            x[:] = following
-            values[i, : record.size] = record
-            values[i, record.size :] = x[self._beside]
-        return Record(self.step * np.arange(count + 1), values)
-
-    def _functions(self) -> list[Any]:
-        import casadi as ca
-
-        cell = self.joined
-        s, demands = Symbols.of(cell), ca.SX.sym("demands", len(DEMANDS))
-        given = dict(zip(DEMANDS, ca.vertsplit(demands), strict=True))
-        variables = [name.partition(".")[2] for name in cell.u.names]
-        u = ca.vertcat(*(given.get(name, 0.0) for name in variables))
-        _, arguments, after = next(stepping(cell, s))
-        whole = ca.Function("whole", arguments, [after])
-        size = cell.continuous.size
-        x = ca.vertcat(whole(s.x, u, s.d, s.time - self.step, self.step), s.x[size:])
-        # The law before the camera, which the shipped system steps the other way round: its picture is a
-        # step older here.
-        for instance in ("sensors", "compensator", "camera"):
-            for clock in (each for each in cell.clocks if each.sample_time.startswith(f"{instance}.")):
-                sampled = cell.updated(x, u, s.d, s.time, self.step, clock)
-                place = cell.x.index[clock.layout.names[0]]
-                x = ca.vertcat(x[:place], sampled, x[place + clock.layout.size :])
-        results = ca.cse([ca.densify(x), ca.densify(self._recorded(x, u, s.d, s.time))])
-        begun = ca.SX(cell.states_at_start(u, s.d))
-        return [
-            ca.Function("advance", [s.x, demands, s.d, s.time], results),
-            ca.Function("begin", [demands, s.d], [begun, self._recorded(begun, u, s.d, 0.0)]),
-        ]
-
-    def _recorded(self, x: Any, u: Any, p: Any, time: Any) -> Any:
-        import casadi as ca
-
-        y, index = ca.SX(self.joined.outputs_of(x, u, p, time)), self.joined.y.index
-        return ca.vertcat(*(y[index[name]] for name in RECORDED.values()))
+        given = parameters or {}
+        flat = {f"{part}.{name}": value for part, of in given.items() for name, value in of.items()}
+        limits.checked(self.joined, "cell", flat)
+        drive = demands[:, [DEMANDS.index(name.removeprefix("duty.")) for name in self._rollout.given]]
+        found, _ = self._rollout.run([given], len(demands) - 1, self.step, drive)
+        return Record(
+            self.step * np.arange(len(demands), dtype=float), np.array(found[0].T, float, order="C")
+        )
 
 
 def compiled(functions: list[Any]) -> list[Any]:

@@ -11,8 +11,7 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
 from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
-from warmlink.orchestration.arm.program import Program
-from warmlink.orchestration.arm.setup import OBSERVER
+from warmlink.orchestration.arm.program import OBSERVER, Program
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json

@@ -11,8 +11,9 @@ import typer
 from benchmarks.command import start
 from benchmarks.own_systems import CHAIN, CHAIN_WIRES, Values, system
 from warmlink.orchestration.console import answer
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
-from warmlink.orchestration.master.error_budget import coupling_error, tried
+from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.simulation import largest_step
@@ -71,13 +72,14 @@ def trial(seed: int) -> Trial:
     allowed = dict.fromkeys(WATCHED, tolerance)
     truth = _truth(of)
     step = largest_step(of, STOP, SHOWN)
-    for whole, finer in tried(GaussSeidel(), allowed):
-        result = simulate(of, STOP, step, whole, record=WATCHED, check_stability=False, statistics=True)
-        fine = simulate(of, STOP, step / 2, finer, record=WATCHED, check_stability=False)
-        bounds = coupling_error(result, fine, whole.order, WATCHED)
-        bound = max(bounds.values())
-        if bound <= tolerance:
-            break
+
+    def once(by: Algorithm, half: bool) -> Result:
+        return simulate(
+            of, STOP, step / (1 + half), by, record=WATCHED, check_stability=False, statistics=not half
+        )
+
+    found = attempted(GaussSeidel(), allowed, WATCHED, once)
+    result = found.result
     fixed, fixed_steps = None, 0
     for size in STEPS:
         plain = simulate(of, STOP, size, GaussSeidel(), record=WATCHED, check_stability=False)
@@ -88,13 +90,13 @@ def trial(seed: int) -> Trial:
     return Trial(
         1e6 * tolerance,
         1e6 * _error(result, truth),
-        1e6 * bound,
+        1e6 * max(found.bounds.values()),
         # The duty cycle is in no loop: it takes each communication step once.
         next(each.calls["step"].count for each in result.statistics.slaves if each.name == "duty"),
         result.statistics.slave_steps,
         fixed,
         fixed_steps,
-        not isinstance(whole, GaussSeidel),
+        not isinstance(found.algorithm, GaussSeidel),
     )
 
 

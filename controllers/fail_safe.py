@@ -224,10 +224,9 @@ def distrusted(trust: Trust, readings: Number, p: Record) -> Number:
 
 
 @kept_whole
-def in_use(trust: Trust, readings: Number, p: Record) -> Number:
-    """1 where a sensor is in use, else 0: nothing would show that an unknown heat has gone."""
-    each = where(p.sensor_std > 0, present(readings) * (1.0 - trust.out), 0.0)
-    return truth(total(each) > 0)
+def in_use(trust: Trust, news: Number, p: Record) -> Number:
+    """1 where a sensor in use brings news, else 0: nothing would show an unknown heat come or go."""
+    return truth(total(where(p.sensor_std > 0, news * (1.0 - trust.out), 0.0)) > 0)
 
 
 class Judgement(NamedTuple):

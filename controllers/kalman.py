@@ -46,8 +46,21 @@ def sighted(belief: Belief, row: Number) -> Sight:
     return Sight(*(symmetric(each, size) @ row for each in belief[1:]))
 
 
-def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
-    """Belief after one scalar measurement; unchanged where `use` is 0.
+class Counts(NamedTuple):
+    """What a measurement counts.
+
+    Attributes
+    ----------
+    share : of what `Sight` has, that the state changes for each unit of innovation
+    times : share times innovation
+    """
+
+    share: Number
+    times: Number
+
+
+def counted(row: Number, sight: Sight, innovation: Number, variance: Number, use: Number) -> Counts:
+    """What a scalar measurement counts, by the covariance `spread`; nothing where `use` is 0.
 
     Parameters
     ----------
@@ -56,32 +69,42 @@ def corrected(belief: Belief, row: Number, innovation: Number, variance: Number,
     variance : variance of the measurement's noise
     use : 1 to use the measurement, 0 to leave it out
     """
-    return taught(belief, row, sighted(belief, row), innovation, variance, use)
+    share = use / (maximum(dot(row, sight.spread[: row.shape[0]]), 0.0) + variance)
+    return Counts(share, share * where(use > 0, innovation, 0.0))
+
+
+def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
+    """Belief after one scalar measurement; unchanged where `use` is 0. The arguments as for `counted`."""
+    sight = sighted(belief, row)
+    return _corrected(belief, row, sight, innovation, variance, use)
 
 
 @kept_whole
-def taught(
+def _corrected(
     belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number
 ) -> Belief:
-    """Belief after a scalar measurement as for `corrected`, with its `sight` as `sighted` gives it."""
-    gain = _gain(row, sight, variance, use)
+    return taught(belief, sight, counted(row, sight, innovation, variance, use), row, variance)
+
+
+def taught(belief: Belief, sight: Sight, counts: Counts, row: Number, variance: Number) -> Belief:
+    """Belief after a scalar measurement that counts so much."""
+    gain = sight.spread * counts.share
     return Belief(
-        belief.mean + gain * where(use > 0, innovation, 0.0),
+        belief.mean + sight.spread * counts.times,
         # The gain is the best there is for this covariance, so that Joseph's form is simple.
         belief.spread - upper(outer(gain, sight.spread)),
         _after(belief.noise_spread, row, sight.noise_spread, gain, variance),
     )
 
 
-@kept_whole
 def taught_in_part(
-    belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number, last: int
+    belief: Belief, sight: Sight, counts: Counts, row: Number, variance: Number, last: int
 ) -> Belief:
     """Belief as for `taught`, where the measurement may change only the state's `last` so many elements."""
-    gain = _gain(row, sight, variance, use)
-    gain = stack(*[0.0] * (gain.shape[0] - last), gain[-last:])
+    seen = sight.spread[-last:]
+    gain, change = (stack(*[0.0] * (row.shape[0] - last), each * seen) for each in counts)
     return Belief(
-        belief.mean + gain * where(use > 0, innovation, 0.0),
+        belief.mean + change,
         *(_after(each, row, across, gain, variance) for each, across in zip(belief[1:], sight, strict=True)),
     )
 
@@ -99,10 +122,6 @@ def covariance_along(packed: Number, a: Number, b: Number) -> Number:
 def variance_along(packed: Number, row: Number) -> Number:
     """Variance of a quantity whose derivative by the state is `row`; rounding leaves none below 0."""
     return maximum(covariance_along(packed, row, row), 0.0)
-
-
-def _gain(row: Number, sight: Sight, variance: Number, use: Number) -> Number:
-    return sight.spread * (use / (maximum(dot(row, sight.spread[: row.shape[0]]), 0.0) + variance))
 
 
 def _after(packed: Number, row: Number, across: Number, gain: Number, variance: Number) -> Number:

@@ -1,10 +1,12 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from typing import Any, TypeVar, cast
 
 import numpy as np
+
+from warmlink.fmus.component.arithmetic import beside, side
 
 Called = TypeVar("Called", bound=Callable[..., Any])
 
@@ -29,6 +31,40 @@ def idle_at_zero(function: Called) -> Called:
     It must do so by its own arithmetic too; floats and the C skip it there.
     """
     return _kept(function, idle=True)
+
+
+def side_by_side(paired: int) -> Callable[[Called], Called]:
+    """Mark a function, kept whole, of one of two that lie side by side: it is called for both at once.
+
+    The first arguments, so many as are `paired`, and all results hold two of each number, one beside the
+    other (`arithmetic.beside`). The C goes through both in a loop, of which compilers make vectors.
+    """
+
+    def mark(one: Called) -> Called:
+        @wraps(one)
+        def both(*given: Any) -> Any:
+            found = [one(*_mapped(given[:paired], partial(side, k)), *given[paired:]) for k in range(2)]
+            others = iter(_leaves(found[1]))
+            return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
+
+        kept = _kept(cast(Called, both), idle=False)
+        both.__dict__["of_one"] = one, paired
+        return kept
+
+    return mark
+
+
+def in_a_loop(function: Any) -> tuple[Any, list[bool]] | None:
+    """What a CasADi function does for one of two side by side, and for each argument whether it holds two.
+
+    None where it is no function of such.
+    """
+    found = _IN_A_LOOP.get(function.__hash__())
+    return found[1:] if found else None
+
+
+_IN_A_LOOP: dict[int, tuple[Any, Any, list[bool]]] = {}
+"""By its hash a function, kept lest another gets that hash, and what `in_a_loop` tells of it."""
 
 
 def _kept(function: Called, idle: bool) -> Called:
@@ -82,12 +118,31 @@ def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, l
     unchanged = len(_leaves(given[0])) if idle else 0
     used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
     arguments = [symbols[i] for i in used]
-    name = function.__name__.strip("_")
+    # Integers make another function of it, which is another's name in the C.
+    name = "_".join(
+        [function.__name__.strip("_"), *(str(each) for each in _leaves(shape) if _whole_number(each))]
+    )
     if not idle:
-        return casadi.Function(name, arguments, casadi.cse(results)), used, result
+        whole = casadi.Function(name, arguments, casadi.cse(results))
+        if hasattr(function, "of_one"):
+            _IN_A_LOOP[whole.__hash__()] = whole, *_of_one(name, given, used, *function.of_one)
+        return whole, used, result
     run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
     skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])
     return casadi.Function.if_else(name, run, skip), [len(symbols) - 1, *used], result
+
+
+def _of_one(name: str, given: Any, used: list[int], one: Any, paired: int) -> tuple[Any, list[bool]]:
+    """What `in_a_loop` tells of a function of two side by side, for symbols that it is given."""
+    import casadi
+
+    first = given[:paired]
+    halves = _mapped(first, lambda leaf: casadi.SX.sym("a", leaf.shape[0] // 2))
+    result = one(*halves, *given[paired:])
+    pairs = len(_leaves(first))
+    symbols = [*_leaves(halves), *(leaf for leaf in _leaves(given[paired:]) if isinstance(leaf, casadi.SX))]
+    results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
+    return casadi.Function(name, [symbols[i] for i in used], results), [i < pairs for i in used]
 
 
 def _as_graph(value: Any) -> Any:
@@ -110,6 +165,10 @@ def _leaves(value: Any) -> list[Any]:
     leaves: list[Any] = []
     _mapped(value, leaves.append)
     return leaves
+
+
+def _whole_number(leaf: Any) -> bool:
+    return isinstance(leaf, int) and not isinstance(leaf, bool)
 
 
 def _is_graph(value: Any) -> bool:

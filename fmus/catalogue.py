@@ -14,14 +14,9 @@ HOMES = ("warmlink.fmus", "warmlink.controllers")
 
 @dataclass(frozen=True)
 class Entry:
-    """A component and where it is declared.
+    """A component, the module that declares it, and its name there.
 
-    Attributes
-    ----------
-    component : the declaration
-    module : name of the module that declares it
-    attribute : its name in that module
-    remarks : what its documentation says after the README, in Markdown
+    The remarks are what its documentation says after the README, in Markdown.
     """
 
     component: Component

@@ -22,13 +22,10 @@ _EARLY = -1e-9
 def parameters(
     unit: str, display: str, jump: float, drift: float, size: int | None = None
 ) -> tuple[Parameter, ...]:
-    """Parameters that give an instrument its faults.
+    """Parameters that give an instrument of one or several channels its faults.
 
-    Parameters
-    ----------
-    unit, display : of what is measured, in SI and as people read it
-    jump, drift : ordinary sizes of a jump in the SI unit, and of a drift per second
-    size : number of channels; None for an instrument of one
+    The units are those of what is measured, in SI and as people read it; jump and drift (per second) are
+    ordinary sizes in the SI unit.
     """
     shown = None if display == unit else display
     each = partial(tunable, size=size)
@@ -45,12 +42,8 @@ def parameters(
 def shift(kind: Number, size: Number, rate: Number, since: Number) -> Number:
     """Error that a fault adds to a measured value, in the value's unit.
 
-    Parameters
-    ----------
-    kind : kind of the fault, a scalar or a vector like the others
-    size : error that a jump adds
-    rate : error that a drift adds per second
-    since : time in s since the fault began, negative before it
+    That is the size of a jump, or the rate of a drift per second times the s since the fault began, which are
+    negative before it. All may be vectors.
     """
     added = where(kind == JUMP, size, where(kind == DRIFT, rate * since, 0.0))
     return where(since >= _EARLY, added, 0.0)

@@ -1,10 +1,11 @@
-"""Files that are whole or not there, and locks that end with the process that holds them, however it ends."""
+"""Files that are whole or not there, archives of equal bytes, locks that end with their process."""
 
 import os
 import shutil
 import sys
 import threading
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -19,8 +20,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     scratch = path.with_name(f"{WRITING}{os.getpid()}-{threading.get_ident()}-{path.name[-50:]}")
     held = None
     try:
-        scratch.touch()
-        held, _ = lock(scratch)  # by which others tell it from one that a killed process left
+        held = _locked(scratch)
         yield scratch
         scratch.replace(path)
     except BaseException:
@@ -28,6 +28,35 @@ def whole_file(path: Path) -> Iterator[Path]:
             scratch.unlink(missing_ok=True)
         raise
     finally:
+        unlock(held)
+
+
+def write_archive(target: Path, files: Mapping[str, bytes]) -> None:
+    """Write a zip archive (an FMU, say) whose bytes depend on its contents alone; its folder is made.
+
+    The files, by path with forward slashes, come in the order of their paths, modelDescription.xml first.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(target) as scratch, zipfile.ZipFile(scratch, "w") as archive:
+        for path in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))
+            entry.create_system = 3  # Unix
+            library = path.endswith((".so", ".dll", ".dylib"))
+            entry.external_attr = (0o100755 if library else 0o100644) << 16
+            # The highest level takes over twice as long and saves half a percent.
+            archive.writestr(entry, files[path], zipfile.ZIP_DEFLATED, 6)
+
+
+def _locked(scratch: Path) -> int | None:
+    """Make a file and lock it, by which others tell it from one that a killed process left.
+
+    It is made anew where one took it for that before.
+    """
+    while True:
+        scratch.touch()
+        held, _ = lock(scratch, wait=True)
+        if scratch.exists():
+            return held
         unlock(held)
 
 
@@ -46,18 +75,10 @@ def sweep(folder: Path, prefix: str) -> None:
 
 
 def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:
-    """Lock a file or folder that is there.
+    """Lock a file or folder that is there; where asked to, wait until nobody else holds it.
 
-    Parameters
-    ----------
-    path : of the file or folder
-    wait : until nobody else holds it
-
-    Returns
-    -------
-    tuple
-        Handle for `unlock`, None where the system or the file system has no such locks, and whether nobody
-        else holds it.
+    Gives a handle for `unlock`, None where the system or the file system has no such locks, and whether
+    nobody else holds it.
     """
     if sys.platform == "win32":
         return None, True

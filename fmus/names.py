@@ -21,18 +21,9 @@ def listed(names: Iterable[str], joint: str = "and") -> str:
 
 
 def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Remedy for a name that does not exist.
+    """Remedy for a name that does not exist: `did you mean lag?` if a name is similar, else `choose a or b`.
 
-    Parameters
-    ----------
-    name : the name as it was given
-    known : the names that exist
-    otherwise : what else could be given, as "or give a TOML file"; added if no name is similar
-
-    Returns
-    -------
-    str
-        `did you mean lag?` if a name is similar, else `choose a, b or c`.
+    Then it ends with what else could be given, as "or give a TOML file".
     """
     every = list(known)
     near = _nearest(name, every)

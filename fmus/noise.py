@@ -56,14 +56,7 @@ def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
 def normals(a: Number, b: Number, wanted: Number = 1.0) -> tuple[Number, Number, Number]:
     """Draw once from each of many generators, given as the halves of their states.
 
-    Parameters
-    ----------
-    wanted : 1, or 0 for numbers of 0 while the generators go on
-
-    Returns
-    -------
-    tuple
-        The numbers, and the halves of the next states, each of the shape of `a`.
+    Gives the numbers, 0 where they are not `wanted`, and the halves of the next states, in the shape of `a`.
     """
     shares, *following = _drawn(a, b)
     return _normal(0.0 * a, *shares, wanted), *following

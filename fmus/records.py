@@ -27,13 +27,20 @@ def _made(
     dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     fields = dataclasses.fields(cls)
     compared = [each.name for each in fields if each.compare]
+    key: Any = attrgetter(*compared) if compared else lambda each: ()
+
+    def __repr__(self: Any) -> str:  # noqa: N807
+        shown = (f"{each.name}={getattr(self, each.name)!r}" for each in fields if each.repr)
+        return f"{type(self).__qualname__}({', '.join(shown)})"
+
+    def __eq__(self: Any, other: object) -> bool:  # noqa: N807
+        return key(self) == key(other) if type(other) is type(self) else NotImplemented
+
     methods: dict[str, Any] = {"__init__": _initializer(cls, fields)}
     if repr:
-        methods["__repr__"] = _representer([each.name for each in fields if each.repr])
+        methods["__repr__"] = __repr__
     if eq:
-        key = attrgetter(*compared) if compared else lambda each: ()
-        methods["__eq__"] = _comparer(key)
-        methods["__hash__"] = (lambda self: hash((cls, key(self)))) if frozen else None
+        methods |= {"__eq__": __eq__, "__hash__": (lambda self: hash((cls, key(self)))) if frozen else None}
     if frozen:
         methods |= {"__setattr__": _refuse, "__delattr__": _refuse}
     for name, method in methods.items():
@@ -64,21 +71,6 @@ def _initializer(cls: type, fields: tuple[dataclasses.Field[Any], ...]) -> Calla
             self.__post_init__()
 
     return __init__
-
-
-def _representer(names: list[str]) -> Callable[[Any], str]:
-    def __repr__(self: Any) -> str:  # noqa: N807
-        shown = (f"{name}={getattr(self, name)!r}" for name in names)
-        return f"{type(self).__qualname__}({', '.join(shown)})"
-
-    return __repr__
-
-
-def _comparer(key: Callable[[Any], Any]) -> Callable[[Any, Any], bool]:
-    def __eq__(self: Any, other: object) -> bool:  # noqa: N807
-        return key(self) == key(other) if type(other) is type(self) else NotImplemented
-
-    return __eq__
 
 
 def _refuse(self: object, name: str, *value: object) -> NoReturn:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.design import design as design
     from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
-    from warmlink.orchestration.system.read import read_system as read_system
+    from warmlink.orchestration.system.assemble import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
 
     build, tune = build_files, tune_study
@@ -38,7 +38,7 @@ _PLACES = {
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
-    "read_system": "orchestration.system.read:read_system",
+    "read_system": "orchestration.system.assemble:read_system",
     "run": "orchestration.closed_loop.run:run",
     "simulate": "orchestration.simulation:simulate",
     "tune": "orchestration.studies.tune:tune_study",

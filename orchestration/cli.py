@@ -33,9 +33,9 @@ COMMANDS = {
     "sweep": "studies",
     "design": "laws",
     "export": "laws",
-    "check": "check",
+    "check": "build",
     "diagnose": "diagnose",
-    "hide": "hide",
+    "hide": "diagnose",
     "reduce": "reduce",
     "reproduce": "pages",
     "init": "init",
@@ -84,7 +84,7 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
     named = [name for name in COMMANDS if [name] == list(arguments[:1])]
     if listed:
         for name, sentence in remembered("outlines", (), _outlines).items():
-            found.command(name, short_help=sentence)(_outline)
+            found.command(name, short_help=sentence)(lambda: None)
         return found
     for name in named or COMMANDS:
         found.command(name)(for_typer(command_named(name)))
@@ -104,10 +104,6 @@ def command_named(name: str) -> Command:
     return found
 
 
-def _outline() -> None:
-    """Stand for a command in the list of commands."""
-
-
 def _before_any_command(*, version: bool = False) -> None:
     """Do what is asked before any command.
 
@@ -124,6 +120,8 @@ def _before_any_command(*, version: bool = False) -> None:
 
 def main() -> None:
     """Run the command that the process's arguments name; it may end in SystemExit."""
+    if sys.stderr is None:  # which the caller may have closed: `print` would take standard output instead
+        sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)

@@ -122,12 +122,9 @@ def print_table(
 ) -> None:
     """Print a table on standard output.
 
-    Parameters
-    ----------
-    headings : of the columns; without any, the first of two columns stands out
-    rows : texts, some in a style
-    texts : how many columns hold text that is never broken; numbers follow, on the right of their columns
-    width : in characters, where standard output is no terminal; there is no edge to keep within in a file
+    Without headings the first of two columns stands out. So many columns `texts` hold text that is never
+    broken; numbers follow, on the right of their columns. `width` is in characters, where standard output is
+    no terminal; there is no edge to keep within in a file.
     """
     from rich.console import Console
     from rich.table import Table

@@ -90,17 +90,9 @@ def unstamped(line: bytes) -> dict[str, Any] | None:
 
 
 def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
-    """Write files each of which is whole or not there, whatever becomes of the others.
+    """Write files by name, each whole or not there, whatever becomes of the others, into a fresh folder.
 
-    Parameters
-    ----------
-    folder : as `fresh_folder` gives it
-    writers : for each file's name what writes it, given its path
-
-    Returns
-    -------
-    str or None
-        What could not be written and why, as a sentence; None where everything was.
+    Returns what could not be written and why, as a sentence; None where everything was.
     """
     lost, reason = [], ""
     for name, write in writers.items():

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at
-from warmlink.orchestration.finite_elements.forms import scikit_fem
+from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at, scikit_fem
 
 
 def bar(

@@ -63,11 +63,11 @@ class Browser(ABC):
         return answer.get("value")
 
     def browse(self, page: Path, script: str) -> Any:
-        """What a script's `result` is; it is part of the page's module and finds the page's `model`."""
+        """What a script's `result` is; it is part of the page's module and finds its functions."""
         text = page.read_text("utf-8")
         assert text.count("\nbegin();\n") == 1
         tried = self.folder / f"tried-{page.name}"
         body = f"globalThis.tried = async () => {{ {script}\nreturn result; }};"
-        tried.write_text(text.replace("\nbegin();\n", f"\nconst model = await begin();\n{body}\n"), "utf-8")
+        tried.write_text(text.replace("\nbegin();\n", f"\nawait begin();\n{body}\n"), "utf-8")
         self.open(tried)
         return self.value("return await tried();")

@@ -33,9 +33,9 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.study import load_study
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System
-from warmlink.orchestration.system.read import read_system
 
 SPECIMENS = Path(__file__).parent / "specimens"
 LONGEST_SENTENCE = 1200
@@ -158,7 +158,7 @@ def _set_up(path: Path) -> None:
 
 def _parameters(path: Path) -> None:
     law = catalogue.controller("lag")
-    start_values(parameters_of(path), CELL.declared(law), path.name)
+    start_values(parameters_of(path), CELL.blueprint.declared(law), path.name)
 
 
 def _mismatched(path: Path) -> None:

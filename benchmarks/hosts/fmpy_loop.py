@@ -11,8 +11,8 @@ from typing import Any
 
 from benchmarks.hosts import Finished, Job
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
 
 
 @dataclass

@@ -12,7 +12,7 @@ from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.compiled.loop import Stepping
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 
 
 def plain(job: Job) -> Finished:

@@ -21,14 +21,13 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import remaining_error
-from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 

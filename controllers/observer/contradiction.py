@@ -5,7 +5,7 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
-from warmlink.controllers.observer.filters import Filters
+from warmlink.controllers.observer.filters import Filters, together
 from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperatures
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record
@@ -42,9 +42,9 @@ def examined(filters: Filters, duty_modes: Number, before: Number, told: Told, p
     lost = where(total(absolute(duty_modes)) <= WILD, 0.0, 1.0)
     cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
     wild = lost
-    for each in filters:
-        wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
     alert = filters.alert
+    for each in (alert, filters.quiet):
+        wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
     winding_loss, shaft_loss = losses(alert.mean[:MODES], told, p)
     own_heat = winding_loss + shaft_loss
     plausible = _plausible_link_heat(before, alert.mean, own_heat, told, p)
@@ -56,9 +56,9 @@ def examined(filters: Filters, duty_modes: Number, before: Number, told: Told, p
 
 
 def reconciled(
-    belief: Belief, trust: fail_safe.Trust, readings: Number, what: Examined, u: Record, p: Record
-) -> tuple[Belief, fail_safe.Trust, Number]:
-    """Belief and trust after contradicting sensors are left out; 1 where the belief begins again.
+    filters: Filters, trust: fail_safe.Trust, readings: Number, what: Examined, u: Record, p: Record
+) -> tuple[Filters, fail_safe.Trust, Number]:
+    """Filters and trust after contradicting sensors are left out; 1 where the alert filter begins again.
 
     A sensor that drifts away slowly shows no large innovation, because the filter explains it by unknown
     heat. Such heat soon exceeds what a wrong model can explain. Then the sensor that is farthest from the
@@ -70,7 +70,7 @@ def reconciled(
     before = trust.out, trust.calm_for, 0.0
     out, calm_for, warmth = _left_out(before, readings, what, u, p, begins)
     trust = trust._replace(out=out, calm_for=calm_for)
-    return _begun_again(belief, what.duty_modes, warmth, p, begins), trust, begins
+    return _begun_again(filters, what.duty_modes, warmth, p, begins), trust, begins
 
 
 @idle_at_zero
@@ -104,11 +104,12 @@ def _left_out(
 
 
 @idle_at_zero
-def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record, begins: Number) -> Belief:
-    """Belief from the duty alone, without unknown heat, with the uncertainty in K that the sensors suggest.
+def _begun_again(filters: Filters, duty_modes: Number, warmth: Number, p: Record, begins: Number) -> Filters:
+    """The alert filter from the duty alone, without unknown heat, as uncertain in K as the sensors suggest.
 
     What was learnt from a camera is kept.
     """
+    belief = filters.alert
     taught = belief.mean.shape[0] - STATES
     doubt = (
         symmetric(p.warm_spread, MODES) * warmth**2
@@ -125,7 +126,7 @@ def _begun_again(belief: Belief, duty_modes: Number, warmth: Number, p: Record, 
         upper(blocks(doubt, nothing, diagonal(stack(heats, *([kept[0]] if taught else []))))),
         upper(blocks(doubt, nothing, diagonal(stack(*zero, *([kept[1]] if taught else []))))),
     )
-    return either(begins, again, belief)
+    return together(either(begins, again, belief), filters.quiet)
 
 
 def _plausible_link_heat(before: Number, mean: Number, own_heat: Number, u: Record, p: Record) -> Number:

@@ -11,12 +11,32 @@ continues from it. Both take in the thermometers one reading after the other, ea
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief, Sight, covariance_along, either, sighted, taught
+from warmlink.controllers.kalman import (
+    Belief,
+    Counts,
+    Sight,
+    counted,
+    covariance_along,
+    either,
+    sighted,
+    taught,
+)
 from warmlink.controllers.matrices import dot, outer, packed_size, upper, upper_diagonal
 from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, sensor_row
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
 from warmlink.fmus.component import Record, State
-from warmlink.fmus.component.arithmetic import Number, clip, maximum, minimum, stack, total, truth, where
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    beside,
+    clip,
+    maximum,
+    minimum,
+    side,
+    stack,
+    total,
+    truth,
+    where,
+)
 
 EVIDENCE_SIGMAS = 3.0
 """Standard deviations of its noise beyond which an estimated disturbance counts as detected."""
@@ -30,38 +50,47 @@ Among the thousands of estimates in a shift, chance exceeds three every hour, bu
 LARGEST_EVIDENCE = 4.0
 """Bound on the squared ratio of disturbances seen to disturbances designed for."""
 
-_PREFIXES = ("", "quiet_")
-"""What the names of each filter's states begin with."""
+_NAMES = ("estimate", "spread", "noise_spread")
+"""States that hold both filters."""
 
 
 class Filters(NamedTuple):
-    """The two beliefs, of the same size."""
+    """The two beliefs side by side: of every number first the alert filter's, then the quiet one's."""
 
-    alert: Belief
-    quiet: Belief
+    mean: Number
+    spread: Number
+    noise_spread: Number
+
+    @property
+    def alert(self) -> Belief:
+        """The alert filter's belief."""
+        return Belief(*(side(0, each) for each in self))
+
+    @property
+    def quiet(self) -> Belief:
+        """The quiet filter's belief."""
+        return Belief(*(side(1, each) for each in self))
+
+
+def together(alert: Belief, quiet: Belief) -> Filters:
+    """Two beliefs side by side."""
+    return Filters(*(beside(*each) for each in zip(alert, quiet, strict=True)))
 
 
 def filter_states(size: int) -> tuple[State, ...]:
     """States that hold both beliefs, each of `size` elements."""
     sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
-    return tuple(
-        State(name, "1", size=count)
-        for prefix in _PREFIXES
-        for name, count in zip(_names(prefix), sizes, strict=True)
-    )
+    return tuple(State(name, "1", size=2 * count) for name, count in zip(_NAMES, sizes, strict=True))
 
 
 def filters_of(x: Record) -> Filters:
     """Both beliefs as they lie in a law's states."""
-    return Filters(*(Belief(*(getattr(x, name) for name in _names(prefix))) for prefix in _PREFIXES))
+    return Filters(*(getattr(x, name) for name in _NAMES))
 
 
 def filters_named(filters: Filters) -> dict[str, Number]:
     """Both beliefs under the names of a law's states."""
-    named: dict[str, Number] = {}
-    for prefix, belief in zip(_PREFIXES, filters, strict=True):
-        named.update(zip(_names(prefix), belief, strict=True))
-    return named
+    return dict(zip(_NAMES, filters, strict=True))
 
 
 def allowed_for(designed: Number, share: Number) -> Number:
@@ -91,13 +120,13 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     seen : evidence of disturbances, squared and relative to those designed for, what is remembered included
     begun_again : 1 where the alert filter has just begun again from the duty, else 0
     """
-    alert, quiet = filters
-    return Filters(alert, _follower(quiet, alert, p, alert_leads(alert, seen, begun_again, p)))
+    return _followed(filters, p, alert_leads(filters, seen, begun_again, p))
 
 
 @kept_whole
-def alert_leads(alert: Belief, seen: Number, begun_again: Number, p: Record) -> Number:
+def alert_leads(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Number:
     """1 where the alert filter leads, else 0; the arguments as for `led`."""
+    alert = filters.alert
     heats = alert.mean[MODES:STATES]
     noise = upper_diagonal(alert.noise_spread, alert.mean.shape[0])[MODES:STATES]
     certain = total(truth(heats**2 > CERTAIN_SIGMAS**2 * noise))
@@ -108,14 +137,15 @@ def alert_leads(alert: Belief, seen: Number, begun_again: Number, p: Record) -> 
 
 
 @idle_at_zero
-def _follower(quiet: Belief, alert: Belief, p: Record, leads: Number) -> Belief:
-    """The quiet filter's belief, or where the alert one leads what follows from that one's."""
-    return either(leads, quieted(alert, p), quiet)
+def _followed(filters: Filters, p: Record, leads: Number) -> Filters:
+    """The filters, the quiet one's belief following from the alert one's where that one leads."""
+    alert = filters.alert
+    return together(alert, either(leads, quieted(alert, p), filters.quiet))
 
 
 @kept_whole
-def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, fades: Number) -> Number:
-    """How strong disturbances are seen to be: squared, relative to those designed for.
+def evidence(before: Number, filters: Filters, of: tuple[int, int], p: Record, fades: Number) -> Number:
+    """How strong the alert filter sees disturbances to be: squared, relative to those designed for.
 
     An estimate within three standard deviations of what noise alone makes of it is none; a larger one is
     remembered while it fades.
@@ -126,7 +156,7 @@ def evidence(before: Number, belief: Belief, of: tuple[int, int], p: Record, fad
     of : first of the disturbances, and the one after the last
     fades : 1 where what is remembered fades in this sample, else 0
     """
-    asked = slice(*of)
+    asked, belief = slice(*of), filters.alert
     doubt = upper_diagonal(belief.noise_spread, belief.mean.shape[0])[MODES:][asked]
     excess = (belief.mean[MODES:][asked] ** 2 - EVIDENCE_SIGMAS**2 * doubt) / p.disturbance_std[asked] ** 2
     seen: Number = before * where(fades > 0, p.fade[0], 1.0)
@@ -153,10 +183,6 @@ def believed_variance(
     if row.shape[0] > STATES:
         added = added + taught * unknown(other, other) + 2.0 * minimum(seen, taught) * unknown(own, other)
     return maximum(covariance_along(belief.noise_spread, row, row) + added, 0.0)
-
-
-def _names(prefix: str) -> tuple[str, ...]:
-    return tuple(f"{prefix}{name}" for name in ("estimate", "spread", "noise_spread"))
 
 
 def sense(
@@ -222,16 +248,21 @@ def _taken(
     used : 1 where the sensor is in use, else 0
     """
     filters, memory = before
-    sights = [sighted(each, reading.row) for each in filters]
-    mean, sight = filters.alert.mean, sights[0]
-    judged, variance, use = _judged(memory, mean, sight, reading, used * news, seen, gates, step)
-    memory = Memory(*(where(used > 0, new, old) for new, old in zip(judged, memory, strict=True)))
-    return Filters(
-        *(
-            taught(each, reading.row, sight, _innovation(reading, each.mean), variance, use)
-            for each, sight in zip(filters, sights, strict=True)
-        )
-    ), memory
+    sight = _sighted(filters, reading.row)
+    memory, counts, variance = _judged(memory, filters.mean, sight, reading, news, seen, gates, step, used)
+    return _taught(filters, sight, counts, reading.row, variance), memory
+
+
+@side_by_side(1)
+def _sighted(belief: Filters, row: Number) -> Sight:
+    """How either filter sees what is measured."""
+    return sighted(Belief(*belief), row)
+
+
+@side_by_side(3)
+def _taught(belief: Filters, sight: Sight, counts: Counts, row: Number, variance: Number) -> Filters:
+    """Either filter after a measurement that counts so much."""
+    return Filters(*taught(Belief(*belief), sight, counts, row, variance))
 
 
 @kept_whole
@@ -244,16 +275,24 @@ def _judged(
     seen: Number,
     gates: fail_safe.Gates,
     step: Number,
-) -> tuple[Memory, Number, Number]:
-    """What is remembered of a sensor, the variance of its noise in K2, and 1 where its reading is used."""
+    used: Number,
+) -> tuple[Memory, Counts, Number]:
+    """What is remembered of a sensor, what its reading counts in both filters, and its variance in K2."""
     variance = where(reading.std > 0, reading.std**2, 1.0)
-    expected, by_noise = (dot(reading.row, each[:MODES]) for each in sight)
+    alert, quiet = (Sight(*(side(k, each) for each in sight)) for k in range(2))
+    expected, by_noise = (dot(reading.row, each[:MODES]) for each in alert)
     widest = maximum(expected, 0.0) + variance
     sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
     trust = fail_safe.Trust(0.0, 0.0, *memory)
-    verdict = fail_safe.judged(trust, news, _innovation(reading, mean), widest, sure, gates, step)
-    return Memory(verdict.mean, verdict.calm_for, verdict.out), variance, verdict.use
-
-
-def _innovation(reading: Reading, mean: Number) -> Number:
-    return reading.value - dot(reading.row, mean[:MODES])
+    innovations = [reading.value - dot(reading.row, side(k, mean)[:MODES]) for k in range(2)]
+    verdict = fail_safe.judged(trust, used * news, innovations[0], widest, sure, gates, step)
+    judged = Memory(verdict.mean, verdict.calm_for, verdict.out)
+    counts = [
+        counted(reading.row, each, innovation, variance, verdict.use)
+        for each, innovation in zip((alert, quiet), innovations, strict=True)
+    ]
+    return (
+        Memory(*(where(used > 0, new, old) for new, old in zip(judged, memory, strict=True))),
+        Counts(*(beside(*each) for each in zip(*counts, strict=True))),
+        variance,
+    )

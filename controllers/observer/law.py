@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import ready, sensed
-from warmlink.controllers.kalman import Belief, carried_over
+from warmlink.controllers.kalman import carried_over
 from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, upper
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
@@ -26,6 +26,7 @@ from warmlink.controllers.observer.filters import (
     led,
     quieted,
     sense,
+    together,
 )
 from warmlink.controllers.observer.model import (
     HEATS,
@@ -40,16 +41,19 @@ from warmlink.controllers.observer.model import (
     told_named,
 )
 from warmlink.controllers.observer.readings import compared
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import kept_whole, side_by_side
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    beside,
     clip,
     maximum,
     minimum,
     placed,
     stack,
+    total,
+    truth,
     where,
 )
 
@@ -70,14 +74,14 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
     start = retained.first_belief(recalled, told, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(
-        Filters(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
+        together(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
     )
     duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
     return filters, {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
-        **offset.first_states(filters.quiet.mean[:MODES], duty_modes, p),
+        **offset.first_states(filters.quiet.mean[:MODES], duty_modes, told, p),
         "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
@@ -88,7 +92,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample: predicted by the model, corrected by the readings, and limited."""
     sample = sampled(x, u, p, step, STATES)
-    seen = evidence(x.evidence, sample.filters.alert, HEAT, p, sample.heard)
+    seen = evidence(x.evidence, sample.filters, HEAT, p, sample.heard)
     filters = led(sample.filters, seen, sample.again, p)
     wanted, states = settled(x, sample, filters, elongation(filters.quiet.mean, p), p, step)
     return {**named(filters, sample.trust, seen), **states, "elongation": wanted}
@@ -103,7 +107,7 @@ class Sample(NamedTuple):
     readings, trust, filters : as in the states that they become
     what : what the filters and the duty say
     again : 1 where the alert filter has begun again from the duty
-    heard : 1 where a thermometer would show that a heat has gone, else 0
+    heard : 1 where a thermometer would show that a heat has come or gone, else 0
     doubted : 1 where duty or surroundings are not believed
     """
 
@@ -126,10 +130,9 @@ def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, idle, p)
     what = examined(filters, duty_modes, x.plausible_heat, told, p)
-    alert, trust, again = reconciled(filters.alert, trust, readings, what, told, p)
-    heard = fail_safe.in_use(trust, readings, p)
-    both = Filters(alert, filters.quiet)
-    return Sample(told, readings, trust, both, what, again, heard, doubted)
+    filters, trust, again = reconciled(filters, trust, readings, what, told, p)
+    heard = fail_safe.in_use(trust, news, p)
+    return Sample(told, readings, trust, filters, what, again, heard, doubted)
 
 
 def settled(
@@ -151,36 +154,26 @@ def settled(
     """
     what, told = sample.what, sample.told
     sensors = compared(x, what.expected, sample.readings, sample.trust, told, p, step)
-    verdict = witnesses.heard(x, filters.alert.mean, estimate, what.duty_modes, sensors, p, step, camera)
+    verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
     more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    suspected = offset.compared(
-        x,
-        filters,
-        verdict.duty_modes,
-        what.own_heat,
-        verdict.alike,
-        verdict.warm,
-        sample.heard,
-        told,
-        p,
-        step,
-    )
+    suspected = offset.compared(x, filters, what.own_heat, sensors, verdict, told, p, step)
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
+    silent = truth(total(p.sensor_std) > 0) * (1.0 - sample.heard)
     return wanted, {
         **told_named(told),
-        "seen": verdict.seen,
-        "lagged": verdict.lagged,
+        "seen": sensors.seen,
+        "lagged": sensors.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
         "waited": x.waited + step,
         **suspected,
-        "doubt": where(what.wild > 0, 2.0, maximum(doubted, unconfirmed)),
+        "doubt": where(what.wild > 0, 2.0, maximum(maximum(doubted, unconfirmed), silent)),
         "duty_modes": verdict.duty_modes,
         "plausible_heat": what.plausible,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
@@ -202,15 +195,14 @@ def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, N
 def predict(filters: Filters, u: Told, p: Record) -> Filters:
     """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
     errors = _errors(u.speed, p)
-    found = []
-    for each, added in zip(filters, (errors.alert, errors.quiet), strict=True):
-        spread = _carried_over(each.spread, errors, p.fade, added)
-        noise_spread = _carried_over(each.noise_spread, errors, p.fade, 0.0 * added)
-        found.append(Belief(_mean_later(each.mean, u, p), spread, noise_spread))
-    return Filters(*found)
+    return Filters(
+        _mean_later(filters.mean, u, p),
+        _carried_over(filters.spread, errors.added, errors.own, errors.by_heat, p.fade),
+        _carried_over(filters.noise_spread, 0.0 * errors.added, errors.own, errors.by_heat, p.fade),
+    )
 
 
-@kept_whole
+@side_by_side(1)
 def _mean_later(mean: Number, u: Told, p: Record) -> Number:
     """The estimate one sample later."""
     modes, disturbances = mean[:MODES], mean[MODES:]
@@ -225,15 +217,13 @@ class Errors(NamedTuple):
     Attributes
     ----------
     own : of each mode, what is left of it
-    by_shaft, by_link : what each mode gains of an unknown heat
-    alert, quiet : variances that either filter adds, of the size of its state
+    by_heat : what each mode gains of each unknown heat
+    added : variances that either filter adds, side by side
     """
 
     own: Number
-    by_shaft: Number
-    by_link: Number
-    alert: Number
-    quiet: Number
+    by_heat: tuple[Number, Number]
+    added: Number
 
 
 @kept_whole
@@ -241,16 +231,18 @@ def _errors(speed: Number, p: Record) -> Errors:
     # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
     own = p.decay + p.reach * absolute(speed) * diagonal(matrix(p.convection, MODES))
     designed = stack(p.profile_std**2 * (1.0 - p.decay**2), p.disturbance_std**2 * (1.0 - p.fade**2))
-    added = (allowed_for(designed, share) for share in (1.0, p.quiet_share))
-    return Errors(own, p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain, *added)
+    added = beside(*(allowed_for(designed, share) for share in (1.0, p.quiet_share)))
+    return Errors(own, (p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain), added)
 
 
-@kept_whole
-def _carried_over(packed: Number, errors: Errors, fade: Number, added: Number) -> Number:
+@side_by_side(2)
+def _carried_over(
+    packed: Number, added: Number, own: Number, by_heat: tuple[Number, Number], fade: Number
+) -> Number:
     """Covariance of the errors one sample later, packed, with the variances that are added."""
     count = fade.shape[0]
-    by_heat = outer(errors.by_shaft, placed(1.0, 0, count)) + outer(errors.by_link, placed(1.0, 1, count))
-    transition = blocks(diagonal(errors.own), by_heat, diagonal(fade))
+    gained = outer(by_heat[0], placed(1.0, 0, count)) + outer(by_heat[1], placed(1.0, 1, count))
+    transition = blocks(diagonal(own), gained, diagonal(fade))
     return carried_over(packed, transition) + upper(diagonal(added))
 
 
@@ -265,7 +257,11 @@ def reported(
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
-    sure = ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance)
+    expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)
+    sure = minimum(
+        ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance),
+        ready(told["correction_std"], p.tolerance - expanded),
+    )
     return told | {
         "retained": retained.kept(x, filters.quiet.mean),
         "ready": where(x.doubt > 0, 0.0, sure),

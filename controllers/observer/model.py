@@ -55,8 +55,14 @@ _WINDING = SENSED.index("winding_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 
-GROWTHS = (Derived("growth_by_all", "m/K", size=SENSORS), Derived("growth_by_one", "m/K", size=SENSORS))
-"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone."""
+GROWTHS = (
+    Derived("growth_by_all", "m/K", size=SENSORS),
+    Derived("growth_by_one", "m/K", size=SENSORS),
+    Derived("contrast", "1", size=SENSORS),
+    Derived("contrast_row", "1", size=MODES),
+)
+"""Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone. The
+innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes."""
 
 
 class Duty(NamedTuple):
@@ -157,7 +163,29 @@ def _growths(p: Record) -> Values:
         picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
         gain = gain + outer(k, picked - gain.T @ rows[i])
         spread = spread - outer(k, across)
-    return {"growth_by_all": gain.T @ p.elongation_row, "growth_by_one": stack(*alone)}
+    by_all = gain.T @ p.elongation_row
+    contrast = _contrast(by_all / p.elongation_per_kelvin, p)
+    return {
+        "growth_by_all": by_all,
+        "growth_by_one": stack(*alone),
+        "contrast": contrast,
+        "contrast_row": matrix(p.sensor_rows, SENSORS).T @ contrast,
+    }
+
+
+def _contrast(by_all: Number, p: Record) -> Number:
+    """The innermost sensor in use less the outermost, as the growth follows the one that it follows more."""
+    order = (0, *range(2, SENSORS))  # the winding has a heat source of its own
+    used = [truth(p.sensor_std[i] > 0) for i in range(SENSORS)]
+    weight: Number = 0.0
+    found: list[Number] = [0.0] * SENSORS
+    for sign, places in ((1.0, order), (-1.0, order[::-1])):
+        free: Number = 1.0
+        for i in places:
+            found[i] = found[i] + sign * free * used[i]
+            weight = maximum(weight, free * used[i] * by_all[i])
+            free = free * (1.0 - used[i])
+    return CONTRAST * weight * stack(*found)
 
 
 TOLD_PARAMETERS = (
@@ -180,6 +208,9 @@ TOLD_STATES = tuple(
     State(f"believed_{name}", unit)
     for name, unit in (("speed", "rad/s"), ("torque", "N.m"), ("ambient", "K"))
 )
+
+CONTRAST = 2.0
+"""How much what one thermometer has alone counts beside what all have in common."""
 
 COLDEST, WARMEST = 223.15, 343.15
 """K between which the surroundings' temperature is believed."""

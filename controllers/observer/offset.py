@@ -1,13 +1,15 @@
-"""What contradicts thermometers that are all off alike: a model that is wrong is so by constant shares.
+"""What contradicts thermometers that are off: a model that is wrong is so by constant shares.
 
 Where thermometers and duty differ, either the model is wrong or the thermometers are. Of a wrong model the
 difference y of the growths, both in kelvins of an evenly warm link, follows the growth g that is known of:
 
     y = s g + s_1 L g + b + noise,        L g: g delayed by `DELAY`
 
-s and s_1 are constant; b is an offset that the thermometers have in common (or that one has, as far as the
-elongation follows it), and wanders. A Kalman filter of these three, with the prior that the parameters state,
-tells them apart. To g counts heat from the shaft that no model's error explains, as a heating pad's.
+s and s_1 are constant; b is an offset of the thermometers, and wanders. A Kalman filter of these three, with
+the prior that the parameters state, tells them apart. It does so twice with the same gain: for the growth,
+which shows what the thermometers have in common, and for the contrast of the innermost thermometer with the
+outermost, which shows what one of them has alone. g is what lies above the surroundings; to it counts heat
+from the shaft that no model's error explains, as a heating pad's.
 The law is ready only where b and its uncertainty, and all that s and s_1 leave of y, fit into the tolerance.
 """
 
@@ -16,6 +18,8 @@ from typing import NamedTuple
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, Told
+from warmlink.controllers.observer.readings import Compared
+from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, truth, where
@@ -36,6 +40,9 @@ HEAT_SHARE, HEAT_EXCESS = 0.6, 1.25
 LEFT = 0.5
 """K of growth by such heat below which it has gone."""
 
+LATE = 20.0
+"""s that such heat has flowed before it is noticed."""
+
 LOOK = 10.0
 """s between two looks at the difference."""
 
@@ -47,6 +54,14 @@ PARAMETERS = (
         "error that the thermometers may have in common at the start (1 sigma); affects only ready",
         minimum=0,
         nominal=0.1,
+    ),
+    Parameter(
+        "expansion_error",
+        "1",
+        0.03,
+        "largest relative error of the expansion coefficient; affects only ready, while no camera watches",
+        minimum=0,
+        nominal=0.01,
     ),
     Parameter(
         "offset_per_hour",
@@ -63,21 +78,21 @@ STATES = (
     State("heated", "1"),
     State("since", "s"),
     State("delayed_growth", "K"),
-    State("shares", "1", size=3),
+    State("shares", "1", size=6),
     State("shares_spread", "1", size=packed_size(3)),
     State("unexplained", "K"),
 )
 """Modes by unknown heat alone, 1 while there is any; time since the last look; the fields of `Learnt`."""
 
 
-def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Number]:
+def first_states(modes: Number, duty_modes: Number, told: Told, p: Record) -> dict[str, Number]:
     """The states at the start; what the first readings show is an offset until it proves to be warmth."""
     return {
         "heat_modes": 0.0 * duty_modes,
         "heated": 0.0,
         "since": 0.0,
-        "delayed_growth": _growth(duty_modes, p),
-        "shares": stack(0.0, 0.0, 0.0),
+        "delayed_growth": _growth(duty_modes, p) - _cold(told, p),
+        "shares": stack(*[0.0] * 6),
         "shares_spread": _prior(_growth(modes - duty_modes, p), p),
         "unexplained": p.offset_std,
     }
@@ -86,41 +101,34 @@ def first_states(modes: Number, duty_modes: Number, p: Record) -> dict[str, Numb
 def compared(
     x: Record,
     filters: Filters,
-    duty_modes: Number,
     own_heat: Number,
-    alike: Number,
-    warm: Number,
-    heard: Number,
+    sensors: Compared,
+    verdict: Verdict,
     told: Told,
     p: Record,
     step: Number,
 ) -> dict[str, Number]:
-    """The states after a sample.
-
-    Parameters
-    ----------
-    duty_modes : by the duty alone
-    own_heat : losses of the motor in W
-    alike : as in `readings.Shape`
-    warm : 1 where it has just become known that the cell was left warm, else 0
-    heard : 1 where a thermometer is in use, else 0
-    """
+    """The states after a sample; `own_heat` is the losses of the motor in W."""
     heat = filters.alert.mean[MODES]
     burst = truth(heat > HEAT_SHARE * own_heat + HEAT_EXCESS * p.disturbance_std[0])
     left = where(absolute(_growth(x.heat_modes, p)) > LEFT, x.heated, 0.0)
     heated = maximum(burst, left)
-    heat_modes = heated * _heated(x.heat_modes, heat, told, p, heated)
+    heat_modes = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
+    heat_modes = heated * _heated(heat_modes, heat, told, p, heated)
     since = x.since + step
-    look = maximum(truth(since >= LOOK), warm)
-    learnt = Learnt(*(getattr(x, name) for name in Learnt._fields))
-    known = duty_modes + heat_modes
-    learnt = _looked(learnt, filters.quiet.mean[:MODES] - known, known, alike, warm, heard, p, since, look)
-    return {
-        "heat_modes": heat_modes,
-        "heated": heated,
-        "since": where(look > 0, 0.0, since),
-        **learnt._asdict(),
-    }
+    look = maximum(truth(since >= LOOK), verdict.warm)
+    before = Learnt(*(getattr(x, name) for name in Learnt._fields))
+    known = verdict.duty_modes + heat_modes
+    shown = Shown(
+        _growth(known, p) - _cold(told, p),
+        _growth(filters.quiet.mean[:MODES] - known, p),
+        dot(p.contrast, sensors.seen) - dot(p.contrast_row, known),
+        verdict.alike,
+        sensors.whole,
+        verdict.warm,
+    )
+    learnt = _looked(before, shown, p, since, look)._asdict()
+    return {"heat_modes": heat_modes, "heated": heated, "since": where(look > 0, 0.0, since), **learnt}
 
 
 class Learnt(NamedTuple):
@@ -140,35 +148,36 @@ def _heated(modes: Number, heat: Number, told: Told, p: Record, heated: Number) 
     return where(heated > 0, later, modes)
 
 
+class Shown(NamedTuple):
+    """What a look shows.
+
+    Attributes
+    ----------
+    growth : g, in K as all of them
+    difference : by how much the filter's growth is beyond what is known of
+    contrast : the same of the innermost thermometer beside the outermost
+    alike, warm : as in `witnesses.Verdict`
+    whole : as in `readings.Compared`
+    """
+
+    growth: Number
+    difference: Number
+    contrast: Number
+    alike: Number
+    whole: Number
+    warm: Number
+
+
 @idle_at_zero
-def _looked(
-    before: Learnt,
-    beyond: Number,
-    known: Number,
-    alike: Number,
-    warm: Number,
-    heard: Number,
-    p: Record,
-    since: Number,
-    look: Number,
-) -> Learnt:
+def _looked(before: Learnt, shown: Shown, p: Record, since: Number, look: Number) -> Learnt:
     """What is learnt from a look `since` seconds after the last one, where there is one."""
-    after = _learnt(before, beyond, known, alike, warm, heard, p, since)
+    after = _learnt(before, shown, p, since)
     return Learnt(*(where(look > 0, new, old) for new, old in zip(after, before, strict=True)))
 
 
 @kept_whole
-def _learnt(
-    before: Learnt,
-    beyond: Number,
-    known: Number,
-    alike: Number,
-    warm: Number,
-    heard: Number,
-    p: Record,
-    since: Number,
-) -> Learnt:
-    growth, difference = _growth(known, p), _growth(beyond, p)
+def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
+    growth, warm = shown.growth, shown.warm
     delayed = before.delayed_growth + since / (since + DELAY) * (growth - before.delayed_growth)
 
     # Warmth that has just become known leaves nothing of what was learnt before.
@@ -178,11 +187,15 @@ def _learnt(
     spread = spread + diagonal(stack(0.0, 0.0, p.offset_per_hour**2 * since / 3600.0))
     row = stack(growth, delayed, 1.0)
     across = spread @ row
-    gain = across * (heard / (dot(row, across) + STRUCTURE / since))
-    shares = shares + gain * (difference - dot(row, shares))
+    gain = across * (shown.whole / (dot(row, across) + STRUCTURE / since))
+    learnt, left = [], shown.alike
+    for of, y in ((shares[:3], shown.difference), (shares[3:], shown.contrast)):
+        found = of + gain * (y - dot(row, of))
+        rest = y - growth * found[0] - delayed * found[1]
+        left = maximum(left, maximum(absolute(found[2]), absolute(rest)))
+        learnt.append(found)
     spread = upper(spread - outer(gain, across))
-    left = maximum(absolute(shares[2]), absolute(difference - growth * shares[0] - delayed * shares[1]))
-    return Learnt(delayed, shares, spread, (maximum(left, alike) ** 2 + spread[5]) ** 0.5)
+    return Learnt(delayed, stack(*learnt), spread, (left**2 + spread[5]) ** 0.5)
 
 
 def _prior(shown: Number, p: Record) -> Number:
@@ -193,3 +206,8 @@ def _prior(shown: Number, p: Record) -> Number:
 def _growth(modes: Number, p: Record) -> Number:
     """Growth that modes make, in kelvins of an evenly warm link."""
     return dot(p.elongation_row, modes) / p.elongation_per_kelvin
+
+
+def _cold(told: Told, p: Record) -> Number:
+    """Growth of a link as warm as the surroundings."""
+    return told.ambient_temperature - p.linearisation_temperature

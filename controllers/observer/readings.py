@@ -42,11 +42,13 @@ class Compared(NamedTuple):
 
     Attributes
     ----------
-    seen, lagged : as in `Verdict`
+    seen : readings in K without most of their noise
+    lagged : what they lie above what the duty explains, smoothed over `REACH_TIME`, in K
     rise : what the duty explains, in K above the surroundings
     excess : what they lie above that, in K; 0 for those that are missing
     there, trusted, called : 1 for those that are present, are trusted, are heard
     least : the least excess of those that are present, a number
+    whole : 1 where every thermometer in use is present, else 0, a number
     """
 
     seen: Number
@@ -57,6 +59,7 @@ class Compared(NamedTuple):
     trusted: Number
     called: Number
     least: Number
+    whole: Number
 
 
 class Shape(NamedTuple):
@@ -97,7 +100,8 @@ def compared(
     noise = total(p.sensor_std) / maximum(total(used), 1.0)
     alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
     called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
-    return Compared(seen, lagged, rise, excess, there, trusted, called, least)
+    whole = truth(total(used) - total(there) < 0.5)
+    return Compared(seen, lagged, rise, excess, there, trusted, called, least, whole)
 
 
 @kept_whole

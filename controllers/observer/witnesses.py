@@ -8,6 +8,7 @@ README.md has the equations and the reasons.
 
 from typing import NamedTuple
 
+from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
 from warmlink.controllers.observer.readings import Compared, Shape, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
@@ -81,8 +82,6 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     lower, upper : bounds in m on the correction
-    seen : readings in K without most of their noise
-    lagged : what the readings lie above what the duty explains, smoothed over `REACH_TIME`, in K
     known_for, agreed_for : time in s for which all has agreed since the start, and since a disagreement
     duty_modes : the modes by the duty alone, from which it goes on
     doubt : 1 where the witnesses do not bear the correction out, so that it is not ready
@@ -93,8 +92,6 @@ class Verdict(NamedTuple):
 
     lower: Number
     upper: Number
-    seen: Number
-    lagged: Number
     known_for: Number
     agreed_for: Number
     duty_modes: Number
@@ -113,7 +110,7 @@ class Known(NamedTuple):
 
 def heard(
     x: Record,
-    alert_mean: Number,
+    filters: Filters,
     estimate: Number,
     duty_modes: Number,
     sensors: Compared,
@@ -125,16 +122,18 @@ def heard(
 
     Parameters
     ----------
-    alert_mean : estimate of the alert filter
+    filters : of which the alert one may be followed
     estimate : elongation in m by the filter
     duty_modes : the modes by duty and surroundings alone
     camera : a fourth witness
     """
     already = truth(x.known_for >= KNOWN_TIME)
     shape = shape_of(sensors, already, p)
-    warm = truth(x.waited < WARM_TIME) * shape.falls
+    # While unknown heat flows, only what the first readings showed can be left of another.
+    at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
+    warm = truth(x.waited < WARM_TIME) * shape.falls * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
-    return _weighed(x, alert_mean, estimate, duty_modes, sensors, shape, known, p, step, camera)
+    return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
 
 @idle_at_zero
@@ -157,7 +156,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
 @kept_whole
 def _weighed(
     x: Record,
-    alert_mean: Number,
+    filters: Filters,
     estimate: Number,
     duty_modes: Number,
     sensors: Compared,
@@ -204,12 +203,10 @@ def _weighed(
     agreed_for = minimum(x.agreed_for + step, 10.0 * AGREEMENT_TIME)
     agreed_for = where(disagree > 0, 0.0, where(warm > 0, AGREEMENT_TIME, agreed_for))
     doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
-    duty_modes = where(warm > 0, alert_mean[:MODES], duty_modes)
+    duty_modes = where(warm > 0, filters.alert.mean[:MODES], duty_modes)
     return Verdict(
         lower,
         upper,
-        sensors.seen,
-        sensors.lagged,
         after.known_for,
         agreed_for,
         duty_modes,

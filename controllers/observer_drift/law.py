@@ -14,13 +14,13 @@ U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive contr
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief, sighted, taught_in_part
+from warmlink.controllers.kalman import Belief, Sight, counted, sighted, taught_in_part
 from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
 from warmlink.controllers.observer.witnesses import Look
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import idle_at_zero, side_by_side
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     LARGEST,
@@ -30,6 +30,7 @@ from warmlink.fmus.component.arithmetic import (
     exp,
     finite,
     maximum,
+    side,
     stack,
     truth,
     where,
@@ -92,8 +93,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     """States after a sample: the observer's, then what the camera teaches, limited."""
     sample = observer.sampled(x, u, p, step, STATES)
     filters, camera = update_from_camera(sample.filters, x, u, p, step)
-    seen = evidence(x.evidence, filters.alert, observer.HEAT, p, sample.heard)
-    camera_seen = evidence(x.camera_evidence, filters.alert, _TAUGHT, p, 1.0)
+    seen = evidence(x.evidence, filters, observer.HEAT, p, sample.heard)
+    camera_seen = evidence(x.camera_evidence, filters, _TAUGHT, p, 1.0)
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
@@ -135,9 +136,8 @@ def update_from_camera(
     looked = news * truth(x.camera_free_for > p.camera_delay + 2.0 * step)
     measured = u.measured_drift + x.correction
     before = filters, x.camera_calm_for, x.camera_out
-    expected = Filters(*(each.mean for each in filters_of(x)))
-    filters, calm_for, out = _looked(before, expected, measured, age, p, looked)
-    return Filters(*(each._replace(mean=bounded(each.mean, p)) for each in filters)), Camera(
+    filters, calm_for, out = _looked(before, filters_of(x).mean, measured, age, p, looked)
+    return filters._replace(mean=bounded(filters.mean, p)), Camera(
         last=where(news > 0, u.measured_drift, x.camera_last),
         age=where(news > 0, 0.0, age),
         calm_for=calm_for,
@@ -152,7 +152,7 @@ def update_from_camera(
 @idle_at_zero
 def _looked(
     before: tuple[Filters, Number, Number],
-    expected: Filters,
+    expected: Number,
     measured: Number,
     age: Number,
     p: Record,
@@ -168,24 +168,41 @@ def _looked(
     """
     filters, calm_for, out = before
     variance = p.camera_std**2
-    rows = [elongation_row(each.mean, p) for each in filters]
-    sights = [sighted(*each) for each in zip(filters, rows, strict=True)]
-    innovations = [measured - elongation(each, p) for each in expected]
+    row, sight = _sighted(filters, p)
+    innovation = _innovation(expected, measured, p)
     # A leap within the camera's authority is harmless, so it is believed.
-    widest = maximum(dot(rows[0], sights[0].spread), 0.0) + variance + (p.camera_authority / p.gate) ** 2
+    by_all = dot(side(0, row), side(0, sight.spread))
+    widest = maximum(by_all, 0.0) + variance + (p.camera_authority / p.gate) ** 2
     trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    verdict = fail_safe.judged(trust, looked, innovations[1], widest, widest, gates, age)
-    taught = Filters(
-        *(
-            taught_in_part(belief, row, sight, innovation, variance, verdict.use, _TAUGHT[1] - _TAUGHT[0])
-            for belief, row, sight, innovation in zip(filters, rows, sights, innovations, strict=True)
-        )
-    )
-    return taught, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
+    verdict = fail_safe.judged(trust, looked, side(1, innovation), widest, widest, gates, age)
+    filters = _taught(filters, sight, row, innovation, variance, verdict.use)
+    return filters, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
 
 
-@kept_whole
+@side_by_side(1)
+def _sighted(belief: Filters, p: Record) -> tuple[Number, Sight]:
+    """Derivative of the elongation by the state, and how either filter sees it."""
+    row = elongation_row(belief.mean, p)
+    return row, sighted(Belief(*belief), row)
+
+
+@side_by_side(1)
+def _innovation(expected: Number, measured: Number, p: Record) -> Number:
+    return measured - elongation(expected, p)
+
+
+@side_by_side(4)
+def _taught(
+    belief: Filters, sight: Sight, row: Number, innovation: Number, variance: Number, use: Number
+) -> Filters:
+    """Either filter after a look of the camera, which changes only what it reveals."""
+    counts = counted(row, sight, innovation, variance, use)
+    last = _TAUGHT[1] - _TAUGHT[0]
+    return Filters(*taught_in_part(Belief(*belief), sight, counts, row, variance, last))
+
+
+@side_by_side(1)
 def bounded(mean: Number, p: Record) -> Number:
     """The estimate with what the camera has taught kept within its authority, lest it winds up beyond."""
     by_temperature = model.elongation(mean, p)

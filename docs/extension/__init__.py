@@ -62,8 +62,8 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
     from plotly.offline import get_plotlyjs
 
     from extension.blocks import ROOT, notebook
+    from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import write_live_page
     from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO

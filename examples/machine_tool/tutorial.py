@@ -12,7 +12,7 @@ from tempfile import mkdtemp
 
 from warmlink.orchestration import api as wl
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 os.chdir(shutil.copytree(Path(__file__).parent, mkdtemp(), dirs_exist_ok=True))
 

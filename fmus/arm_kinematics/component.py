@@ -21,16 +21,17 @@ def _lengths(name: str, description: str, starts: tuple[float, ...]) -> Paramete
 
 
 def _direction(coordinate: str, starts: tuple[float, ...]) -> Parameter:
-    return Parameter(
-        f"growth_{coordinate}",
-        "1",
-        0,
-        f"{coordinate} of the unit vector, in the link's own frame, along which the link grows",
-        size=AXES,
-        starts=starts,
-        minimum=-1,
-        maximum=1,
-    )
+    about = f"{coordinate} of the unit vector, in the link's own frame, along which the link grows"
+    return Parameter(f"growth_{coordinate}", "1", 0, about, size=AXES, starts=starts, minimum=-1, maximum=1)
+
+
+def _point(name: str, description: str) -> Output:
+    return Output(name, "m", description, size=3, display="mm", nominal=0.5)
+
+
+_MISSED = "true tool point minus the one computed with the {} dimensions: x, y, z"
+_CORRECTION = "growth of each link that the robot's controller has put into its nominal dimensions"
+_TWISTS = (pi / 2, 0, pi / 2, -pi / 2, pi / 2, 0)
 
 
 def _one_long(axis: int) -> Check:
@@ -51,38 +52,24 @@ COMPONENT = Component(
     inputs=(
         Input("angle", "rad", "angle of each joint", size=AXES, display="deg", nominal=1),
         growth_input("elongation", "growth of each link", size=AXES),
-        growth_input(
-            "correction",
-            "growth of each link that the robot's controller has put into its nominal dimensions",
-            size=AXES,
-        ),
+        growth_input("correction", _CORRECTION, size=AXES),
     ),
     parameters=(
         _angles("joint_offset", "angle to add to the joint's", (0, pi / 2, pi / 2, 0, 0, 0)),
         _lengths("link_offset", "distance along the joint's axis", (0.3302, 0, 0, 0.3302, 0, 0.2262)),
         _lengths("link_length", "distance along the common normal", (0, 0.3048, 0, 0, 0, 0)),
-        _angles(
-            "link_twist", "angle from one joint's axis to the next", (pi / 2, 0, pi / 2, -pi / 2, pi / 2, 0)
-        ),
+        _angles("link_twist", "angle from one joint's axis to the next", _TWISTS),
         _direction("x", (0, 1, 0, 0, 0, 0)),
         _direction("y", (1, 0, 0, -1, 0, 0)),
         _direction("z", (0, 0, 1, 0, 1, 1)),
     ),
     derived=(Derived("twist_cosine", "1", size=AXES), Derived("twist_sine", "1", size=AXES)),
     outputs=(
-        Output("position", "m", "tool point of the grown arm: x, y, z", size=3, display="mm", nominal=0.5),
-        Output(
-            "nominal_position", "m", "tool point with nominal dimensions", size=3, display="mm", nominal=0.5
-        ),
-        growth_output(
-            "error", "true tool point minus the one computed with the adjusted dimensions: x, y, z", size=3
-        ),
+        _point("position", "tool point of the grown arm: x, y, z"),
+        _point("nominal_position", "tool point with nominal dimensions"),
+        growth_output("error", _MISSED.format("adjusted"), size=3),
         growth_output("error_norm", "length of the error"),
-        growth_output(
-            "uncompensated_error",
-            "true tool point minus the one computed with the nominal dimensions: x, y, z",
-            size=3,
-        ),
+        growth_output("uncompensated_error", _MISSED.format("nominal"), size=3),
         growth_output("uncompensated_error_norm", "length of that error"),
         *(
             Output(f"sensitivity_{k}", "1", f"{k} of the tool point by each elongation", size=AXES, nominal=1)

@@ -48,8 +48,7 @@ MOST_IN_A_STEP = 10_000
 class Check:
     """A condition across parameters: `margin(p)` must not be negative (NaN fails too).
 
-    The sentence is given the parameter values, with nine digits, as
-    `"tip_position: {tip_position} m lies beyond the link's end; keep it within length ({length} m)"`;
+    The sentence is given parameter values with nine digits, as `"tip_position: {tip_position} m lies ..."`;
     `{sensor_position[1]}` is the first element of a vector.
     """
 
@@ -63,13 +62,10 @@ FIELD = re.compile(r"\{([\w.]+(?:\[\d+\])?)\}")
 
 @dataclass(frozen=True)
 class Clock:
-    """What is sampled together: some of the states, at one sample time.
+    """Some of the states, side by side, that are sampled together.
 
-    Attributes
-    ----------
-    sample_time : name of the parameter that gives the time between two samples, in s
-    states : the states that it gives, which lie side by side
-    update : `update(x, u, p, time, step)`, their next values by name
+    The parameter `sample_time` gives the time between two samples in s, `update(x, u, p, time, step)` the
+    states' next values by name.
     """
 
     sample_time: str
@@ -103,7 +99,7 @@ class Component:
     joint : what the component was joined from; None for one that stands by itself
     terminals : which scalars belong together where components are connected
     local, look_inside : variables that show the inside, and `look_inside(x, u, p, time)`, their values by
-        name; native FMUs have them (see `packaging.exchange.opened`)
+        name; native FMUs have them (see `packaging.views.opened`)
     micro_step : largest step of the integrator in s
     checks : conditions across parameters
     default_stop_time, default_step_size : experiment in s that the FMU proposes
@@ -151,10 +147,8 @@ class Component:
                     f"least {SHORTEST_SAMPLE_TIME:g} s"
                 )
 
-    @property
-    def sampled(self) -> bool:
-        """Whether anything in the component is sampled."""
-        return bool(self.clocks)
+    sampled = property(lambda self: bool(self.clocks))
+    """Whether anything in the component is sampled."""
 
     @cached_property
     def continuous(self) -> Layout:
@@ -204,10 +198,7 @@ class Component:
     def start_values(self, given: Mapping[str, float] | None = None) -> tuple[Number, Number]:
         """Flat parameters and inputs at their start values, but for those given by name.
 
-        Raises
-        ------
-        KeyError
-            A name is neither a parameter's nor an input's.
+        KeyError: a name is neither a parameter's nor an input's.
         """
         starts = [scalar.start for scalar in self.scalars() if scalar.start is not None]
         values = np.array(starts, dtype=float)
@@ -249,12 +240,8 @@ class Component:
     def rates_of(self, x: Number, u: Number, p: Number, time: Number, since: Number | None = None) -> Number:
         """Flat vector of the time derivatives of the continuous states, shape (continuous.size,).
 
-        Parameters
-        ----------
-        x, u, p : flat states, inputs, and parameters with what they settle
-        time : in s
-        since : time in s at which the micro step began, where it is not `time`: signals between the parts of
-            a joined component that jump are those of then
+        Arguments are flat, and time in s. Where the micro step began at another time, `since`, signals that
+        jump between the parts of a joined component are those of then.
         """
         assert self.rates is not None
         given = (self.x.read(x), self.u.read(u), self.d.read(p), time)

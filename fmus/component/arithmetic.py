@@ -128,6 +128,20 @@ def stack(*parts: Number) -> Number:
     return np.concatenate(whole) if whole else np.zeros(0)
 
 
+def beside(one: Number, other: Number) -> Number:
+    """Two numbers or vectors of a size as one vector, each element beside the other's."""
+    if symbolic(one, other):
+        import casadi
+
+        return casadi.vec(casadi.horzcat(one, other).T)
+    return np.column_stack((one, other)).ravel()
+
+
+def side(which: int, both: Number) -> Number:
+    """The one (0) or the other (1) of two numbers or vectors that lie side by side."""
+    return both[which::2] if both.shape[0] > 2 else both[which]
+
+
 def placed(value: Number, index: int, size: int) -> Number:
     """Vector of a size that is zero but for one element."""
     if symbolic(value):

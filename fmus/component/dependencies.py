@@ -21,13 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dependencies:
-    """What each scalar output depends on, by its name.
+    """What each scalar output depends on, by its name; with `time` where time itself acts.
 
-    Attributes
-    ----------
-    outputs : names of the inputs that act on the output at once, the states being held; with `time` where
-        time itself acts
-    initial : names of the inputs and parameters that settle the output during initialization, with `time`
+    In `outputs` stand the inputs that act on it at once, the states being held; in `initial` the inputs and
+    parameters that settle it during initialization.
     """
 
     outputs: dict[str, tuple[str, ...]]
@@ -44,12 +41,8 @@ def dependencies(
     """Find the dependencies of a component by the sparsity of its functions in CasADi, which takes a while.
 
     A variable that only stands in a condition counts: it acts on the output though its derivative is zero.
-
-    Parameters
-    ----------
-    component : the declaration
-    states, rates : names by which the states and their time derivatives go, where a host knows them; states
-        then act on outputs and rates, and rates stand beside the outputs, at the start the states too
+    Where a host knows states and rates, by the names given, states act on outputs and rates, and rates stand
+    beside the outputs, at the start the states too.
     """
     import casadi
 
@@ -90,12 +83,8 @@ def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tup
 
     Among those that may come next, the one with the fewest other sources still ahead is taken, then the
     first. In a cycle of direct feedthrough the one with the fewest open dependencies goes first, so the
-    order is the same on every machine.
-
-    Parameters
-    ----------
-    direct : for each component the others whose values act on its connected outputs at once
-    every : for each component all others that it takes values from
+    order is the same on every machine. `direct` has for each component the others whose values act on its
+    connected outputs at once, `every` all others that it takes values from.
     """
     ahead = set(range(len(direct)))
     order: list[int] = []

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -41,13 +40,9 @@ class Instance:
     """One running component.
 
     Values are set and got by value reference or by name; outputs belong to the present inputs. `warn` is
-    called with a sentence on what was mended.
-
-    Raises
-    ------
-    InputError
-        On leaving initialization with parameters out of range, and on a step that is too long, is not from
-        the time reached, has inputs out of range, or lets a state grow beyond all bounds.
+    called with a sentence on what was mended. InputError on leaving initialization with parameters out of
+    range, and on a step that is too long, is not from the time reached, has inputs out of range, or lets a
+    state grow beyond all bounds.
     """
 
     def __init__(self, component: Component, name: str | None = None) -> None:
@@ -75,10 +70,8 @@ class Instance:
         """Set inputs, tunable parameters, and before initialization ends all, by name, in SI units."""
         for name, value in values.items():
             if name not in self._references:
-                raise InputError(
-                    f"{self.name}.{name}: {self.component.name} has no such variable; "
-                    f"{instead(name, self._references)}"
-                )
+                told = f"{self.component.name} has no such variable; {instead(name, self._references)}"
+                raise InputError(f"{self.name}.{name}: {told}")
             self.set_reference(self._references[name], value)
 
     def get(self, name: str) -> float:
@@ -101,9 +94,8 @@ class Instance:
             limits.refuse_problems(self.component, self.name, changed.tolist())
             self._settle(changed)
         else:
-            raise InputError(
-                f"{named}: parameters are fixed once the run has begun; set it before initialization"
-            )
+            told = "parameters are fixed once the run has begun; set it before initialization"
+            raise InputError(f"{named}: {told}")
         self._y = None
 
     def get_reference(self, reference: int) -> float:
@@ -143,14 +135,11 @@ class Instance:
             raise InputError(f"{self.name}: a step before initialization; initialize it first")
         longest = self.component.longest_step(self._p)
         if not 0 < step <= longest:
-            raise InputError(
-                f"{self.name}: a step of {step:g} s; give one above 0 s and at most {longest:g} s"
-            )
+            told = f"a step of {step:g} s; give one above 0 s and at most {longest:g} s"
+            raise InputError(f"{self.name}: {told}")
         if not abs(time - self._time) <= min(longest, CLOCK_TOLERANCE * (abs(time) + step)):
-            raise InputError(
-                f"{self.name}: a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there, "
-                "or restore a state"
-            )
+            told = f"a step from {time:.9g} s, but {self._time:.9g} s is reached; step from there"
+            raise InputError(f"{self.name}: {told}, or restore a state")
         self._check_inputs()
         before = self._x, list(self._samples)
         try:
@@ -204,10 +193,8 @@ class Instance:
     def _check_states(self, since: float) -> None:
         wild = limits.wild_state(self.component, self._x.tolist())
         if wild is not None:
-            raise InputError(
-                f"{self.name}: {wild} is not finite after {since:g} s; "
-                "look for inputs and parameters far from their nominal values"
-            )
+            remedy = "look for inputs and parameters far from their nominal values"
+            raise InputError(f"{self.name}: {wild} is not finite after {since:g} s; {remedy}")
 
     def _go(self, time: float, until: float) -> None:
         """From sample to sample; of those due at once, first the first clock's."""
@@ -273,23 +260,17 @@ def samples_until(time: float, start_time: float, period: float) -> int:
 
 
 def is_possible(component: Component, snapshot: Snapshot) -> bool:
-    """Whether an instance of a component could have remembered this, whatever the fields hold."""
-    sizes = (component.p.size, component.u.size, component.x.size)
-    vectors = (getattr(snapshot, name) for name in VECTORS)
+    """Whether an instance of a component could have remembered this; TypeError for some that it could not."""
     start, time, samples = snapshot.start_time, snapshot.time, snapshot.samples
-    if not (
-        all(_are_of(float, vector, size) for vector, size in zip(vectors, sizes, strict=True))
-        and _are_of(float, [start, time], 2)
-        and all(map(math.isfinite, (start, time)))
-        and _are_of(int, samples, len(component.clocks))
-        and type(snapshot.initialized) is bool
-    ):
+    sizes = [len(getattr(snapshot, name)) for name in VECTORS]
+    if sizes != [component.p.size, component.u.size, component.x.size]:
+        return False
+    kinds = [type(each) for each in (start, time, snapshot.initialized, *samples)]
+    if kinds != [float, float, bool, *[int] * len(component.clocks)] or not math.isfinite(start + time):
         return False
     for scalar, value in zip(component.scalars(), snapshot.parameters + snapshot.inputs, strict=False):
         kind = scalar.variable.type
-        if kind == "Boolean" and value not in (0, 1):
-            return False
-        if kind == "Integer" and not (math.isfinite(value) and value == round(value)):
+        if (kind == "Boolean" and value not in (0, 1)) or (kind == "Integer" and not value.is_integer()):
             return False
     if not snapshot.initialized:
         return time == start and not any(samples)
@@ -306,7 +287,3 @@ def is_possible(component: Component, snapshot: Snapshot) -> bool:
         if not due <= count <= due + 1 + slack / period:
             return False
     return True
-
-
-def _are_of(kind: type, values: Any, size: int) -> bool:
-    return isinstance(values, list) and [type(each) for each in values] == [kind] * size

@@ -48,17 +48,20 @@ def solution_of(jacobian: Matrix, step: float) -> Callable[[Vector], Vector]:
 class ComplexStepJacobian:
     """Jacobian by complex step, with as few evaluations as its structure allows.
 
-    Columns that share no row are stepped together (Curtis, Powell and Reid 1974), so that a chain of
-    cells takes three evaluations whatever its length.
-
-    Parameters
-    ----------
-    structure : where the Jacobian may differ from zero, shape (n, n), boolean
+    The structure, shape (n, n), tells where it may differ from zero. Columns that share no row are stepped
+    together (Curtis, Powell and Reid 1974), so that a chain of cells takes three evaluations of any length.
     """
 
     def __init__(self, structure: NDArray[np.bool_]) -> None:
         self._structure = structure
-        self._groups = _independent_columns(structure)
+        self._groups: list[list[int]] = []
+        for column, rows in enumerate(structure.T):
+            fits = (each for each in self._groups if not np.any(structure[:, each].any(axis=1) & rows))
+            group = next(fits, None)
+            if group is None:
+                self._groups.append([column])
+            else:
+                group.append(column)
 
     def __call__(
         self, rates: Callable[[NDArray[np.complex128]], NDArray[np.complex128]], x: Vector
@@ -73,15 +76,3 @@ class ComplexStepJacobian:
                 rows = self._structure[:, column]
                 jacobian[rows, column] = slope[rows]
         return jacobian
-
-
-def _independent_columns(structure: NDArray[np.bool_]) -> list[list[int]]:
-    groups: list[list[int]] = []
-    for column, rows in enumerate(structure.T):
-        for members in groups:
-            if not np.any(structure[:, members].any(axis=1) & rows):
-                members.append(column)
-                break
-        else:
-            groups.append([column])
-    return groups

@@ -33,23 +33,15 @@ def join(
 ) -> Component:
     """Join components into one.
 
+    Checks, bounds, units and descriptions are the parts'. InputError: a wire's end does not exist, an input
+    is fed twice, units differ, or wires close a loop in which each signal depends on the next at once.
+
     Parameters
     ----------
     name : name of the joined component, as `WarmupCell`
     parts : components by instance name, each used as often as wanted
     wires : from outputs to inputs
     description : one line; made up from the parts where there is none
-
-    Returns
-    -------
-    Component
-        Its checks, bounds, units and descriptions are the parts'.
-
-    Raises
-    ------
-    InputError
-        A wire's end does not exist, an input is fed twice, units differ, or wires close a loop in which
-        each signal depends on the next at once (an algebraic loop).
     """
     flat: dict[str, Component] = {}
     every = list(wires)
@@ -92,12 +84,9 @@ def join(
 
 
 class Joint:
-    """The parts of a joined component and how they are wired; its behaviour.
+    """The parts of a joined component, none of them joined itself; how they are wired; its behaviour.
 
-    Attributes
-    ----------
-    parts : the components by instance name, none of them joined itself
-    wires : source of each input that a wire feeds, both as `instance.variable`
+    The wires give the source of each input that one feeds, both as `instance.variable`.
     """
 
     def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
@@ -116,8 +105,7 @@ class Joint:
 
     def derive(self, p: Record) -> Values:
         """What the parameters settle, by name."""
-        given = {key: part.derive(part_of(p, key)) for key, part in self.parts.items() if part.derive}
-        return _named(given)
+        return _named({k: part.derive(part_of(p, k)) for k, part in self.parts.items() if part.derive})
 
     def begin(self, u: Record, p: Record) -> Values:
         """Start values of the states by name, each part's from what the others begin with."""
@@ -128,21 +116,19 @@ class Joint:
             return part.observe(states, inputs, own, 0.0)
 
         signals = self._followed(self._starting, begun, u)
-        stateful = ((key, part) for key, part in self.parts.items() if part.states)
-        return _named(
-            {key: part.started(self._record(key, signals, u), part_of(p, key)) for key, part in stateful}
-        )
+        stateful = [
+            (key, part, self._record(key, signals, u)) for key, part in self.parts.items() if part.states
+        ]
+        return _named({key: part.started(inputs, part_of(p, key)) for key, part, inputs in stateful})
 
     def rates(self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None) -> Values:
         """Time derivatives of the continuous states by name; `since` as for `Component.rates_of`."""
-        signals = self._signals(x, u, p, time, since)
-        return _named(
-            {
-                key: part.rates(part_of(x, key), self._record(key, signals, u), part_of(p, key), time)
-                for key, part in self.parts.items()
-                if part.rates is not None and part.states
-            }
-        )
+        signals, found = self._signals(x, u, p, time, since), {}
+        for key, part in self.parts.items():
+            if part.rates is not None and part.states:
+                inputs = self._record(key, signals, u)
+                found[key] = part.rates(part_of(x, key), inputs, part_of(p, key), time)
+        return _named(found)
 
     def observe(self, x: Record, u: Record, p: Record, time: Number) -> Values:
         """Outputs by name."""
@@ -195,9 +181,9 @@ class Joint:
         for key, ready in schedule:
             given = observe(key, self._record(key, signals, free))
             for output in self.parts[key].outputs:
+                value = given[output.name]
                 for i, name in enumerate(output.scalar_names):
                     if name in ready:
-                        value = given[output.name]
                         signals[f"{key}.{name}"] = value if output.size is None else value[i]
         return signals
 

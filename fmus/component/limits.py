@@ -16,13 +16,9 @@ BOUND_TOLERANCE = 1e-9
 
 
 def problems(component: Component, instance: str, values: Sequence[float]) -> list[str]:
-    """Sentences on parameters out of range, none where all are well.
+    """Sentences on flat parameters in SI units, shape (component.p.size,), that are out of range.
 
-    Parameters
-    ----------
-    component : the declaration
-    instance : name of the instance, put before the variable's; empty for none
-    values : flat parameters in SI units, shape (component.p.size,)
+    The name of the instance, where there is one, is put before the variable's.
     """
     scalars = component.scalars()[: component.p.size]
     each = (problem(scalar, value) for scalar, value in zip(scalars, values, strict=True))
@@ -49,10 +45,7 @@ def checked(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Flat parameters and inputs in SI units, at their start values but for those given by name.
 
-    Raises
-    ------
-    InputError
-        A name is unknown, or a parameter out of range.
+    InputError: a name is unknown, or a parameter out of range.
     """
     for name in given:
         if name not in component.p.index and name not in component.u.index:
@@ -116,20 +109,13 @@ def ordinary_size(variable: Variable) -> float:
 
 
 def wild_state(component: Component, states: Sequence[float]) -> str | None:
-    """Name of the first state that is not finite, nor NaN where that is allowed; None where all are well.
-
-    Parameters
-    ----------
-    component : the declaration
-    states : flat states, shape (component.x.size,)
-    """
+    """Name of the first of the flat states that is not finite, nor NaN where that is allowed; else None."""
     if all(map(math.isfinite, states)):
         return None
     missing = [state.accepts_nan for state in component.states for _ in range(state.count)]
-    for name, value, accepts_nan in zip(component.x.names, states, missing, strict=True):
-        if not (math.isfinite(value) or (accepts_nan and math.isnan(value))):
-            return name
-    return None
+    every = zip(component.x.names, states, missing, strict=True)
+    wild = (n for n, v, nan in every if not (math.isfinite(v) or (nan and math.isnan(v))))
+    return next(wild, None)
 
 
 def _shown(value: float) -> str:

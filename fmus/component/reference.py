@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Phase:
-    """A stretch of time over which the inputs are held.
-
-    Attributes
-    ----------
-    duration : length in s
-    inputs : values in SI units by name, as `motor.speed`; the others keep what they had
-    """
+    """A time in s over which inputs are held, in SI units by name; the others keep what they had."""
 
     duration: float
     inputs: Mapping[str, float]
@@ -53,6 +47,8 @@ def integrate(
 ) -> Trajectory:
     """Integrate a component that nothing samples, from its declared start through the phases.
 
+    KeyError: a name is not one of the component's. RuntimeError: the integration failed.
+
     Parameters
     ----------
     component : the declaration
@@ -61,13 +57,6 @@ def integrate(
     every : time in s between two recorded points; it must divide each phase
     tolerance : relative tolerance, and absolute in the states' units
     parameters : values in SI units by name, where not the declared ones
-
-    Raises
-    ------
-    KeyError
-        A name is not one of the component's.
-    RuntimeError
-        The integration failed.
     """
     from scipy.integrate import solve_ivp
 
@@ -85,14 +74,11 @@ def integrate(
         grid = begun + every * np.arange(round(phase.duration / every) + 1.0)
         solution = solve_ivp(
             lambda t, x, u: np.asarray(functions["rates"](x, u, settled, t)).ravel(),
-            (begun, grid[-1]),
-            state,
-            "BDF",
-            t_eval=grid,
+            *((begun, grid[-1]), state, "BDF", grid),
             args=(u,),
+            jac=lambda t, x, u: functions["jacobian"](x, u, settled, t).sparse(),
             rtol=tolerance,
             atol=tolerance,
-            jac=lambda t, x, u: functions["jacobian"](x, u, settled, t).sparse(),
         )
         if not solution.success:
             raise RuntimeError(f"no integration beyond {solution.t[-1]:g} s: {solution.message}")

@@ -65,10 +65,7 @@ _SYMBOLS = {
 def unit(text: str) -> Unit:
     """Unit that a text in Modelica's notation means.
 
-    Raises
-    ------
-    ValueError
-        A symbol is not known, or the text is not of this form.
+    ValueError: a symbol is not known, or the text is not of this form.
     """
     if text in _SYMBOLS:
         return _SYMBOLS[text]
@@ -92,14 +89,7 @@ def unit(text: str) -> Unit:
 def display_conversion(text: str, display: str) -> tuple[float, float]:
     """Factor and offset by which `displayed value = factor * value + offset`.
 
-    Parameters
-    ----------
-    text, display : the value's unit and the unit in which it is read
-
-    Raises
-    ------
-    ValueError
-        The units measure different things.
+    ValueError: the value's unit and the unit in which it is read measure different things.
     """
     stored, shown = unit(text), unit(display)
     if stored.exponents != shown.exponents:

@@ -43,21 +43,13 @@ class Named:
 
 @dataclass(frozen=True)
 class Choice:
-    """Values with names: an enumeration, whose values are 0, 1, 2 and so on.
-
-    Attributes
-    ----------
-    name : of the type, as `PadMode`
-    items : names of the values in their order
-    """
+    """An enumeration: the type's name, as `PadMode`, and those of its values 0, 1, 2 and so on."""
 
     name: str
     items: tuple[str, ...]
 
-    @property
-    def last(self) -> int:
-        """Largest value."""
-        return len(self.items) - 1
+    last = property(lambda self: len(self.items) - 1)
+    """Largest value."""
 
 
 @dataclass(frozen=True)
@@ -152,11 +144,8 @@ class Derived(Named):
 class Terminal:
     """Scalars that are connected together, as heat flow and temperature where two bodies touch.
 
-    Attributes
-    ----------
-    name : as `base`
-    kind : what may be connected with each other: terminals of one kind, member by member of one name
-    members : name of the member, and of the scalar that it is, as `("temperature", "base_temperature")`
+    Terminals of one kind may be connected, member by member: its name, and that of the scalar that it is, as
+    `("temperature", "base_temperature")`.
     """
 
     name: str
@@ -166,7 +155,7 @@ class Terminal:
 
 @dataclass(frozen=True)
 class Scalar:
-    """One scalar of the interface: its value reference, its name, and the declaration it belongs to."""
+    """One scalar of the interface: its value reference, its name, its declaration and place in that."""
 
     reference: int
     name: str
@@ -227,8 +216,8 @@ class Layout:
             for part, held in inner.items()
         }
         fields: Any = list(self._own)
-        plain = not inner and all(_is_plain(name) for name in fields)
-        self._record: Any = namedtuple("Values", fields) if plain else None
+        fit = all(name.isidentifier() and name[0] != "_" and not iskeyword(name) for name in fields)
+        self._record: Any = namedtuple("Values", fields) if fit and not inner else None
 
     def read(self, vector: Number) -> Record:
         """Named values of a flat vector of any arithmetic, shape (size,)."""
@@ -249,21 +238,13 @@ class Layout:
     def flat(self, values: Values) -> Number:
         """Flat vector of named values, shape (size,).
 
-        Raises
-        ------
-        KeyError
-            A variable is missing, or one is named that is not declared.
+        KeyError: a variable is missing, or one is named that is not declared.
         """
-        if values.keys() != {v.name for v in self.variables}:
-            missing = [v.name for v in self.variables if v.name not in values]
-            unknown = [name for name in values if name not in {v.name for v in self.variables}]
+        if values.keys() != self._places.keys():
+            missing = [name for name in self._places if name not in values]
+            unknown = [name for name in values if name not in self._places]
             raise KeyError(f"missing: {missing}, not declared: {unknown}")
         return stack(*(values[v.name] for v in self.variables))
-
-
-def _is_plain(name: str) -> bool:
-    """Whether a named tuple takes the name for a field."""
-    return name.isidentifier() and not name.startswith("_") and not iskeyword(name)
 
 
 def _merged(places: Sequence[int | slice]) -> slice | list[int]:

@@ -14,16 +14,16 @@ from warmlink.fmus.component.quantities import (
 )
 from warmlink.fmus.drift_camera import equations
 
+_PIXEL_SIZE = "size of a pixel along the link"
 _CENTROID_NOISE = "standard deviation of the spot's centroid in pixels"
+_MEASURED_DRIFT = "elongation minus correction on the last good picture; NaN under fault 4"
 
 _PARAMETERS = (
     sample_time_parameter("time between two looks at whether a picture is due"),
     Parameter("moving_interval", "s", 30, "time between two pictures while the joint moves", positive=True),
     Parameter("still_interval", "s", 120, "time between two pictures while it is still", positive=True),
     tunable("still_speed", "rad/s", 0.01, "speed up to which the joint counts as still", minimum=0),
-    Parameter(
-        "pixel_size", "m", 8.6e-6, "size of a pixel along the link", display="um", positive=True, nominal=1e-5
-    ),
+    Parameter("pixel_size", "m", 8.6e-6, _PIXEL_SIZE, display="um", positive=True, nominal=1e-5),
     tunable("centroid_noise", "1", 0.0125, _CENTROID_NOISE, minimum=0, nominal=0.01),
     tunable("drift_rate", "m/s", 0, "drift of the camera itself per second", display="um/h", nominal=1e-9),
     tunable("offset", "m", 0, "constant error of the reading", display="um", nominal=1e-6),
@@ -54,9 +54,7 @@ COMPONENT = Component(
         State("age_count", "1"),
     ),
     outputs=(
-        growth_output(
-            "measured_drift", "elongation minus correction on the last good picture; NaN under fault 4"
-        ),
+        growth_output("measured_drift", _MEASURED_DRIFT),
         Output("drift_valid", "1", "whether the last picture is good", type="Boolean", discrete=True),
         Output("age", "s", "time since the last good picture was taken", nominal=30),
     ),

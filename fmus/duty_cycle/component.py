@@ -15,17 +15,9 @@ TIMES = (Derived("segment_begin", "s", size=SEGMENTS), Derived("length", "s"))
 
 def durations(description: str, first: float, ordinary: float) -> Parameter:
     """Times in s that segments last, the first of them as shipped; 0 for those that are not used."""
-    return Parameter(
-        "duration",
-        "s",
-        0,
-        f"{description}; 0: not used",
-        size=SEGMENTS,
-        starts=(first, *(0.0,) * (SEGMENTS - 1)),
-        minimum=0,
-        maximum=equations.LONGEST,
-        nominal=ordinary,
-    )
+    about, starts = f"{description}; 0: not used", (first, *(0.0,) * (SEGMENTS - 1))
+    bounds: dict[str, Any] = {"minimum": 0, "maximum": equations.LONGEST, "nominal": ordinary}
+    return Parameter("duration", "s", 0, about, size=SEGMENTS, starts=starts, **bounds)
 
 
 def lasting(part: str, lasts: str) -> Check:
@@ -52,21 +44,14 @@ _SHIPPED = {"speed": 3.43, "torque": 2.5}
 def _in_segments(demand: Output) -> Parameter:
     """A demand in each segment."""
     start, first = 0.0, _SHIPPED.get(demand.name)
-    bounds: dict[str, Any] = {"minimum": 0}
+    more: dict[str, Any] = {"choice": demand.choice, "display": demand.display, "nominal": demand.nominal}
     if demand.display == "degC":
-        start, bounds = ROOM_TEMPERATURE, {"positive": True}
-    return tunable(
-        f"segment_{demand.name}",
-        demand.unit,
-        start,
-        demand.description,
-        size=SEGMENTS,
-        starts=None if first is None else (first, *(0.0,) * (SEGMENTS - 1)),
-        choice=demand.choice,
-        display=demand.display,
-        nominal=demand.nominal,
-        **bounds,
-    )
+        start, more["positive"] = ROOM_TEMPERATURE, True
+    else:
+        more["minimum"] = 0
+    starts = None if first is None else (first, *(0.0,) * (SEGMENTS - 1))
+    name, about = f"segment_{demand.name}", demand.description
+    return tunable(name, demand.unit, start, about, size=SEGMENTS, starts=starts, **more)
 
 
 COMPONENT = Component(

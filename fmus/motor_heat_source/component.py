@@ -28,6 +28,11 @@ _INPUTS = (
     temperature_input("neighbour_temperature", "temperature of the neighbouring joint"),
 )
 
+_COPPER = "relative change of resistance per kelvin (copper)"
+_JOINT = "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K"
+_FRICTION = "relative decrease of friction per kelvin above 295.15 K"
+_VISCOSITY = "exponent by which viscous friction falls per kelvin above 295.15 K"
+
 _PARAMETERS = (
     Parameter("winding_heat_capacity", "J/K", 200, "heat capacity of the winding", positive=True),
     Parameter("shaft_heat_capacity", "J/K", 1500, "heat capacity of shaft and gear", positive=True),
@@ -36,36 +41,16 @@ _PARAMETERS = (
     Parameter("joint_conductance", "W/K", 1.0, "thermal conductance from shaft to link", minimum=0),
     extra("joint_resistance", "K/W", "additional thermal resistance of the joint, in series", nominal=0.1),
     extra("neighbour_conductance", "W/K", "thermal conductance to the neighbouring joint"),
-    per_kelvin(
-        "joint_temperature_coefficient",
-        "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K",
-        within=(-0.02, 0.05),
-    ),
+    per_kelvin("joint_temperature_coefficient", _JOINT, within=(-0.02, 0.05)),
     Parameter("winding_resistance", "Ohm", 2.0, "resistance of the winding at 293.15 K", minimum=0),
-    Parameter(
-        "winding_temperature_coefficient",
-        "1/K",
-        0.0039,
-        "relative change of resistance per kelvin (copper)",
-        minimum=0,
-        nominal=0.004,
-    ),
+    Parameter("winding_temperature_coefficient", "1/K", 0.0039, _COPPER, minimum=0, nominal=0.004),
     Parameter("torque_constant", "N.m/A", 1.2, "torque constant at the joint", positive=True),
     Parameter("iron_loss_coefficient", "W.s2/rad2", 0.15, "iron loss per squared speed", minimum=0),
     Parameter("coulomb_friction", "N.m", 1.5, "Coulomb friction torque", minimum=0),
     Parameter("viscous_friction", "N.m.s/rad", 0.6, "viscous friction torque per speed", minimum=0),
     tunable("friction_factor", "1", 1, "factor on both friction torques", minimum=0),
-    per_kelvin(
-        "friction_temperature_coefficient",
-        "relative decrease of friction per kelvin above 295.15 K",
-        within=(-0.1, 0.1),
-    ),
-    per_kelvin(
-        "viscosity_temperature_coefficient",
-        "exponent by which viscous friction falls per kelvin above 295.15 K",
-        within=(0, 0.2),
-        rare=True,
-    ),
+    per_kelvin("friction_temperature_coefficient", _FRICTION, within=(-0.1, 0.1)),
+    per_kelvin("viscosity_temperature_coefficient", _VISCOSITY, within=(0, 0.2), rare=True),
     tunable("standby_power", "W", 0, "heat into the shaft at all times", nominal=1),
     tunable("pad_gain", "W/K", 20, "gain of the pad's temperature control", minimum=0),
     tunable("pad_power_limit", "W", 60, "largest power of the pad", minimum=0),

@@ -43,13 +43,8 @@ def identity(scalar: Scalar) -> dict[str, str]:
     else:
         variability = "discrete" if variable.discrete or variable.type != "Real" else "continuous"
     causality = type(variable).__name__.lower()
-    given = {
-        "name": scalar.name,
-        "valueReference": str(scalar.reference),
-        "description": variable.description,
-        "causality": causality,
-        "variability": variability,
-    }
+    given = {"name": scalar.name, "valueReference": str(scalar.reference)}
+    given |= {"description": variable.description, "causality": causality, "variability": variability}
     initial = {"parameter": "exact", "output": "calculated", "local": "calculated"}
     return given | ({"initial": initial[causality]} if causality in initial else {})
 
@@ -89,12 +84,10 @@ def declared_type(variable: Variable) -> str | None:
 def fmi3_type(variable: Variable) -> str:
     """Element of a variable in FMI 3.0.
 
-    In FMI 2.0 a choice stays an Integer of a named type: neither libcosimpy 0.0.6 nor ecospy 0.7.2 connects
-    or sets enumerations of FMI 2.0.
+    In FMI 2.0 a choice stays an Integer: libcosimpy 0.0.6 and ecospy 0.7.2 take none of its enumerations.
     """
-    if variable.choice is not None:
-        return "Enumeration"
-    return {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}[variable.type]
+    types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
+    return types[variable.type] if variable.choice is None else "Enumeration"
 
 
 def add_units(root: ET.Element, variables: Iterable[Variable], others: Iterable[str]) -> None:
@@ -105,13 +98,12 @@ def add_units(root: ET.Element, variables: Iterable[Variable], others: Iterable[
             displays.setdefault(variable.unit, set()).update([variable.display] if variable.display else [])
     definitions = add(root, "UnitDefinitions")
     for name in sorted(displays):
-        definition = add(definitions, "Unit", name=name)
-        factor = float(unit(name).factor)
-        add(definition, "BaseUnit", unit(name).exponents, factor=None if factor == 1 else factor)
+        definition, base = add(definitions, "Unit", name=name), unit(name)
+        add(definition, "BaseUnit", base.exponents, factor=None if base.factor == 1 else float(base.factor))
         for display in sorted(displays[name]):
             factor, offset = display_conversion(name, display)
-            stated = None if factor == 1 else factor
-            add(definition, "DisplayUnit", name=display, factor=stated, offset=offset or None)
+            told = {"name": display, "factor": None if factor == 1 else factor, "offset": offset or None}
+            add(definition, "DisplayUnit", told)
 
 
 def add_types(root: ET.Element, variables: Iterable[Variable], fmi_version: str) -> None:

@@ -23,16 +23,11 @@ from warmlink.fmus.packaging.documentation import documentation_page
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 """Where FMI-LS-REF has its files, inside an FMU of FMI 2.0 or 3.0."""
 
-STEPS = 5
-"""Communication steps of the smoke test."""
-
+STEPS = 5  # of the smoke test
 _DIGITS = 7  # fewer than those in which machines may differ
 
-_STANDARD = {
-    "name": "org.fmi-standard.fmi-ls-ref",
-    "version": "1.0.0-alpha.1",
-    "description": "Layered Standard providing information on related files included in an FMU.",
-}
+_ABOUT = "Layered Standard providing information on related files included in an FMU."
+_STANDARD = {"name": "org.fmi-standard.fmi-ls-ref", "version": "1.0.0-alpha.1", "description": _ABOUT}
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 for _prefix, _uri in (("fmi-ls", _NAMESPACE), ("ssv", _SSV)):
@@ -42,11 +37,7 @@ for _prefix, _uri in (("fmi-ls", _NAMESPACE), ("ssv", _SSV)):
 def files_beside(entry: Entry, fmi_version: str = "2.0", arrays: bool = False) -> dict[str, bytes]:
     """Give these files by path inside an FMU, and the picture that tools show on a block.
 
-    Parameters
-    ----------
-    entry : the component and where it is declared
-    fmi_version : "2.0" or "3.0"
-    arrays : in FMI 3.0, arrays are variables; without the files of FMI-LS-REF, whose parameter sets know none
+    With `arrays`, for FMI 3.0, those of FMI-LS-REF are left out: parameter sets know no arrays.
     """
     picture = "model.png" if fmi_version == "2.0" else "terminalsAndIcons/icon.png"
     return {
@@ -61,23 +52,19 @@ def files_beside(entry: Entry, fmi_version: str = "2.0", arrays: bool = False) -
 def terminals_files(component: Component, arrays: bool = False) -> dict[str, bytes]:
     """Give terminalsAndIcons.xml by its path inside an FMU; nothing for a component without terminals.
 
-    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are
-    connected by their names, and each is given by one side as a signal. With `arrays` an array is one member,
-    whose name has no number.
+    FMI 2.0 does not know the file, and gets it as FMI 3.0 has it (section 2.4.9 there). Members are signals,
+    connected by their names. With `arrays` an array is one member, whose name has no number.
     """
     if not component.terminals:
         return {}
-    vectors = (s for s in component.scalars() if arrays and s.variable.size is not None)
-    whole = {s.name: s.variable.name for s in vectors}
+    whole = {s.name: s.variable.name for s in component.scalars() if arrays and s.variable.size is not None}
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = add(root, "Terminals")
     for terminal in component.terminals:
         kind = f"warmlink.{terminal.kind}"
         around = add(terminals, "Terminal", name=terminal.name, matchingRule="bus", terminalKind=kind)
-        members = (
-            (re.sub(r"_\d+", "", m) if s in whole else m, whole.get(s, s)) for m, s in terminal.members
-        )
-        for member, name in dict.fromkeys(members):
+        named = {whole.get(s, s): re.sub(r"_\d+", "", m) if s in whole else m for m, s in terminal.members}
+        for name, member in named.items():
             told = {"variableName": name, "memberName": member, "variableKind": "signal"}
             add(around, "TerminalMemberVariable", told)
     return {"terminalsAndIcons/terminalsAndIcons.xml": document(root)}
@@ -87,31 +74,28 @@ def reference_files(component: Component, fmi_version: str = "2.0") -> dict[str,
     """Give the manifest of FMI-LS-REF and the files that it names, by path inside an FMU."""
     starts = {s: s.start for s in component.scalars() if isinstance(s.variable, Parameter)}
     demands, results, reached = _smoke_test(component)
-    step, ssv = component.default_step_size, "application/x-ssp-parameter-set"
-    test = ET.Element("Experiments")
+    step, test = component.default_step_size, ET.Element("Experiments")
     times = {"startTime": 0.0, "stopTime": reached * step, "stepSize": step}
     experiment = add(test, "Experiment", {"name": "smoke-test"}, **times)
     add(experiment, "Parameters", source="smoke-test.ssv")
     add(experiment, "References", source="smoke-test.csv")
-    nominal = _parameter_set("nominal", starts, fmi_version)
-    tried = _parameter_set("smoke-test", demands, fmi_version)
-    related = (
-        ("nominal.ssv", "parameter", ssv, "nominal values of all parameters", nominal),
-        ("smoke-test.ssv", "parameter", ssv, "inputs of the smoke test", tried),
-        (
-            "smoke-test.exp",
-            "experiment/smoke-test",
-            "application/x-ma-ls-experiments",
-            "smoke test",
-            document(test),
-        ),
-        ("smoke-test.csv", "result", "text/csv", f"its results, with {_DIGITS} digits", results),
-    )
     root = ET.Element("fmiReferences", {f"{{{_NAMESPACE}}}fmi-ls-{k}": v for k, v in _STANDARD.items()})
-    for name, role, kind, about, _ in related:
-        add(root, "Related", type=kind, source=name, role=role, description=about)
-    files = {name: content for name, *_, content in related} | {"fmi-ls-manifest.xml": document(root)}
-    return {f"{FOLDER}/{name}": content for name, content in files.items()}
+    files: dict[str, bytes] = {}
+
+    def relate(name: str, content: bytes, kind: str, role: str, about: str) -> None:
+        files[f"{FOLDER}/{name}"] = content
+        add(root, "Related", {"type": kind, "source": name, "role": role, "description": about})
+
+    for name, values, about in (
+        ("nominal", starts, "nominal values of all parameters"),
+        ("smoke-test", demands, "inputs of the smoke test"),
+    ):
+        ssv = _parameter_set(name, values, fmi_version)
+        relate(f"{name}.ssv", ssv, "application/x-ssp-parameter-set", "parameter", about)
+    kind, role = "application/x-ma-ls-experiments", "experiment/smoke-test"
+    relate("smoke-test.exp", document(test), kind, role, "smoke test")
+    relate("smoke-test.csv", results, "text/csv", "result", f"its results, with {_DIGITS} digits")
+    return files | {f"{FOLDER}/fmi-ls-manifest.xml": document(root)}
 
 
 @lru_cache(maxsize=64)
@@ -120,16 +104,14 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
 
     A component that fails with them is built all the same: its smoke test ends before.
     """
-    demands = {s: _demand(s) for s in component.scalars() if isinstance(s.variable, Input)}
+    demands = {s: _demand(s.variable) for s in component.scalars() if isinstance(s.variable, Input)}
     instance = Instance(component)
     instance.set({scalar.name: value for scalar, value in demands.items()})
     instance.begin()
     instance.initialize()
-    step, names = component.default_step_size, component.y.names
-    lines = [",".join(["time", *(f'"{name}"' for name in names)])]
+    step, lines = component.default_step_size, [",".join(["time", *(f'"{n}"' for n in component.y.names)])]
     for k in range(STEPS + 1):
-        values = [k * step, *(float(instance.get(name)) for name in names)]
-        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in values))
+        lines.append(",".join(f"{value:.{_DIGITS}g}" for value in (k * step, *instance.outputs())))
         if k < STEPS:
             try:
                 instance.step(k * step, step)
@@ -138,10 +120,8 @@ def _smoke_test(component: Component) -> tuple[Mapping[Scalar, float | None], by
     return demands, "\n".join([*lines, ""]).encode(), k
 
 
-def _demand(scalar: Scalar) -> float:
+def _demand(variable: Input) -> float:
     """Something else than the start value, of an ordinary size."""
-    variable = scalar.variable
-    assert isinstance(variable, Input)
     if variable.type != "Real":
         return variable.start
     moved = variable.start + (5.0 if variable.unit == "K" else variable.nominal or 1.0)

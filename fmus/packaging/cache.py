@@ -46,11 +46,7 @@ Made = TypeVar("Made")
 def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     """What was made before from the same things; else it is made, and kept where that is possible.
 
-    Parameters
-    ----------
-    folder : name below the cache
-    made_from : everything that it depends on; its `repr` tells two of them apart
-    make : makes it
+    The folder lies below the cache; `made_from` is everything that it depends on, told apart by its `repr`.
     """
     content = kept_before(folder, made_from)
     if content is None:
@@ -110,10 +106,7 @@ def used(path: Path) -> None:
 def make_room() -> None:
     """Remove what was not used for longest until the cache keeps its limit; done once in a process.
 
-    Raises
-    ------
-    InputError
-        If the limit is no size.
+    InputError if the limit is no size.
     """
     given = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MB))
     try:
@@ -122,34 +115,28 @@ def make_room() -> None:
         left = -1.0
     if not left >= 0:
         raise InputError(f"{LIMIT_VARIABLE} is {given!r}: not a size; give one in MB, as {_LIMIT_MB:g}")
-    own: list[Path] = []
+    entries = []
     with suppress(OSError, InputError):  # there is no cache
         folder = cache_folder()
-        found = folder.glob("*/*")
-        own += (path for path in found if _OWN.fullmatch(path.relative_to(folder).as_posix()))
-    entries = []
-    for entry in own:
-        with suppress(OSError):  # another process is making room too
-            entries.append(_last_used(entry))
-    for when, size, entry in sorted(entries, reverse=True):
+        for path in folder.glob("*/*"):
+            if _OWN.fullmatch(path.relative_to(folder).as_posix()):
+                with suppress(OSError):  # another process is making room too
+                    entries.append(_last_used(path))
+    for when, size, path in sorted(entries, reverse=True):
         left -= size
-        if left >= 0 or when >= time.time() - _IN_USE_S:
-            continue
-        if entry.is_dir():
-            shutil.rmtree(entry, ignore_errors=True)
-        else:
-            with suppress(OSError):
-                entry.unlink()
+        if left < 0 and when < time.time() - _IN_USE_S:
+            shutil.rmtree(path, ignore_errors=True)
+            with suppress(OSError):  # it was a folder
+                path.unlink()
 
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:
     """When a file or folder was last used, its size in bytes, and itself."""
-    inside = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
     own = entry.lstat()
-    # A folder counts as read whenever it is listed, as here.
-    read = [each.st_atime for each in (inside if entry.is_dir() else [own])]
-    written = [each.st_mtime for each in (*inside, own)]
-    return max([*read, *written]), sum(each.st_size for each in (*inside, own)), entry
+    inside = [path.lstat() for path in entry.rglob("*") if not path.is_dir()] if entry.is_dir() else []
+    read = inside if entry.is_dir() else [own]  # a folder counts as read whenever it is listed, as here
+    times = [*(each.st_atime for each in read), *(each.st_mtime for each in (*inside, own))]
+    return max(times), sum(each.st_size for each in (*inside, own)), entry
 
 
 def _digest(content: bytes) -> bytes:
@@ -179,10 +166,7 @@ def _alone(folder: str, made_from: object) -> Iterator[None]:
 def cache_folder() -> Path:
     """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
 
-    Raises
-    ------
-    InputError
-        If the other folder cannot be made either, or belongs to somebody else.
+    InputError if the other folder cannot be made either, or belongs to somebody else.
     """
     wanted = wanted_cache_folder()
     with suppress(OSError):
@@ -221,10 +205,8 @@ def source_state() -> str:
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
         for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
-            if entry.name == _BYTE_CODE:
-                continue
             if entry.is_dir():
-                folders.append(entry.path)
+                folders += [entry.path] if entry.name != _BYTE_CODE else []
             else:
                 facts = entry.stat()
                 digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())

@@ -48,12 +48,11 @@ def variable_tables(component: Component) -> str:
     for title, variables in groups:
         if variables:
             computed = isinstance(variables[0], Output)
-            heads = ("Name", "Unit", *(() if computed else ("Start", "Range")), "Description")
-            parts.append(f"<h3>{title}</h3>\n<table>\n<thead><tr>")
-            parts += [f"<th>{head}</th>" for head in heads]
-            parts.append("</tr></thead>\n<tbody>\n")
-            parts += [f"<tr>{''.join(_cells(variable))}</tr>\n" for variable in variables]
-            parts.append("</tbody>\n</table>\n")
+            names = ("Name", "Unit", *(() if computed else ("Start", "Range")), "Description")
+            heads = "".join(f"<th>{name}</th>" for name in names)
+            rows = "".join(f"<tr>{''.join(_cells(variable))}</tr>\n" for variable in variables)
+            table = f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>"
+            parts.append(f"<h3>{title}</h3>\n<table>\n{table}\n</table>\n")
     return "".join(parts)
 
 
@@ -76,16 +75,14 @@ def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
     remark = ""
     if not isinstance(variable, Output):
         starts: tuple[float, ...] = (variable.start,)
-        least = (variable.minimum, "≥")
+        limits = [("≥", variable.minimum), ("≤", variable.maximum)]
         if isinstance(variable, Parameter):
             starts = variable.starts or starts
-            least = (0.0, ">") if variable.positive else least
+            limits[0] = (">", 0.0) if variable.positive else limits[0]
             remark = "; tunable" if variable.tunable else ""
         elif variable.accepts_nan:
             remark = "; may be NaN"
-        bounds = [
-            f"{sign} {_shown(variable, b)}" for b, sign in (least, (variable.maximum, "≤")) if b is not None
-        ]
+        bounds = [f"{sign} {_shown(variable, limit)}" for sign, limit in limits if limit is not None]
         yield f'<td class="number">{", ".join(_shown(variable, start) for start in starts)}</td>'
         yield f'<td class="number">{escape(", ".join(bounds))}</td>'
     yield f"<td>{escape(variable.description)}{remark}</td>"

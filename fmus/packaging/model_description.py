@@ -5,7 +5,7 @@ import uuid
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from warmlink.fmus.component import Component, Scalar
+from warmlink.fmus.component import Component
 from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import (
@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.attributes import (
     identity,
     value_attributes,
 )
-from warmlink.fmus.packaging.exchange import ExchangedState, exchanged_states
+from warmlink.fmus.packaging.views import ExchangedState, exchanged_states
 
 LOG_CATEGORIES = {
     "logStatusWarning": "What a user should know of",
@@ -33,19 +33,16 @@ _NAMESPACE = uuid.UUID("5d0f0d6b-2c5e-5a4c-9a53-0c1f6f7a2b11")
 
 
 def instantiation_token(component: Component, implementation: str = "") -> str:
-    """GUID of FMI 2.0 and instantiation token of FMI 3.0, from the interface and what lies behind it.
+    """GUID of FMI 2.0 and instantiation token of FMI 3.0, from the interface and the text `implementation`.
 
-    Parameters
-    ----------
-    component : the declaration
-    implementation : text that differs between implementations, a hash of their sources, say; libcosim
-        takes two FMUs of one GUID for the same one
+    That differs between implementations, as a hash of their sources does: libcosim takes two FMUs of one GUID
+    for the same one.
     """
-    interface = []
-    for s in component.scalars():
-        told = identity(s)
-        kinds = told["causality"], told["variability"], s.variable.type, s.variable.unit
-        interface.append((s.name, s.reference, *kinds))
+    told = [(s, identity(s)) for s in component.scalars()]
+    interface = [
+        (s.name, s.reference, of["causality"], of["variability"], s.variable.type, s.variable.unit)
+        for s, of in told
+    ]
     return "{" + str(uuid.uuid5(_NAMESPACE, json.dumps([component.name, interface, implementation]))) + "}"
 
 
@@ -66,7 +63,6 @@ def model_description(
 
     Parameters
     ----------
-    component : the declaration
     fmi_version : "2.0" or "3.0"; FMUs of FMI 3.0 are all native, and their independent variable `time` has
         the value reference after the last of the component's own
     native : whether it is in C; pythonfmu, the other form, does without the host's memory callbacks
@@ -118,17 +114,13 @@ def _add_interfaces(
     continuous = native and not component.sampled
     within: tuple[str, ...] = ("canInterpolateInputs",)
     if modern:
-        able = ("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives")
-        flags = dict.fromkeys(able, True)
+        flags = {"canGetAndSetFMUState": True, "canSerializeFMUState": True}
+        flags["providesDirectionalDerivatives"] = native
         exchanging = {"needsCompletedIntegratorStep": False}
         within = ("providesIntermediateUpdate", "canReturnEarlyAfterIntermediateUpdate")
     else:
-        flags = {
-            "canNotUseMemoryManagementFunctions": not native,
-            "canGetAndSetFMUstate": True,
-            "canSerializeFMUstate": True,
-            "providesDirectionalDerivative": native,
-        }
+        flags = {"canNotUseMemoryManagementFunctions": not native, "canGetAndSetFMUstate": True}
+        flags |= {"canSerializeFMUstate": True, "providesDirectionalDerivative": native}
         exchanging = {"completedIntegratorStepNotNeeded": True}
     stepping = {"canHandleVariableCommunicationStepSize": True, **dict.fromkeys(within, continuous)}
     kinds: dict[str, Attributes] = {"ModelExchange": exchanging} if continuous and component.states else {}
@@ -173,11 +165,12 @@ def _add_variables(
         time = {"name": TIME, "valueReference": time_reference(component), "causality": "independent"}
         add(variables, "Float64", time, variability="continuous", unit="s")
 
-    local: list[tuple[Scalar, Attributes]] = []
-    for state, rate in states:
-        local.append((state, {"unit": state.variable.unit, "nominal": state.variable.nominal}))
-        local.append((rate, {"unit": rate.variable.unit, "derivative": state.reference}))
-    for scalar, about in local if modern else sorted(local, key=lambda each: each[0].reference):
+    # In FMI 3.0 each rate follows its state.
+    local = [
+        (each, None if each is state else state.reference) for state, rate in states for each in (state, rate)
+    ]
+    for scalar, of in local if modern else sorted(local, key=lambda each: each[0].reference):
+        about = {"unit": scalar.variable.unit, "nominal": scalar.variable.nominal, "derivative": of}
         declare(identity(scalar), "Float64" if modern else "Real", about)
 
 
@@ -194,23 +187,22 @@ def _add_structure(
     number |= {scalar.name: scalar.reference for state in states for scalar in state}
     rates = tuple(rate.name for _, rate in states)
     found = dependencies(component, tuple(state.name for state, _ in states), rates)
-    kinds = {
-        "Output": {name: known for name, known in found.outputs.items() if name not in rates},
-        "Derivative": {name: known for name, known in found.outputs.items() if name in rates},
-        "InitialUnknown": found.initial,
-    }
+    kinds: dict[str, dict[str, tuple[str, ...]]] = {"Output": {}, "Derivative": {}}
+    for name, known in found.outputs.items():
+        kinds["Derivative" if name in rates else "Output"][name] = known
+    kinds["InitialUnknown"] = found.initial
     structure = add(root, "ModelStructure")
     for kind, of in kinds.items():
         merged: dict[int, set[int]] = {}
         for name, known in of.items():
             merged.setdefault(number[name], set()).update(number[k] for k in known if k in number)
         group = add(structure, f"{kind}s") if of and not modern else structure
+        tag = "ContinuousStateDerivative" if kind == "Derivative" else kind
         for unknown in merged if modern else sorted(merged):
             listed = sorted(merged[unknown])
-            on = {"dependencies": " ".join(map(str, listed))}
+            on = {
+                "valueReference" if modern else "index": unknown,
+                "dependencies": " ".join(map(str, listed)),
+            }
             on["dependenciesKind"] = " ".join(["dependent"] * len(listed))
-            if modern:
-                tag = "ContinuousStateDerivative" if kind == "Derivative" else kind
-                add(structure, tag, {"valueReference": unknown}, **on)
-            else:
-                add(group, "Unknown", {"index": unknown}, **on)
+            add(group, tag if modern else "Unknown", on)

@@ -6,7 +6,7 @@ from functools import partial
 from warmlink.fmus.component import Component, Derived, Output, Parameter, State
 from warmlink.fmus.component.quantities import temperature_parameter, tunable
 from warmlink.fmus.reduced_link import equations
-from warmlink.fmus.reduced_link.model import ReducedModel
+from warmlink.fmus.reduced_link.equations import ReducedModel
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 _OF_THE_SHAPE = (

@@ -36,12 +36,9 @@ _INPUTS = (
 # Descriptions that are too long for the lines below.
 _EXPANSION_COEFFICIENT = "linear coefficient of thermal expansion"
 _CONVECTION_PER_SPEED = "increase of the convection coefficient per m/s of the link's mean speed"
-_CONVECTION_MIXING = (
-    "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes"
-)
-_CONVECTION_RISE_EXPONENT = (
-    "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K"
-)
+_MIXING = "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes"
+_RISE = "power of the rise over ambient with which the coefficient of still air grows, about a rise of 10 K"
+_HUB_HEAT_CAPACITY = "heat capacity of what sits at base position"
 _INITIAL_TEMPERATURE_RISE = "rise above the initial temperature at each sensor, linear between them"
 _REFERENCE_TEMPERATURE = "temperature at which the elongation is 0; 0: the initial temperature"
 _SENSOR_POSITION = "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between"
@@ -68,14 +65,12 @@ _PARAMETERS = (
     Parameter("expansion_coefficient", "1/K", 23.6e-6, _EXPANSION_COEFFICIENT, positive=True, nominal=2e-5),
     tunable("convection_still", "W/(m2.K)", 4.55, "convection coefficient in still air", minimum=0),
     tunable("convection_per_speed", "W.s/(m3.K)", 6.4, _CONVECTION_PER_SPEED, minimum=0),
-    extra("convection_mixing", "1", _CONVECTION_MIXING, maximum=1.8, rare=True),
-    extra("convection_rise_exponent", "1", _CONVECTION_RISE_EXPONENT, maximum=0.5, rare=True),
+    extra("convection_mixing", "1", _MIXING, maximum=1.8, rare=True),
+    extra("convection_rise_exponent", "1", _RISE, maximum=0.5, rare=True),
     extra("emissivity", "1", "emissivity of the surface; 0: no radiation", maximum=1, rare=True),
     tunable("absorbed_flux", "W/m2", 0, "radiant heat absorbed by the whole surface", nominal=10),
     extra("hub_conductance", "W/K", "heat loss from base position to the surroundings", nominal=0.1),
-    Parameter(
-        "hub_heat_capacity", "J/K", 0, "heat capacity of what sits at base position", minimum=0, nominal=10
-    ),
+    Parameter("hub_heat_capacity", "J/K", 0, _HUB_HEAT_CAPACITY, minimum=0, nominal=10),
     Parameter("tip_heat_capacity", "J/K", 0, "heat capacity of what the tip carries", minimum=0, nominal=10),
     extra("tip_conductance", "W/K", "heat loss from tip position to its sink", nominal=0.1),
     *AMBIENT_ERROR,

@@ -7,7 +7,6 @@ J. P. Holman, *Heat Transfer*, 9th ed., McGraw-Hill 2002, chapters 2 and 4 (fins
 """
 
 from itertools import pairwise
-from typing import NamedTuple
 
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
@@ -116,21 +115,14 @@ def begin(u: Record, p: Record, cells: int) -> Values:
     return {"temperature": p.initial_temperature + rise, "heat_received": 0.0}
 
 
-class Stretches(NamedTuple):
-    """Nodes at base and tip position, which cut the grid into three stretches."""
+def stretches(cells: int) -> tuple[int, int]:
+    """Nodes at base and tip position, which cut the grid of so many nodes into three stretches.
 
-    base_node: int
-    tip_node: int
-
-
-def stretches(cells: int) -> Stretches:
-    """Share the intervals between `cells` nodes out over the three stretches.
-
-    The overhangs get about the share that they have of the nominal link.
+    The overhangs get about the share of the intervals that they have of the nominal link.
     """
     intervals = cells - 1
     before, after = max(2, round(0.08 * intervals)), max(2, round(0.05 * intervals))
-    return Stretches(before, intervals - after)
+    return before, intervals - after
 
 
 def spacings(p: Record, cells: int) -> Number:
@@ -256,9 +248,8 @@ def sensor_positions(p: Record) -> list[Number]:
 
 def initial_rise(p: Record, places: Number) -> Number:
     """Rise in K above the initial temperature at places in m, linear between the sensors."""
-    known = _sorted_pairs(
-        [(place, p.initial_temperature_rise[i]) for i, place in enumerate(sensor_positions(p))]
-    )
+    at = sensor_positions(p)
+    known = _sorted_pairs([(place, p.initial_temperature_rise[i]) for i, place in enumerate(at)])
     rise = known[0][1]
     for (left, low), (right, high) in pairwise(known):
         share = (places - left) / maximum(right - left, 1e-12)

@@ -6,22 +6,43 @@ the link's tip. Instances are `axis1.motor`, `axis1.link` and so on, beside `pos
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warmlink.fmus.arm_kinematics.component import COMPONENT as ARM_KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.geometry import NAME, axis
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.records import dataclass
+from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.scenarios.quantity import quantity
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
-from warmlink.orchestration.system.tree import Ports
-from warmlink.orchestration.system.write import write_nested_ssp, write_ssp
+from warmlink.orchestration.system.write import Ports, write_ssp
 
 ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
 
 POSES, KINEMATICS = "poses", "kinematics"
+
+
+NAME = "SixAxisArm"
+PROGRAMS = Path(__file__).parent / "programs"
+GEOMETRY = Path(__file__).with_name("geometry.toml")
+
+_UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
+_UNITS |= {"joint_limit": "rad", "section": "m2", "perimeter": "m"}
+_UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "steel": "J/(kg.K)"}
+"""Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
 def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
@@ -31,12 +52,12 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     """
     if count < 1:
         raise InputError(f"axes: {count} is not positive; give an arm at least 1 axis")
-    axis = WARMUP_CELL.without("camera", *(() if compensated else ("sensors", COMPENSATOR)))
+    cell = WARMUP_CELL.without("camera", *(() if compensated else ("sensors", COMPENSATOR)))
     components: dict[str, str] = {}
     wires: list[Wire] = []
     for i in range(1, count + 1):
         name, place, arm = axis_name(i), (i - 1) % AXES + 1, kinematics_of(i)
-        part = axis.prefixed(name)
+        part = cell.prefixed(name)
         components |= part.components
         wires += [
             *part.wires,
@@ -86,7 +107,7 @@ def write_arm(system: System, folder: Path) -> list[Path]:
     """
     paths = [folder / f"{system.name}{form}.ssp" for form in ("", "-flat", "-ports")]
     flat = without_dots(system)
-    write_nested_ssp(system, paths[0])
+    write_ssp(system, paths[0], nested=True)
     write_ssp(flat, paths[1])
     write_ssp(flat, paths[2], _ports(flat))
     return paths
@@ -94,12 +115,7 @@ def write_arm(system: System, folder: Path) -> list[Path]:
 
 def _ports(arm: System) -> Ports:
     """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
-    wanted = {
-        "error": KINEMATICS,
-        "elongation": "_link",
-        "correction": f"_{COMPENSATOR}",
-        "reading": "_sensors",
-    }
+    wanted = {"error": KINEMATICS, "elongation": "_link", "correction": COMPENSATOR, "reading": "_sensors"}
     shown = tuple(
         (name, variable.name)
         for name, held in arm.components.items()
@@ -114,8 +130,95 @@ def without_dots(system: System) -> System:
     """Give the same system with underscores for the dots in its components' names."""
     called = {name: name.replace(".", "_") for name in system.components}
     components = {called[name]: replace(held, name=called[name]) for name, held in system.components.items()}
-    links = []
-    for link in system.connections:
-        giving, taking = called[link.source_component], called[link.target_component]
-        links.append(replace(link, source_component=giving, target_component=taking))
-    return replace(system, components=components, connections=tuple(links))
+    links = tuple(
+        replace(c, source_component=called[c.source_component], target_component=called[c.target_component])
+        for c in system.connections
+    )
+    return replace(system, components=components, connections=links)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis as people call it: a motor in its joint and the link to the next joint, with their mass in kg.
+
+    `joint_limit` is the largest angle in rad to either side; `motor` and `link` are parameters of
+    MotorHeatSource and ThermalLink in SI units that differ from nominal.
+    """
+
+    name: str
+    joint_limit: float
+    mass: float
+    motor: Mapping[str, float]
+    link: Mapping[str, float]
+
+
+def program_names() -> list[str]:
+    """Names of the programs that ship, which are the arm's scenarios."""
+    return sorted(path.stem for path in PROGRAMS.glob("*.toml"))
+
+
+@cache
+def axes() -> tuple[Axis, ...]:
+    """The arm's six axes, from the base outwards."""
+    content = tomllib.loads(GEOMETRY.read_text("utf-8"))
+    material, heats = _read(content["material"]), _read(content["metals"])
+    return tuple(_axis(str(table.pop("name")), _read(table), material, heats) for table in content["axis"])
+
+
+def axis(number: int) -> Axis:
+    """Axis by its number from 1; beyond the sixth the arm begins again, as for several arms in a row."""
+    return axes()[(number - 1) % len(axes())]
+
+
+def _read(table: Mapping[str, Any]) -> dict[str, float]:
+    return {name: quantity(value, _UNITS[name], name) for name, value in table.items()}
+
+
+def _axis(
+    name: str, size: Mapping[str, float], material: Mapping[str, float], heats: Mapping[str, float]
+) -> Axis:
+    motor = {key: value for key, value in size.items() if key in MOTOR.p.index}
+    winding, shaft, length = size["winding_mass"], size["shaft_mass"], size["length"]
+    motor |= {
+        "winding_heat_capacity": winding * heats["copper"],
+        "shaft_heat_capacity": shaft * heats["steel"],
+    }
+    shape = {"cross_section": size["section"], "perimeter": size["perimeter"]}
+    link = {"length": length, "base_position": 0.0, "tip_position": length, **shape, **material}
+    mass = length * size["section"] * material["density"] + winding + shaft
+    return Axis(name, size["joint_limit"], mass, motor, link)
+
+
+def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
+    """Angles in rad, shape (n, 6), that bring the tool point to places; NaN where the arm does not reach.
+
+    The tool stays in the arm's own vertical plane, elbow up: a turn, and a planar arm of two links, in closed
+    form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapter 4.
+
+    Parameters
+    ----------
+    x, y, z : tool points in m from the arm's base, each of shape (n,) or a number
+    pitch, roll : angles in rad of the tool above the horizontal (-pi/2 points down), and about itself
+    """
+    column, a, b, tool = _column_arms_and_tool()
+    x, y, z = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (x, y, z))
+    out = np.hypot(x, y) - tool * np.cos(pitch)
+    up = z - tool * np.sin(pitch) - column
+    reach = np.hypot(out, up)
+    with np.errstate(invalid="ignore"):
+        elbow = -np.arccos((reach**2 - a**2 - b**2) / (2 * a * b))
+        upper = np.arctan2(up, out) - np.arctan2(b * np.sin(elbow), a + b * np.cos(elbow))
+    zero = np.zeros_like(x)
+    joints = (np.arctan2(y, x), upper - np.pi / 2, elbow, zero, pitch - (upper + elbow), zero + roll)
+    angles = np.column_stack(joints)
+    angles = np.where(np.isfinite(angles), (angles + np.pi) % (2 * np.pi) - np.pi, np.nan)
+    limits = np.array([each.joint_limit for each in axes()])
+    within = np.all(np.abs(angles) <= limits + 1e-9, axis=1)
+    return np.where(within[:, None], angles, np.nan)
+
+
+@cache
+def _column_arms_and_tool() -> tuple[float, ...]:
+    """Lengths of column, upper arm, forearm and tool in m, out of the declaration of the arm's kinematics."""
+    starts = {scalar.name: scalar.start or 0.0 for scalar in ARM_KINEMATICS.scalars()}
+    return tuple(starts[f"link_{name}"] for name in ("offset[1]", "length[2]", "offset[4]", "offset[6]"))

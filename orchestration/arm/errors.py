@@ -11,8 +11,7 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES, COORDINATES
-from warmlink.orchestration.arm.blueprint import POSES, axis_name
-from warmlink.orchestration.arm.geometry import axes, joint_angles
+from warmlink.orchestration.arm.blueprint import POSES, axes, axis_name, joint_angles
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.system.shipped import COMPENSATOR
@@ -34,10 +33,7 @@ def sensitivities(angles: Array) -> Array:
 class ArmErrors:
     """Errors of the tool point of a run that recorded every output.
 
-    Attributes
-    ----------
-    growth : true elongation of each link in m, shape (n, 6)
-    left : the same less what its compensator corrects, shape (n, 6)
+    `growth` is the true elongation of each link in m, `left` that less what is corrected, shapes (n, 6).
     """
 
     def __init__(self, result: Result) -> None:
@@ -90,15 +86,10 @@ def by_name(values: Array) -> Mapping[str, float]:
 
 @dataclass(frozen=True)
 class Workspace:
-    """A grid over the half-plane that the tool, pointing down, reaches.
+    """A grid over the half-plane that the tool, pointing down, reaches; turning the waist turns the error.
 
-    Turning the waist turns the error with the arm, so that a vertical half-plane shows the whole workspace.
-
-    Attributes
-    ----------
-    out, up : distances in m from the axis of the waist and from the base, shapes (columns,) and (rows,)
-    sensitivity : derivative of the tool point by each elongation, NaN out of reach, shape
-        (rows, columns, 3, 6)
+    `out` and `up` are distances in m from the axis of the waist and from the base, shapes (columns,) and
+    (rows,); `sensitivity` is as of `sensitivities`, NaN out of reach, shape (rows, columns, 3, 6).
     """
 
     out: Array

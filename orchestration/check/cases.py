@@ -31,15 +31,10 @@ _POINTS = 4
 
 
 class Subject:
-    """The FMU that is checked.
+    """The FMU that is checked, unpacked into a folder.
 
-    Attributes
-    ----------
-    info : what it says of itself
-    folder : into which it is unpacked
-    inputs : those that are one number each
-    outputs : names of those that are one number each
-    start_time, stop_time, step_size : the experiment that it proposes in s, else a hundredth of 1 s
+    `inputs`, and the names `outputs`, are of variables that are one number each; times and step size in s are
+    those that it proposes, else a hundredth of 1 s.
     """
 
     def __init__(self, info: ModelInfo, folder: Path) -> None:
@@ -272,10 +267,8 @@ def _moved(variable: Variable, value: float) -> list[float]:
     """Other values of an input: a little to both sides, or each other whole number."""
     if variable.kind == "Boolean":
         return [1.0 - value]
-    changes = [part * _scale(variable) for part in (-0.01, 0.01, 0.5)]
-    return [
-        _within(variable, value + change) for change in (changes if variable.kind == "Real" else (-1, 1, 2))
-    ]
+    parts, scale = ((-0.01, 0.01, 0.5), _scale(variable)) if variable.kind == "Real" else ((-1, 1, 2), 1)
+    return [_within(variable, value + part * scale) for part in parts]
 
 
 def _differences(

@@ -1,6 +1,7 @@
 """What an integrator checks before trusting an FMU, whoever made it."""
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -12,7 +13,6 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES, Outcome, Subject
-from warmlink.orchestration.check.validity import validity_problems
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -26,15 +26,17 @@ TIME_LIMIT = 120.0
 _LOADING = "loads in a bare process"
 
 
+_IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
+_STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
+PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
+"""Names of variables that either naming convention allows: all but those in quotation marks."""
+
+
 @dataclass(frozen=True)
 class CheckResult:
     """What one check found.
 
-    Attributes
-    ----------
-    name : of the check
-    verdict : "pass", "fail", or "skip" where the FMU does not claim what would be checked
-    detail : what was seen
+    The verdict is "pass", "fail", or "skip" where the FMU does not claim what would be checked.
     """
 
     name: str
@@ -47,16 +49,8 @@ def check_fmu(
 ) -> list[CheckResult]:
     """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
 
-    Parameters
-    ----------
-    path : the FMU
-    time_limit : s, for one check
-    cases : names of the checks to make that run the FMU (see `CASES`), all where none are given
-
-    Raises
-    ------
-    InputError
-        If the file is no FMU for co-simulation that can be read.
+    One check may take `time_limit` s. `cases` are names of the checks that run the FMU (see `CASES`), all by
+    default. InputError if the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
     outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}
@@ -138,3 +132,23 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
             pipe.send(CASES[name](subject))
         except (SlaveError, InputError) as fault:
             pipe.send(("fail", str(fault)))
+
+
+def validity_problems(path: Path) -> list[str]:
+    """What FMPy's `validate_fmu` finds wrong with an FMU; nothing where it is valid.
+
+    FMPy spends nearly all of its time on a grammar of the variables' names, which is left out where all are
+    plain.
+    """
+    from fmpy import read_model_description
+    from fmpy.validation import validate_fmu
+
+    try:
+        description = read_model_description(str(path), validate_model_structure=True)
+    except Exception:  # FMPy raises whatever it meets; `validate_fmu` says the same in sentences
+        return validate_fmu(str(path))
+    with zipfile.ZipFile(path) as archive:
+        backslash = any("\\" in file.orig_filename for file in archive.filelist)
+    if backslash or not all(PLAIN_NAME.fullmatch(each.name) for each in description.modelVariables):
+        return validate_fmu(str(path))
+    return []

@@ -17,8 +17,8 @@ from typing import Annotated, Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.arm.geometry import NAME as ARM
-from warmlink.orchestration.arm.geometry import PROGRAMS, program_names
+from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables

@@ -18,14 +18,13 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
-from warmlink.orchestration.master.error_budget import bounded, coupling_error, tried
+from warmlink.orchestration.master.error_budget import attempted, coupling_error
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
-from warmlink.orchestration.system.model import System
 
 if TYPE_CHECKING:
     import pandas
@@ -38,16 +37,10 @@ Progress = Callable[[float], None]
 class ClosedLoop(Answer):
     """Result of a scenario, with a controller and without one.
 
-    A correction has no effect on the growth that it corrects, so that one run gives both errors.
-
-    Attributes
-    ----------
-    result : the run
-    coupling_error_um : bound on the plant's error due to the finite communication step, from a second run
-        with half of it; None if one of the two runs stopped early
-    cut_short : why a run ended early; None if both ran to their end
-    advice : what to do if the controller was designed for another system; None if it suits this one
-    ideal : whether the cell and its thermometers are exactly those that the controller was designed for
+    A correction has no effect on the growth that it corrects, so that one run gives both errors. A second one
+    with half the communication step bounds the coupling error, None if one of the two ended early;
+    `cut_short` says why. `advice` is what to do if the controller was designed for another system; `ideal`,
+    whether cell and thermometers are exactly those that it was designed for.
     """
 
     scenario: Scenario
@@ -212,49 +205,30 @@ def run_scenario(
     component refuses a value, and SlaveError if the run failed before its first communication point.
     """
     began = time.perf_counter()
-    report = progress or (lambda share: None)
-    system = scenario.system(scenario.files(store))
+    system, plant = scenario.system(scenario.files(store)), scenario.setup.roles.plant
     told, ideal = judged(scenario)
     most, ran = scenario.coupling_tolerance, scenario
     if most is not None:
         ran = replace(scenario, step_size=largest_step(system, scenario.stop_time, scenario.step_size))
     chosen = algorithm(scenario.master)
-    tolerances = {} if most is None else dict.fromkeys(scenario.setup.roles.plant, most)
-    for whole, finer in tried(chosen, tolerances):
-        if whole is not chosen:
-            ran = replace(ran, master=FOLLOWING)
-        result, coupling, cut_short = _bounded_run(system, ran, whole, finer, report, statistics)
-        broken = cut_short is not None and result.error is None
-        if broken or most is None or (coupling is not None and coupling <= 1e6 * most):
-            break
-    took = time.perf_counter() - began
-    return ClosedLoop(ran, store.kind, result, coupling, cut_short, told, ideal, took)
 
+    def once(by: Algorithm, half: bool) -> Result:
+        how: dict[str, Any] = {"statistics": statistics}
+        if half:
+            how = {"record": plant, "check_stability": False}
+        step, before, share = ran.step_size / (1 + half), half / 3, (1 + half) / 3
+        return guarded(
+            lambda line: simulate(system, ran.stop_time, step, by, unpacked=home, line=line, **how),
+            lambda at, count: None if progress is None else progress(before + share * at / count),
+        )
 
-def _bounded_run(
-    system: System, scenario: Scenario, whole: Algorithm, finer: Algorithm, report: Progress, statistics: bool
-) -> tuple[Result, float | None, str | None]:
-    """Run a system, and again at half the step: its run, coupling error in um, and why a run ended early."""
-    plant = scenario.setup.roles.plant
     with temporary_folder() as home:
-
-        def once(step: float, chosen: Algorithm, begun: float, share: float, **how: Any) -> Result:
-            return guarded(
-                lambda line: simulate(
-                    system, scenario.stop_time, step, chosen, unpacked=home, line=line, **how
-                ),
-                lambda at, count: report(begun + share * at / count),
-            )
-
-        result = once(scenario.step_size, whole, 0, 1 / 3, statistics=statistics)
-        if result.reason is not None:
-            return result, None, result.reason
-
-        def again() -> Result:
-            return once(scenario.step_size / 2, finer, 1 / 3, 2 / 3, record=plant, check_stability=False)
-
-        bounds, cut_short = bounded(result, again, whole.order, plant)
-    return result, _largest_um(bounds), cut_short
+        tolerances = {} if most is None else dict.fromkeys(plant, most)
+        found = attempted(chosen, tolerances, plant, once)
+    if found.algorithm is not chosen:
+        ran = replace(ran, master=FOLLOWING)
+    coupling, took = _largest_um(found.bounds), time.perf_counter() - began
+    return ClosedLoop(ran, store.kind, found.result, coupling, found.stopped, told, ideal, took)
 
 
 def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:

@@ -1,9 +1,8 @@
-"""A scenario with changes to what its file says, and its run."""
+"""A run of a scenario, with changes to what its file says."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -11,42 +10,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.fmu_store import FmuKind, store
-from warmlink.orchestration.own_law import controller_named
-from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.overrides import given_values
-from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
-
-
-def changed(
-    scenario: Scenario,
-    *,
-    controller: str | None = None,
-    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
-    mismatches: Sequence[str] = (),
-    step: str | float | None = None,
-    stop: str | float | None = None,
-    master: str | None = None,
-    tolerance: str | float | None = None,
-) -> Scenario:
-    """The scenario with the given changes, each as for `run`; what is not given stays as its file says.
-
-    Raises InputError if a controller or mismatch does not exist, or a time is not valid.
-    """
-    known = scenario.as_believed
-    most = scenario.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
-    asked = replace(
-        known,
-        duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
-        step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
-        master=master or scenario.master,
-        coupling_tolerance=most,
-        controller=scenario.controller if controller is None else controller_named(controller),
-        parameters={**known.parameters, **given_values(parameters)},
-    )
-    for name in (*scenario.mismatches, *mismatches):
-        asked = mismatch.load(name).applied(asked)
-    return asked
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 
 
 def run(

@@ -1,21 +1,30 @@
-"""`warmlink build` and `save`: FMUs and systems for other tools."""
+"""`warmlink build`, `save` and `check`: FMUs and systems for other tools, checked as their users would."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import advise, values_given
-from warmlink.orchestration.console import answer, answer_json, counted, progress_bar, remark
+from warmlink.orchestration.command_line.arguments import advise, values_given
+from warmlink.orchestration.console import (
+    FAILED,
+    answer,
+    answer_json,
+    counted,
+    print_table,
+    progress_bar,
+    remark,
+)
+from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.component import Component
+    from warmlink.orchestration.check.fmu import CheckResult
     from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
@@ -27,6 +36,9 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 
 JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
+
+
+_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 
 def build(
@@ -68,14 +80,13 @@ def build_files(
     valid_flags: bool = False,
     arrays: bool = False,
 ) -> list[Path]:
-    """Build the FMUs and the systems (SSP) for other tools, and validate each of them.
+    """Build the FMUs and the systems (SSP) for other tools, validate each of them, and give their files.
 
     Parameters
     ----------
     out : folder
     fmus : native, python or all
-    platforms : platforms of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this
-        machine's by default
+    platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this machine's by default
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
     valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
         native FMUs, but for the systems in one FMU
@@ -92,10 +103,10 @@ def build_files(
         raise InputError(f"--fmus {fmus}: no such kind; {instead(fmus, KINDS)}")
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
-    from warmlink.orchestration.check.validity import validity_problems
+    from warmlink.orchestration.check.fmu import validity_problems
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.files import temporary_folder
-    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.assemble import read_system
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))
@@ -121,8 +132,8 @@ def _build(
 ) -> list[Path]:
     """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
-    from warmlink.fmus.packaging.flags import flagged
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
+    from warmlink.fmus.packaging.views import flagged
     from warmlink.orchestration.arm.blueprint import write_arm
     from warmlink.orchestration.catalogue import controller, entries
     from warmlink.orchestration.closed_loop.load import load_scenario
@@ -141,13 +152,15 @@ def _build(
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
         shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
-        joined = shipped if own is None else _whole(own)
-        built += _build_native([Entry(each, JOINED_HOME) for each in joined], platforms, out, arrays)
+        if own is not None:  # as one component, called as the scenario is; none where others' FMUs are in it
+            name, foreign = re.sub(r"\W", "_", own.name), own.setup.blueprint.foreign
+            shipped = [] if foreign else [replace(own.joined(), name=name)]
+        built += _build_native([Entry(each, JOINED_HOME) for each in shipped], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:
         built.append(out / f"{own.name}.ssp")
         store = FmuStore("python" if kind == "python" else "native")
-        write_ssp(own.system({**fmus, **own.setup.foreign, **own.controller.files(store)}), built[-1])
+        write_ssp(own.system({**fmus, **own.controller.files(store)}), built[-1])
         return built
     for blueprint in SHIPPED.values():
         built.append(out / f"{blueprint.name}.ssp")
@@ -156,11 +169,6 @@ def _build(
             built.append(out / f"{blueprint.name}-ports.ssp")
             write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
     return built + write_arm(arm.system(fmus), out)
-
-
-def _whole(own: Scenario) -> list[Component]:
-    """A scenario's system as one component, called as the scenario is; none where others' FMUs are in it."""
-    return [] if own.setup.foreign else [replace(own.joined(), name=re.sub(r"\W", "_", own.name))]
 
 
 def _build_native(components: Sequence[Entry], platforms: str | None, out: Path, arrays: bool) -> list[Path]:
@@ -197,8 +205,8 @@ def save(
     out : SSP to write. Default: SCENARIO.ssp.
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.system.write import write_ssp
 
     if out is not None and out.suffix != ".ssp":
@@ -210,3 +218,54 @@ def save(
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
     answer(f"system  {path}    run it: warmlink simulate {path}")
+
+
+def check(file: Path, *, json: bool = False) -> None:
+    """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
+
+    Parameters
+    ----------
+    file : An .fmu or .ssp file from any tool.
+    """
+    from rich.text import Text
+
+    from warmlink.orchestration.check.fmu import check_fmu
+
+    if not is_file(file):
+        raise InputError(f"{file}: no such file; give an .fmu or .ssp file")
+    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
+    failed = sum(result.verdict == "fail" for result in results)
+    if json:
+        answer_json([asdict(result) for result in results])
+    else:
+        rows = [(result.name, Text(*_SIGNS[result.verdict]), result.detail) for result in results]
+        print_table(str(file), ("check", "", "detail"), rows)
+        answer(f"{len(results) - failed} of {len(results)} checks found no fault")
+    if failed:
+        raise SystemExit(FAILED)
+
+
+def _check_system(path: Path) -> list[CheckResult]:
+    """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
+    from warmlink.orchestration.check.fmu import CheckResult, validity_problems
+    from warmlink.orchestration.files import temporary_folder
+    from warmlink.orchestration.master.slaves.slave import SlaveError
+    from warmlink.orchestration.simulation import simulate
+    from warmlink.orchestration.system.assemble import read_system
+
+    with temporary_folder() as work:
+        system = read_system(path, work)
+        detail = f"{len(system.components)} components, {len(system.connections)} connections"
+        results = [CheckResult("reads and fits together", "pass", detail)]
+        for name, held in system.components.items():
+            found = "; ".join(validity_problems(held.fmu))[:200]
+            results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
+        stop = system.default_experiment.stop_time
+        if stop is None:
+            return [*results, CheckResult("runs", "skip", "the system proposes no stop time")]
+        try:
+            run = simulate(system)
+        except SlaveError as fault:
+            return [*results, CheckResult("runs", "fail", str(fault))]
+    done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
+    return [*results, CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)]

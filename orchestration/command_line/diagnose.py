@@ -1,18 +1,25 @@
-"""`warmlink diagnose`: what a simulation gets wrong, why, and how much a correction improves it."""
+"""`warmlink diagnose`: what a simulation gets wrong, and why; `warmlink hide`: runs to practise it on."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.arrays import Array
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
+    from warmlink.orchestration.diagnosis.practice.hide import Noise
+
+
+GRID, FEA = "grid", "fea"
+"""Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
 
 
 def diagnose(
@@ -58,20 +65,38 @@ def diagnose(
     out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
+    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.experiment import calibrating
+    from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+    from warmlink.orchestration.diagnosis.diagnose import read
+    from warmlink.orchestration.system.replacement import Replacements
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    described = assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace
     if whole_arm and not check and len(data) > 1:
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
         )
-    if whole_arm and not check and any(described):
+    if (
+        whole_arm
+        and not check
+        and any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace))
+    ):
         raise InputError(
             f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
             "leave out all options but --out, --check and --json"
         )
-    measured = partial(_experiment, data, *described)
+
+    def measured() -> Experiment:
+        """The measurements, with the options that describe them."""
+        given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
+        parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
+        own = [name for name in map_ or () if parts and name.startswith(parts)]
+        columns = [name for name in map_ or () if name not in own]
+        told = said(unit or [], columns, decimal, Replacements.given(replace, own))
+        experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        return calibrating(experiment) if calibrate_only else experiment
+
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
     elif whole_arm:
@@ -80,59 +105,24 @@ def diagnose(
         _diagnose_cell(data, measured, folder, json)
 
 
-def _experiment(
-    paths: list[Path],
-    assumed: list[str] | None,
-    settings: list[str] | None,
-    scenario: str | None,
-    noise: list[str] | None,
-    units: list[str] | None,
-    names: list[str] | None,
-    decimal: str,
-    calibrate_only: bool,
-    replaced: list[str] | None,
-) -> Experiment:
-    """Read the measurements, and apply to them the options that describe them, as they were typed."""
-    from warmlink.orchestration.command_line.options import settings_given
-    from warmlink.orchestration.diagnosis.data.columns import said
-    from warmlink.orchestration.diagnosis.data.experiment import calibrating
-    from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
-    from warmlink.orchestration.diagnosis.diagnose import read
-    from warmlink.orchestration.system.replacement import Replacements
-
-    given = parameters_of(scenario) if scenario else {}
-    given |= settings_given(settings)
-    parts = tuple(f"{each.partition('=')[0].strip()}." for each in replaced or ())
-    own = [name for name in names or () if parts and name.startswith(parts)]
-    columns = [name for name in names or () if name not in own]
-    told = said(units or [], columns, decimal, Replacements.given(replaced, own))
-    experiment = with_noise(read(paths, assumed or [], given, told), settings_given(noise, "--noise"))
-    return calibrating(experiment) if calibrate_only else experiment
-
-
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    found = [experiment.understood() for experiment in experiments]
+    found = [each.understood() for each in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
     headings = ("column", "is", "unit", "cells", "least", "largest")
-    for each in found:
-        for run in each["runs"]:
+    for experiment in found:
+        for run in experiment["runs"]:
             answer(_in_words(run))
-            rows = [
-                (
-                    column["column"],
-                    column["variable"],
-                    f"{column['unit']} ({column['unit_from']})",
-                    f"{column['filled']} of {column['cells']}",
-                    *("" if column[end] is None else f"{column[end]:.5g}" for end in ("least", "largest")),
-                )
-                for column in run["columns"]
-            ]
+            rows = []
+            for each in run["columns"]:
+                cells = (text.format(**each) for text in ("{unit} ({unit_from})", "{filled} of {cells}"))
+                ends = ("" if each[end] is None else f"{each[end]:.5g}" for end in ("least", "largest"))
+                rows.append((each["column"], each["variable"], *cells, *ends))
             print_table("", headings, rows, texts=3, width=120)
-        for text in each["remarks"]:
-            answer(f"- {text}")
+        for told in experiment["remarks"]:
+            answer(f"- {told}")
 
 
 def _in_words(run: dict[str, Any]) -> str:
@@ -152,7 +142,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -169,14 +159,14 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
-        if SCENARIO in files:
-            answer(f"next    {files[SCENARIO]}    practise it: warmlink hide EFFECT --duty {files[SCENARIO]}")
+        if following := files.get(SCENARIO):
+            answer(f"next    {following}    practise it: warmlink hide EFFECT --duty {following}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
-    from warmlink.orchestration.report.diagnosis_folder import JSON, PAGE, SSV, write_diagnoses
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSV, write_diagnoses
 
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
@@ -204,3 +194,95 @@ def _lost_files_named(folder: Path) -> Iterator[None]:
         raise InputError(
             f"{sentence}; only the answer above is left, report and extended model are lost: run it again"
         ) from None
+
+
+def hide(
+    effects: list[str] | None = None,
+    *,
+    duty: str | None = None,
+    out: Path = Path("run.csv"),
+    seed: int = 0,
+    noise: str = "white",
+    with_: str = "grid",
+    axis: int | None = None,
+) -> None:
+    """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
+
+    The run is computed by another solver than the one that `diagnose` uses.
+
+    Parameters
+    ----------
+    effects : Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength in SI
+        units) or sensor_lag:tip_temperature.
+    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work.
+    out : CSV file to write.
+    seed : Seed of the noise.
+    noise : `white` noise, or `real`: correlated, rounded and with spikes.
+    with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
+    axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
+    """
+    from warmlink.fmus.names import instead, listed
+    from warmlink.orchestration.closed_loop.load import load_scenario
+    from warmlink.orchestration.diagnosis.practice import hide as made_up
+    from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
+    from warmlink.orchestration.scenarios.duties.duty import length
+
+    if seed < 0:
+        raise InputError(f"--seed {seed}: is negative; give 0 or above")
+    kinds = {"white": made_up.WHITE, "real": made_up.REAL}
+    if with_ not in (GRID, FEA):
+        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
+    if noise not in kinds:
+        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
+    if out.suffix != ".csv":
+        raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
+    strengths = dict(map(_strength, effects or ()))
+    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    if axis is not None:
+        if with_ != GRID:
+            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
+        if duty is not None:
+            raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
+        made_up.write_csv(_in_arm(strengths, axis, kinds[noise], seed), out)
+        answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
+        return
+    segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
+    if duty is not None and (left_out := list(load_scenario(duty).parameters)):
+        told = f"{listed(left_out)} of the scenario are left out"
+        remark(f"{duty}: the made-up run is of the nominal cell; {told}")
+    make: Callable[..., dict[str, Array]] = made_up.hide
+    if with_ == FEA:
+        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea as make
+    made_up.write_csv(make(strengths, segments, noise=kinds[noise], seed=seed), out)
+    hours = length(segments) / 3600
+    answer(
+        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
+    )
+
+
+def _in_arm(strengths: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Array]:
+    """Columns of a run of the whole arm, with the effects in one axis."""
+    from warmlink.orchestration.arm.program import arm
+    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
+    from warmlink.orchestration.fmu_store import store
+
+    fmus = store(None, sorted({*arm().blueprint.kinds, controller("none").name}), remark)
+    return hide_in_arm(strengths, axis, fmus, noise=noise, seed=seed)
+
+
+def _strength(given: str) -> tuple[str, float]:
+    """Name of an effect, and its strength in SI units; the usual strength if none is given."""
+    from warmlink.orchestration.diagnosis.practice.effects import effect_of
+
+    name, equals, size = given.partition("=")
+    effect = effect_of(name)
+    try:
+        strength = float(size) if equals else effect.size
+    except ValueError:
+        strength = math.nan
+    if not math.isfinite(strength):
+        raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
+    if effect.on_truth and effect.neutral and strength <= 0:
+        raise InputError(f"{given}: the strength is a factor; give one above 0, where 1 hides nothing")
+    return name, strength

@@ -47,9 +47,15 @@ def _template(path: Path) -> None:
 def _schema(path: Path) -> None:
     import json
 
+    path.write_text(json.dumps(_schema_of(path.stem), indent=2) + "\n", encoding="utf-8")
+
+
+def _schema_of(kind: str) -> dict[str, Any]:
     from warmlink.orchestration.scenarios.written import json_schema
 
-    path.write_text(json.dumps(json_schema(kinds()[path.stem]), indent=2) + "\n", encoding="utf-8")
+    if kind not in kinds():
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, kinds())}")
+    return json_schema(kinds()[kind])
 
 
 def _run(path: Path) -> None:
@@ -61,20 +67,14 @@ def _run(path: Path) -> None:
     made_up.write_csv({named.get(name, name): values for name, values in columns.items()}, path)
 
 
+_CAUSES = ("causes.toml", "causes.json")
 KINDS: dict[str, tuple[str, ...]] = {
     "scenario": ("scenario.toml", "scenario.json"),
     "cell": ("cell.toml", "scenario.json"),
     "study": ("study.toml", "study.json"),
     "law": ("law.py",),
-    "experiment": (
-        "experiment.toml",
-        "experiment.json",
-        "causes.toml",
-        "causes.json",
-        "run.csv",
-        "check.csv",
-    ),
-    "causes": ("causes.toml", "causes.json"),
+    "experiment": ("experiment.toml", "experiment.json", *_CAUSES, "run.csv", "check.csv"),
+    "causes": _CAUSES,
 }
 """Files of each kind, the first of them the commented one."""
 
@@ -105,12 +105,7 @@ def schema(kind: str) -> None:
     ----------
     kind : Kind of file, such as `scenario` or `study`.
     """
-    from warmlink.orchestration.scenarios.written import json_schema
-
-    tables = kinds()
-    if kind not in tables:
-        raise InputError(f"{kind}: no such kind of file; {instead(kind, tables)}")
-    answer_json(json_schema(tables[kind]))
+    answer_json(_schema_of(kind))
 
 
 def kinds() -> dict[str, type[Any]]:
@@ -167,7 +162,7 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
 def _descriptions() -> dict[str, dict[str, str]]:
     """One line about each thing, by its kind and its name."""
     from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
-    from warmlink.orchestration.arm.geometry import NAME as ARM
+    from warmlink.orchestration.arm.blueprint import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers
     from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
     from warmlink.orchestration.diagnosis.practice.effects import about_effects

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import settings_given
+from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.console import answer, answer_json
 
 
@@ -67,8 +67,7 @@ def design(
         from warmlink.orchestration.files import fresh_file
         from warmlink.orchestration.report.design import write_report
 
-        title = f"{law} for {Path(system).stem}"
-        lead = f"{'; '.join(found.summary().splitlines())}."
+        title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
         with fresh_file(report) as target:
             write_report(plant_model(found.plant), found.reduced, title, lead, target)
     path = out or Path(f"{law}.ssv")
@@ -124,10 +123,8 @@ def export(
     if not component.states:
         raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
     if design is not None:
-        own = f"{COMPENSATOR}."
-        given = {
-            name.removeprefix(own): v for name, v in parameters_of(design).items() if name.startswith(own)
-        }
+        whole = [(*name.partition("."), value) for name, value in parameters_of(design).items()]
+        given = {name: value for owner, _, name, value in whole if owner == COMPENSATOR}
         if not given:
             raise InputError(f"--design {design}: holds nothing for a {COMPENSATOR}; see warmlink design")
         try:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.options import advise, values_given
+from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar, spinner
 
 PICTURES = (".svg", ".png", ".pdf")
@@ -35,12 +35,12 @@ def live(
         `observer`.
     out : Page to write. Default: SCENARIO.html.
     """
+    from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.files import fresh_file
-    from warmlink.orchestration.own_law import controller_named
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import BESIDE, write_live_page
+    from warmlink.orchestration.scenarios.scenario import changed
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")

@@ -113,22 +113,15 @@ def reduce(
     if json:
         answer_json({**_figures(found), "fmu": str(target), "failed_checks": failed})
     else:
-        _answer(found)
+        error, growth = 1e9 * found.mesh.error[-1], 1e6 * found.mesh.elongation[-1, -1]
+        answer(f"mesh   {found.size}")
+        answer(f"order  {found.model.order}, estimated error {100 * found.error:.0f} % of its tolerance")
+        answer(f"mesh's error  {error:.2g} nm of {growth:.4g} µm after an hour ({found.mesh.observed})")
         if report:
             answer(f"page   {page}")
         answer(f"FMU    {target}    {'; '.join(failed) or 'all checks passed'}")
     if failed:
         raise SystemExit(FAILED)
-
-
-def _answer(part: Part) -> None:
-    mesh = part.mesh
-    answer(f"mesh   {part.size}")
-    answer(f"order  {part.model.order}, estimated error {100 * part.error:.0f} % of its tolerance")
-    answer(
-        f"mesh's error  {1e9 * mesh.error[-1]:.2g} nm of {1e6 * mesh.elongation[-1, -1]:.4g} µm after an "
-        f"hour ({mesh.observed})"
-    )
 
 
 def _write_example(part: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
 
 LIVE_PAGE = "live.html"
@@ -58,15 +58,15 @@ def run(
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import run_scenario
-    from warmlink.orchestration.closed_loop.run import changed
     from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named, store
-    from warmlink.orchestration.master.pacing import interruption
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.scenarios.own_system import with_replaced
+    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.system.replacement import Replacements
 
-    given = options.values_given(parameters, set_)
+    given = arguments.values_given(parameters, set_)
     asked = changed(
         with_replaced(load_scenario(scenario), Replacements.given(replace, map_)),
         controller=controller,
@@ -81,9 +81,9 @@ def run(
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        once = [("--step", step), ("--stop", stop), ("--master", master), ("--tolerance", tolerance)]
+        once = {"--step": step, "--stop": stop, "--master": master, "--tolerance": tolerance}
         others = [("--mismatch", each) for each in mismatch or ()]
-        named = Asked(scenario, given, others + [(name, value) for name, value in once if value is not None])
+        named = Asked(scenario, given, others + [(name, told) for name, told in once.items() if told])
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         built = store(kind_named(fmus), sorted(asked.kinds), remark)
@@ -93,22 +93,16 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            series = series_writers(outcome.table, options.listed(record) or (), csv)
+            series = series_writers(outcome.table, arguments.listed(record) or (), csv)
             lost = _write(outcome, target, series, named)
     if json:
         answer_json(outcome.to_dict())
     else:
         answer(outcome.summary())
         if statistics:
-            options.print_statistics(outcome.result.statistics)
+            arguments.print_statistics(outcome.result.statistics)
         answer(f"report  {folder / 'report.html'}" if report else f"results  {folder}")
-    if lost is not None:
-        remark(f"{folder}: {lost}")
-    if outcome.cut_short is not None:
-        remark(f"stopped early: {outcome.cut_short}; what was computed up to there is kept")
-        remark("the figures above describe that part only")
-    if lost is not None or outcome.cut_short is not None:
-        raise SystemExit(FAILED)
+    arguments.finish(folder, lost, outcome.cut_short, "the figures above describe that part only")
 
 
 def _write(

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
-from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.command_line import arguments
+from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -73,15 +72,15 @@ def simulate(
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
-    from warmlink.orchestration.master.error_budget import bounded, tried
+    from warmlink.orchestration.master.error_budget import attempted
     from warmlink.orchestration.master.guard import guarded
-    from warmlink.orchestration.master.pacing import interruption
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
-    from warmlink.orchestration.report.series import series_writers
+    from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.report.plot import series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
-    from warmlink.orchestration.system.read import read_system
+    from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
     chosen, folder = algorithm(master), out or Path("out") / system.stem
@@ -112,51 +111,39 @@ def simulate(
         first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
+        second = {"record": watch, "long_run": streamed, "check_stability": False}
         begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
         how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
         with fresh_folder(folder) as target, progress_bar(read.name) as progress:
 
-            def run(step: float, by: Algorithm, begun: float, share: float, **more: Any) -> Result:
-                given = {**how, **more, "unpacked": work}
+            def run(by: Algorithm, half: bool) -> Result:
+                given: dict[str, Any] = {**how, **(second if half else first)}
+                before, share = half / 3, (1 + half) / (1 + 2 * repeats)
                 return guarded(
-                    lambda line: simulate_system(read, stop_time, step, by, line=line, **given),
-                    lambda done, count: progress(begun + share * done / count),
+                    lambda line: simulate_system(
+                        read, stop_time, step_size / (1 + half), by, line=line, unpacked=work, **given
+                    ),
+                    lambda done, count: progress(before + share * done / count),
                     remark,
                 )
 
-            for whole, finer in tried(chosen, allowed):
-                result = run(step_size, whole, 0.0, 1 / (1 + 2 * repeats), **first)
-                bounds: dict[str, float] = {}
-                broken = None
-                if repeats and result.status == "completed":
-                    names = watch or result.table.names
-                    fine = {"record": names, "long_run": streamed, "check_stability": False}
-                    again = partial(run, step_size / 2, finer, 1 / 3, 2 / 3, **fine)
-                    bounds, broken = bounded(result, again, whole.order, names)
-                master = master if whole is chosen else FOLLOWING
-                missed = [name for name, bound in bounds.items() if bound > allowed.get(name, math.inf)]
-                if broken is not None or (not missed and result.error is None):
-                    break
+            found = attempted(chosen, allowed, watch, run, repeats=repeats)
+            result = found.result
+            master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, options.listed(record) or (), csv))
-    stopped = result.reason or broken
-    summary = _summary(result, stopped, bounds, folder)
+                lost = write_files(target, series_writers(result.table, arguments.listed(record) or (), csv))
+    summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)
     else:
-        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(bounds))
+        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(found.bounds))
         if statistics:
-            options.print_statistics(result.statistics)
+            arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in missed if broken is None else ():
+    for name in found.missed if found.broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    if lost is not None:
-        remark(f"{folder}: {lost}")
-    if stopped is not None:
-        remark(f"stopped early: {stopped}; what was computed up to there is kept")
-    if lost is not None or stopped is not None:
-        raise SystemExit(FAILED)
+    arguments.finish(folder, lost, found.stopped)
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
@@ -164,21 +151,33 @@ def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) 
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.scenarios.quantity import positive
 
-    said = {"time_limit": (time_limit, "s"), "memory_limit": (memory_limit, "B")}
     limits = {}
-    for name, (text, unit) in said.items():
-        option = f"--{name.replace('_', '-')}"
+    for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):
         if text is not None and not isolate:
-            raise InputError(f"{option}: applies only to FMUs in processes of their own; add --isolate")
+            raise InputError(f"--{name}-limit: applies only to FMUs in processes of their own; add --isolate")
         if text is not None:
-            limits[name] = positive(text, unit, option)
+            limits[f"{name}_limit"] = positive(text, unit, f"--{name}-limit")
     return Isolation(**limits) if isolate else None
 
 
 def _summary(
     result: Result, stopped: str | None, bounds: Mapping[str, float], folder: Path
 ) -> dict[str, Any]:
-    errors = {name: _finite(bound) for name, bound in bounds.items()}
+    import numpy as np
+
+    outputs: dict[str, dict[str, Any]] = {}
+    for name in result.table.names if len(result.times) else ():
+        column, unit = result[name], result.table.units[name]
+        # A camera that has taken no picture yet reads NaN: this is no fault.
+        finite = column[np.isfinite(column)]
+        ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+        outputs[name] = {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
+        if name in bounds:
+            outputs[name]["coupling_error"] = _finite(bounds[name])
+    balances = []
+    for audit in result.audits:
+        found = {"delivered_total": _finite(audit.delivered), "lost": _finite(audit.total)}
+        balances.append({**asdict(audit.balance), "unit": audit.unit, **found})
     return {
         "stop_time_s": float(result.times[-1]) if len(result.times) else None,
         "stopped": stopped,
@@ -187,31 +186,9 @@ def _summary(
         **({"statistics": result.statistics.to_dict()} if result.statistics.slaves else {}),
         "largest_lag_s": result.statistics.largest_lag,
         "results": str(folder),
-        "outputs": {
-            name: _figures(result, name) | ({"coupling_error": errors[name]} if name in errors else {})
-            for name in result.table.names
-            if len(result.times)
-        },
-        "heat_balances": [
-            {
-                **asdict(audit.balance),
-                "unit": audit.unit,
-                "delivered_total": _finite(audit.delivered),
-                "lost": _finite(audit.total),
-            }
-            for audit in result.audits
-        ],
+        "outputs": outputs,
+        "heat_balances": balances,
     }
-
-
-def _figures(result: Result, name: str) -> dict[str, Any]:
-    import numpy as np
-
-    column, unit = result[name], result.table.units[name]
-    # A camera that has taken no picture yet reads NaN: this is no fault.
-    finite = column[np.isfinite(column)]
-    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
-    return {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
 
 
 def _finite(value: float) -> float | None:

@@ -10,10 +10,10 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import options
+from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.master.pacing import on_ctrl_c
+from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -75,15 +75,14 @@ def compare(
     scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold.
     out : Folder for results. Default: out/compare.
     """
+    from warmlink.orchestration.scenarios.overrides import reached_controllers
     from warmlink.orchestration.scenarios.own_system import with_replaced
-    from warmlink.orchestration.studies.compare import compared, write_csv
-    from warmlink.orchestration.studies.plan import SYSTEMS, designed_for, plan_on, reached_controllers
+    from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 
-    sets, laws = options.sets_given(parameters, set_), options.listed(controllers)
-    if with_ and system in SYSTEMS:
-        laws = [*(designed_for(system) if laws is None else laws), *with_]
-    plan = plan_on(system, laws, options.listed(duty_cycles), options.listed(mismatch), sets, scenario)
+    sets = arguments.sets_given(parameters, set_)
+    laws, duties, wrong = (arguments.listed(each) for each in (controllers, duty_cycles, mismatch))
+    plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
     given = Replacements.given(replace, map_)
     plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
     for each in sets:
@@ -91,15 +90,15 @@ def compare(
         if sentence is not None:
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():
-        options.advise(first)
+        arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
     means = _means(fmus, jobs, scheduler, exact)
     with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
         write_csv(comparison, target / "compare.csv")
         if report:
-            from warmlink.orchestration.report.comparison import write_report
+            from warmlink.orchestration.report.studies import write_comparison
 
-            write_report(comparison, target / "report.html")
+            write_comparison(comparison, target / "report.html")
     if json:
         answer_json(comparison.records())
     else:
@@ -303,5 +302,4 @@ def _cell(row: Row, best_um: float) -> str:
         return error
     removed = "" if row.removed_percent is None else f"{row.removed_percent:.0f} %"
     mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
-    equal = row.outcome.max_abs_um - best_um <= (row.equal_within_um or 0.0)
-    return f"{error} {removed:>5} {mark + (BEST if equal else ''):<3}"
+    return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"

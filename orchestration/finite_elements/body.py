@@ -1,4 +1,7 @@
-"""A body of several materials in hexahedra: its heat equation and its thermo-elasticity in matrices.
+"""A body of several materials in finite elements: its heat equation and its thermo-elasticity in matrices.
+
+sigma = 2 mu eps + lambda tr(eps) I - (3 lambda + 2 mu) alpha (T - T_ref) I, div sigma = 0, for an expansion
+coefficient alpha and Lame parameters lambda and mu (K.-J. Bathe, *Finite Element Procedures*, 2014).
 
 Fully integrated 8-node hexahedra, one through the thickness, lock in bending, so the displacement uses
 20-node serendipity elements on the same mesh by default; they contain pure bending exactly. `order=1` gives
@@ -8,24 +11,17 @@ Fully integrated 8-node hexahedra, one through the thickness, lock in bending, s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, csr_matrix, diags
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.forms import (
-    conduction,
-    mass,
-    scikit_fem,
-    stiffness,
-    symmetric_factor,
-    thermal_load,
-)
 
 
 @dataclass(frozen=True)
@@ -60,10 +56,9 @@ class Support:
 class Body:
     """A mesh whose subdomains are materials and whose boundaries carry the boundary conditions.
 
-    `mesh` is an `skfem.MeshHex` in metres, with the boundaries `heated` (temperature or heat flow prescribed;
-    facets or a plane inside) and `cooled` (free surfaces). `materials` maps subdomain to material. The mean
-    temperature by each of the `probes` is reported under its name. The elongation is measured along x from
-    `origin` to `target`; these and the probes are rows of `mean_at`.
+    `mesh` is an `skfem.MeshHex` in m, with the boundaries `heated` (temperature or heat flow prescribed; also
+    a plane inside) and `cooled`. The mean temperature by each of the `probes` is reported under its name. The
+    elongation is measured along x from `origin` to `target`; these and the probes are rows of `mean_at`.
     """
 
     mesh: Any
@@ -99,17 +94,12 @@ def mean_at(mesh: Any, points: Array, weights: Array | None = None) -> Array:
 
 
 class HeatModel:
-    """C dT/dt + (K + h B) T = h b T_a + q Q - r(T) on 8-node trilinear hexahedra with n nodes.
+    """C dT/dt + (K + h B) T = h b T_a + q Q - r(T) on 8-node trilinear hexahedra with n nodes, its `size`.
 
-    Attributes
-    ----------
-    size : n
-    capacity, conduction, convection : C [J/K], K [W/K] and B [m2], shape (n, n)
-    heated_nodes : nodes on the heated boundary
-    heated_load : q, how 1 W, spread evenly over the heated boundary, falls on the nodes, shape (n,)
-    points, area, emissivity : quadrature of the cooled surface: values at its points from those of the nodes,
-        shape (points, n), and area [m2] and emissivity at each point
-    load : b, cooled area belonging to each node [m2]
+    `capacity` C [J/K], `conduction` K [W/K] and `convection` B [m2] are of shape (n, n). `load` b is the
+    cooled area of each node [m2], `heated_load` q how 1 W, spread evenly over the heated boundary, falls on
+    the nodes. `points`, shape (points, n), gives values at the cooled surface's quadrature points, each with
+    an `area` [m2] and an `emissivity`.
     """
 
     def __init__(self, body: Body) -> None:
@@ -155,9 +145,7 @@ class HeatModel:
 class ThermoElasticity:
     """Elastic equilibrium of a body; displacement on 8 nodes of a hexahedron (`order` 1) or 20 (2).
 
-    Attributes
-    ----------
-    elongation_row : row that gives the elongation [m] from nodal T - T_ref [K]: an adjoint solution
+    `elongation_row` gives the elongation [m] from nodal T - T_ref [K]: an adjoint solution.
     """
 
     def __init__(self, body: Body, order: int = 2) -> None:
@@ -197,3 +185,84 @@ class ThermoElasticity:
         else:
             scalar = self._vertices[vertices_at(mesh, support.where)]
         return np.concatenate([np.asarray(scalar) + axis * self._count for axis in support.axes])
+
+
+def scikit_fem() -> ModuleType:
+    """Return the module `skfem`, or say that it is missing."""
+    try:
+        import skfem
+    except ImportError as error:
+        raise MissingExtraError("the 3-D finite-element model", "fea") from error
+    return skfem
+
+
+def symmetric_factor(matrix: Any) -> Any:
+    """Factorise a matrix that is symmetric and definite, and tell SuperLU so."""
+    return splu(
+        csc_matrix(matrix),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+
+def mass(basis: Any, weight: ArrayLike = 1.0) -> csc_matrix:
+    """Integral of a weight times the product of two temperatures; over facets for a basis of facets."""
+    return _assembled(lambda u, v, w: w.weight * u * v, basis, weight=weight)
+
+
+def conduction(basis: Any, conductivity: ArrayLike = 1.0) -> csc_matrix:
+    """Integral of the conductivity times the product of two gradients."""
+    return _assembled(lambda u, v, w: w.k * _products(u, v), basis, k=conductivity)
+
+
+def stiffness(basis: Any, modulus: ArrayLike, ratio: ArrayLike) -> csc_matrix:
+    """Integral of 2 mu eps(u) : eps(v) + lambda div u div v, from Young's modulus and Poisson's ratio.
+
+    The displacement's component a at scalar unknown n of N is unknown n + a N. Each pair of components is a
+    scalar form: a vector-valued one takes far longer to assemble.
+    """
+    first, second = _lame(modulus, ratio)
+    blocks: list[list[Any]] = [[None] * 3 for _ in range(3)]
+    for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+
+        def strain(u: Any, v: Any, w: Any, a: int = a, b: int = b) -> Any:
+            mixed = w.first * u.grad[b] * v.grad[a] + w.second * u.grad[a] * v.grad[b]
+            return mixed + w.second * _products(u, v) if a == b else mixed
+
+        blocks[a][b] = _assembled(strain, basis, first=first, second=second)
+        blocks[b][a] = blocks[a][b].T
+    return csc_matrix(bmat(blocks))
+
+
+def thermal_load(
+    heat: Any, basis: Any, modulus: ArrayLike, ratio: ArrayLike, expansion: ArrayLike = 1.0
+) -> csc_matrix:
+    """Forces of the displacement's basis from T - T_ref in the basis of the temperatures."""
+    first, second = _lame(modulus, ratio)
+    stress = (3 * first + 2 * second) * np.asarray(expansion)
+    forces = [
+        _assembled(lambda t, v, w, a=a: w.stress * t * v.grad[a], heat, basis, stress=stress)
+        for a in range(3)
+    ]
+    return csc_matrix(vstack(forces))
+
+
+def _lame(modulus: ArrayLike, ratio: ArrayLike) -> tuple[Any, Any]:
+    from skfem.models.elasticity import lame_parameters
+
+    found: tuple[Any, Any] = lame_parameters(np.asarray(modulus), np.asarray(ratio))
+    return found
+
+
+def _products(u: Any, v: Any) -> Any:
+    return u.grad[0] * v.grad[0] + u.grad[1] * v.grad[1] + u.grad[2] * v.grad[2]
+
+
+def _assembled(form: Any, *bases: Any, **properties: ArrayLike) -> csc_matrix:
+    """Assemble a form; properties are numbers, or arrays with one for each element."""
+    shape = bases[0].dx.shape
+    at_points = {
+        name: np.broadcast_to(np.asarray(value)[..., None], shape) for name, value in properties.items()
+    }
+    return csc_matrix(scikit_fem().BilinearForm(form).assemble(*bases, **at_points))

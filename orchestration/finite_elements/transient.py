@@ -19,8 +19,7 @@ from scipy.sparse import csc_matrix
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.body import Body, HeatModel, ThermoElasticity
-from warmlink.orchestration.finite_elements.forms import symmetric_factor
+from warmlink.orchestration.finite_elements.body import Body, HeatModel, ThermoElasticity, symmetric_factor
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 Course = float | Callable[[float], float]

@@ -1,8 +1,9 @@
-"""Communication points as integer step counts."""
+"""Communication points as integer step counts, and runs that keep pace with real time."""
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -44,18 +45,15 @@ class CommunicationPoints:
             raise InputError(f"{told} is not positive; give a step above 0 s")
         duration = stop_time - start_time
         if duration < 0:
-            raise InputError(
-                f"stop time: {stop_time:g} s lies before the start time {start_time:g} s; give a later one"
-            )
+            before = f"{stop_time:g} s lies before the start time {start_time:g} s"
+            raise InputError(f"stop time: {before}; give a later one")
         count = round(duration / step_size)
         if not _divides(step_size, duration):
             near = duration / max(count, 1)
             written = (f"{near:.{digits}g}" for digits in range(6, 18))
             proposed = next(text for text in written if _divides(float(text), duration))
-            raise InputError(
-                f"{told} does not divide the {duration:g} s to simulate; "
-                f"choose one that does, {proposed} s for instance"
-            )
+            remedy = f"choose one that does, {proposed} s for instance"
+            raise InputError(f"{told} does not divide the {duration:g} s to simulate; {remedy}")
         return cls(start_time, step_size, count)
 
     def time(self, point: int) -> float:
@@ -75,3 +73,24 @@ class CommunicationPoints:
 def _divides(step_size: float, duration: float) -> bool:
     """Whether whole steps make up a duration, within rounding."""
     return abs(round(duration / step_size) * step_size - duration) <= 1e-9 * max(duration, step_size)
+
+
+class Clock:
+    """Holds each communication point back until its time has come.
+
+    The pace is in simulated seconds for each second of wall time. The `lag` is the largest delay of a point
+    behind its time, in s of wall time.
+    """
+
+    def __init__(self, pace: float) -> None:
+        self._pace = pace
+        self._began = time.monotonic()
+        self.lag = 0.0
+
+    def wait(self, elapsed: float) -> None:
+        """Wait until `elapsed` simulated seconds are due."""
+        ahead = self._began + elapsed / self._pace - time.monotonic()
+        if ahead > 0:
+            time.sleep(ahead)
+        else:
+            self.lag = max(self.lag, -ahead)

@@ -1,28 +1,119 @@
-"""Bound of the coupling error: a run is compared with one that has half its communication step."""
+"""Whether a communication step is small enough: the bound of the coupling error, and stability.
+
+A run is compared with one that has half its step; after a run, it is checked from a copy of its first state
+whether small disturbances die out, so that the check cannot disturb the run.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.records import dataclass
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
+from warmlink.orchestration.master.algorithms.structure import continuous_inputs
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
+from warmlink.orchestration.master.slaves.under_way import SIZE, UnderWay
 
 SAFETY = 1.5
 BOLD = (100.0, 10.0, 1.0)
 
+PROBE_STEPS = 120
+DISTURBANCE = 1e-5  # of the nominal values
+# What slaves in a row integrate grows with a power of time, a thermal runaway slowly: both stay below.
+GROWS_FROM = 1.025
+# Past this there is no doubt, and the numbers would soon overflow.
+ENOUGH = 1e8
+# Of nominal values.
+BEYOND_BOUNDS = 1e100
 
-def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
-    """Give algorithms in the order in which they are tried until the bounds are within the tolerances.
 
-    First the one given, whose steps all have one size and cost least; then steps that follow the error, where
-    there are tolerances: by variable, in its unit. Each comes with the one of the run at half the step: where
-    the error sets the step, with a tolerance that halves the steps. The first of these allow more than the
-    tolerance, since most errors die out again, which step doubling does not count on.
+@dataclass(frozen=True)
+class Attempt:
+    """A run by an algorithm, and its bounded coupling errors.
+
+    Attributes
+    ----------
+    bounds : by variable, in its unit; none where there was no second run, infinite where that ended early
+    broken : why the run at half the step ended early; None where it did not
+    missed : variables whose bounds exceed their tolerances
+    """
+
+    algorithm: Algorithm
+    result: Result
+    bounds: Mapping[str, float]
+    broken: str | None
+    missed: Sequence[str]
+
+    @property
+    def stopped(self) -> str | None:
+        """Why one of the two runs ended early."""
+        return self.result.reason or self.broken
+
+
+def attempted(
+    algorithm: Algorithm,
+    tolerances: Mapping[str, float],
+    watched: Sequence[str] | None,
+    once: Callable[[Algorithm, bool], Result],
+    *,
+    repeats: bool = True,
+) -> Attempt:
+    """Run until the bounds of the coupling errors are within the tolerances, or nothing is left to try.
+
+    SlaveError where the first attempt fails before its first value; a later one that fails costs no earlier
+    one.
+
+    Parameters
+    ----------
+    algorithm : is tried first: its steps all have one size and cost least; then steps that follow the error
+    tolerances : by variable, in its unit; empty where a single attempt is to be made
+    watched : variables whose errors are bounded; default: all that are recorded
+    once : does a run by an algorithm, the second one at half the step
+    repeats : whether there is a second run
+    """
+    kept: Attempt | None = None
+    for whole, finer in _ways(algorithm, tolerances):
+        try:
+            result = once(whole, False)
+        except SlaveError:
+            if kept is None:
+                raise
+            return kept
+        bounds, broken = dict[str, float](), None
+        if repeats and result.status == "completed":
+            names = watched or result.table.names
+            try:
+                fine = once(finer, True)
+                bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
+            except KeyboardInterrupt:
+                bounds, broken = dict.fromkeys(names, np.inf), "interrupted"
+            except SlaveError as fault:  # before the second run's first value
+                bounds, broken = dict.fromkeys(names, np.inf), str(fault)
+        missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
+        broken = broken and f"{broken} in the run at half the step"
+        if kept is None or result.status == "completed" or kept.result.status != "completed":
+            kept = Attempt(whole, result, bounds, broken, missed)
+        if broken is not None or (not missed and result.error is None):
+            break
+    assert kept is not None
+    return kept
+
+
+def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
+    """Give algorithms in the order in which they are tried, each with that of the run at half the step.
+
+    Where the error sets the step, that is one with a tolerance that halves the steps. The first of these
+    allow more than the tolerance, since most errors die out again, which step doubling does not count on.
     """
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
@@ -34,49 +125,13 @@ def tried(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
         yield following, finer
 
 
-def bounded(
-    coarse: Result, again: Callable[[], Result], order: int, variables: Sequence[str]
-) -> tuple[dict[str, float], str | None]:
-    """Bound the coupling errors of a run by a second one, which costs the first one nothing if it fails.
-
-    Parameters
-    ----------
-    coarse : Result
-        The first run, completed.
-    again : callable
-        Does the run at half the step.
-    order, variables : int, sequence of str
-        As `coupling_error` takes them.
-
-    Returns
-    -------
-    tuple
-        The bounds, infinite where the second run ended early, and why it did; None where it did not.
-    """
-    try:
-        fine = again()
-        bounds, reason = coupling_error(coarse, fine, order, variables), fine.reason
-    except KeyboardInterrupt:
-        bounds, reason = dict.fromkeys(variables, np.inf), "interrupted"
-    except SlaveError as fault:  # before the second run's first value
-        bounds, reason = dict.fromkeys(variables, np.inf), str(fault)
-    return bounds, reason and f"{reason} in the run at half the step"
-
-
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:
     """Bound the largest absolute coupling error of each variable over a run, in its unit (Richardson).
 
-    Parameters
-    ----------
-    coarse, fine : Result
-        Two runs of one system; `fine` has half the communication step size of `coarse`, and may end earlier:
-        the bound then holds for that part, in which a warm-up has its largest coupling errors. Where one
-        stopped early, the bounds are infinite.
-    order : int
-        The algorithm's order of convergence, p: where it is reached, the two differ by (1 - 2**-p) of the
-        coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
-    variables : sequence of str
-        Recorded in both.
+    The fine run has half the communication step size of the coarse one, and may end earlier: the bound then
+    holds for that part, in which a warm-up has its largest coupling errors. Where one stopped early, bounds
+    are infinite. Where the algorithm's order of convergence, p, is reached, the two differ by (1 - 2**-p) of
+    the coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
     """
     if not coarse.status == fine.status == "completed":
         return dict.fromkeys(variables, np.inf)
@@ -85,3 +140,75 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
         halved = fine[name][::2]
         found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
     return found
+
+
+def instability(
+    name: str,
+    network: Network,
+    points: CommunicationPoints,
+    rewind: Callable[[], None],
+    advance: Callable[[Recorder], None],
+) -> tuple[str, ...]:
+    """Say where a disturbance grows with the steps of an explicit algorithm of that name, and what to do.
+
+    `rewind` goes back to the beginning of a run that is over, where the slaves are left; `advance` steps
+    until a recorder is full.
+    """
+    factor = _growth(network, replace(points, count=min(PROBE_STEPS, points.count)), rewind, advance)
+    if factor is None or factor < GROWS_FROM:
+        return ()
+    return (
+        f"{name} is unstable here with steps of {points.step_size:g} s: a disturbance of the exchanged "
+        f"values grows {factor:.3g} times in a step; take smaller steps or an iterated algorithm",
+    )
+
+
+def _growth(
+    network: Network,
+    points: CommunicationPoints,
+    rewind: Callable[[], None],
+    advance: Callable[[Recorder], None],
+) -> float | None:
+    """Give the factor by which a disturbance grows from one communication step to the next.
+
+    None where there is nothing to disturb or the probe itself fails.
+    """
+    wires = (network.wires[k][p] for k in range(len(network.slaves)) for p in continuous_inputs(network, k))
+    sources = {(wire.slave, wire.position): network.source(wire) for wire in wires}
+    if not sources or points.count < 4:
+        return None
+    names = [f"{network.slaves[k].name}.{source.name}" for (k, _), source in sources.items()]
+    scale = np.array([nominal(source) for source in sources.values()])
+    found: list[Array] = []
+    overflown = False
+    for size in (0.0, DISTURBANCE):
+        rewind()
+        for sign, ((k, position), of) in enumerate(zip(sources, scale, strict=True)):
+            network.outputs[k][position] = float(network.outputs[k][position]) + size * of * (-1) ** sign
+        for k in range(len(network.slaves)):
+            network.write(k)
+        recorder = Recorder(network, names, points, None, None)
+        recorder.cells = UnderWay(bytearray(SIZE)).cells  # those of this process tell of the run
+        try:
+            recorder.take()
+            advance(recorder)
+        except SlaveError as failure:
+            if failure.status != "not finite":
+                return None
+            overflown = True
+        found.append(np.asarray(recorder.table().values)[1:] / scale)
+    rewind()
+    base, disturbed = found
+    # Values that had grown beyond all bounds were unstable; a NaN from nowhere says nothing of the step.
+    if overflown and len(base) and float(np.max(np.abs(base[-1]))) > BEYOND_BOUNDS:
+        return float("inf")
+    common = min(len(base), len(disturbed))
+    distances = np.max(np.abs(disturbed[:common] - base[:common]), axis=1, initial=0.0)
+    beyond = np.flatnonzero(distances > ENOUGH * DISTURBANCE)
+    if beyond.size:
+        return float((distances[beyond[0]] / distances[0]) ** (1.0 / max(beyond[0], 1)))
+    if overflown or common < points.count:
+        return None
+    quarter = points.count // 4
+    before, after = np.max(distances[-2 * quarter : -quarter]), np.max(distances[-quarter:])
+    return float((after / before) ** (1.0 / quarter)) if before > 0 else None

@@ -28,7 +28,6 @@ import numpy as np
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.pacing import on_ctrl_c
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.isolation import (
@@ -37,6 +36,7 @@ from warmlink.orchestration.master.slaves.isolation import (
     print_to_standard_error,
 )
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 Progress = Callable[[int, int], None]
 Remark = Callable[[str], None]
@@ -52,22 +52,12 @@ def guarded(
     """Do a run in a process of its own.
 
     Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies.
+    return. Recorded values are kept in both cases, and also if the process dies. InputError, SlaveError: as
+    the run does; SlaveError too where the process dies before there is a first value.
 
-    Parameters
-    ----------
-    work : callable
-        Does the run, in the other process: `lambda line: simulate(..., line=line)`. On platforms other than
-        Linux it is called in this one, with None.
-    progress : callable, optional
-        Called here with communication steps done and to do.
-    remark : callable, optional
-        Called with what the user should know at once.
-
-    Raises
-    ------
-    InputError, SlaveError
-        As the run does; SlaveError too where the process dies before there is a first value.
+    The work does the run, `lambda line: simulate(..., line=line)`; on platforms other than Linux in this
+    process, with None. Progress is told here in communication steps done and to do; a remark is what the user
+    should know at once.
     """
     if sys.platform != "linux":
         return work(None)
@@ -114,9 +104,7 @@ class _Guard:
             try:
                 hangs = not self._follow()
             finally:
-                # Everything that the run started goes with it.
-                with suppress(OSError):
-                    os.killpg(self.child, signal.SIGKILL)
+                self._kill()  # with everything that the run started
                 self._reap(wait=True)
         if self._result is None:
             return self._rescued()
@@ -200,13 +188,16 @@ class _Guard:
 
     def _press(self, number: int, frame: FrameType | None) -> None:
         self._pressed += 1
-        if self._pressed == 1:
+        if self._pressed > 1:
+            self._kill()
+        else:
             self.status.cells[under_way.ASKED] = 1
             if self.remark is not None:
                 self.remark("Ctrl-C: the run ends after the present step; press again to end it at once")
-        else:
-            with suppress(OSError):
-                os.killpg(self.child, signal.SIGKILL)
+
+    def _kill(self) -> None:
+        with suppress(OSError):
+            os.killpg(self.child, signal.SIGKILL)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -18,21 +17,20 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import Retry
-from warmlink.orchestration.master.assembly import Assembly, assemble
-from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.assembly import Assembly, assemble, initialize
+from warmlink.orchestration.master.communication import Clock, CommunicationPoints
 from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose, obstacle
+from warmlink.orchestration.master.error_budget import instability
 from warmlink.orchestration.master.guard import Line, Progress
-from warmlink.orchestration.master.initialization import initialize
-from warmlink.orchestration.master.pacing import Clock, interruption
 from warmlink.orchestration.master.recording.checkpoint import Checkpoints, LongRun, fingerprint
 from warmlink.orchestration.master.recording.recorder import Recorder, StoreError, is_recorded
 from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, heat_balances
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, TimedSlave
-from warmlink.orchestration.master.stability import instability
+from warmlink.orchestration.master.slaves.under_way import interruption
 from warmlink.orchestration.system.model import System
 
 
@@ -55,51 +53,29 @@ def simulate(
     progress: Progress | None = None,
     line: Line | None = None,
 ) -> Result:
-    """Run a system from start to stop time.
+    """Run a system from start to stop time; InputError where what was asked for cannot be run.
+
+    The result is `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
 
     Parameters
     ----------
-    system : System or Assembly
-        An assembly is closed at the end.
-    stop_time, step_size, start_time : float
-        In s; the step must divide the time between start and stop. Times of all points, in place of a step,
-        lay out steps that differ.
-    algorithm : Algorithm, optional
-        Default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does it.
-    record : sequence of str, optional
-        Variables as `slave.variable`; default: every output.
-    balances : sequence of Balance, optional
-        Default: every heat balance found in the system; both ends are recorded.
-    isolation : Isolation, optional
-        One process for each FMU: a crash or an endless step then ends the run, not the program.
-    unpacked : Path, optional
-        Folder that keeps the unpacked FMUs from run to run, for studies.
-    stepping : str
-        `plain`, `compiled`, `preferred`: compiled if that is possible, or `auto`: if it is faster, too. The
-        values are the same.
-    long_run : LongRun, optional
-        Write the values to disk during the run, write checkpoints, resume.
-    pacing : float, optional
-        Simulated seconds for each second of wall time; 1 is real time.
-    check_stability : bool
-        After a run by Jacobi or Gauss-Seidel, unless it was paced, go back to its beginning and check whether
-        a small disturbance grows; the slaves must restore their states.
-    statistics : bool
-        Count and time the calls of every slave, which plain stepping makes.
-    progress : callable, optional
-        Called with communication steps done and to do, about 200 times in a run.
-    line : Line, optional
-        To the process that guards this one: gets the result before the slaves are ended and freed.
-
-    Returns
-    -------
-    Result
-        With status `stopped` where a slave failed or Ctrl-C was pressed; the values up to there are kept.
-
-    Raises
-    ------
-    InputError
-        Where what was asked for cannot be run.
+    system : an assembly is closed at the end
+    stop_time, step_size, start_time : in s; the step must divide the time between start and stop. Times of
+        all points, in place of a step, lay out steps that differ
+    algorithm : default: Jacobi. Steps that a slave discards are repeated in smaller parts, as `Retry` does it
+    record : variables as `slave.variable`; default: every output
+    balances : default: every heat balance found in the system; both ends are recorded
+    isolation : one process for each FMU: a crash or an endless step then ends the run, not the program
+    unpacked : folder that keeps the unpacked FMUs from run to run, for studies
+    stepping : `plain`, `compiled`, `preferred`: compiled if that is possible, or `auto`: if it is faster,
+        too. The values are the same
+    long_run : write the values to disk during the run, write checkpoints, resume
+    pacing : simulated seconds for each second of wall time; 1 is real time
+    check_stability : after a run by Jacobi or Gauss-Seidel, unless it was paced, go back to its beginning and
+        check whether a small disturbance grows; the slaves must restore their states
+    statistics : count and time the calls of every slave, which plain stepping makes
+    progress : called with communication steps done and to do, about 200 times in a run
+    line : to the process that guards this one: gets the result before the slaves are ended and freed
     """
     process = os.getpid()
     if pacing is not None and not 0 < pacing < math.inf:
@@ -132,9 +108,10 @@ def simulate(
         compiled = choose(stepping, algorithm, schedule, points.count * len(assembly.slaves))
         stepper = retrying.bind(network, points)
         # Whatever is wrong with the checkpoint shows before anything in the folder is touched.
-        marks = fingerprint(assembly, names, points, retrying)
-        checkpoints = None if long_run is None else Checkpoints(long_run, network, marks)
-        values = None if checkpoints is None else checkpoints.values
+        checkpoints, values = None, None
+        if long_run is not None:
+            checkpoints = Checkpoints(long_run, network, fingerprint(assembly, names, points, retrying))
+            values = checkpoints.values
         recorder = Recorder(network, names, points, values, None if line is None else line.block)
         if line is not None:
             file = None if values is None else values.path
@@ -184,7 +161,11 @@ class Run:
         start, began = None, time.perf_counter()
         try:
             with interruption():
-                self._begin()
+                initialize(network, recorder.points, self.assembly.values)
+                if self.checkpoints is None or self.checkpoints.found is None:
+                    recorder.take()
+                else:
+                    self.checkpoints.restore(recorder, stepper)
                 if check_stability and schedule is not None and not network.unable_to_restore():
                     start = network.snapshot(), stepper.memory()
                 began = time.perf_counter()
@@ -210,8 +191,12 @@ class Run:
         )
         remarks = stepper.remarks
         if start and schedule and (reason is None or (fault and fault.status == "not finite")):
-            name = "Jacobi" if schedule.at_once else "GaussSeidel"
-            rewind = partial(self._rewind, *start)
+            name, (first, memory) = "Jacobi" if schedule.at_once else "GaussSeidel", start
+
+            def rewind() -> None:
+                network.rewind(first)
+                stepper.recall(memory)
+
             remarks += instability(name, network, recorder.points, rewind, self._fill)
         conduct = tuple(told for slave in network.slaves for told in slave.remarks)
         return Result(
@@ -222,14 +207,6 @@ class Run:
             remarks=(*conduct, *remarks),
             statistics=statistics,
         )
-
-    def _begin(self) -> None:
-        """Initialize, or go on from a checkpoint."""
-        initialize(self.network, self.recorder.points, self.assembly.values)
-        if self.checkpoints is None or self.checkpoints.found is None:
-            self.recorder.take()
-        else:
-            self.checkpoints.restore(self.checkpoints.found, self.recorder, self.stepper)
 
     def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
@@ -274,10 +251,6 @@ class Run:
         self.stepper.recall(self.stepper.memory())
         return CompiledLoop(self.network, self.schedule, recorder)
 
-    def _rewind(self, start: Snapshot, memory: object) -> None:
-        self.network.rewind(start)
-        self.stepper.recall(memory)
-
     def _fill(self, recorder: Recorder) -> None:
         """Step until a recorder is full, once more after the run."""
         loop = self._loop(recorder) if self.compiled else None
@@ -290,8 +263,8 @@ class Run:
 
 def _memory() -> int:
     """Largest memory in bytes that this process has held; 0 where the platform does not tell."""
-    try:
-        import resource
-    except ImportError:  # Windows
+    if sys.platform == "win32":
         return 0
+    import resource
+
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

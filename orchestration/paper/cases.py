@@ -23,7 +23,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, graded
-from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -53,7 +53,7 @@ class Case:
     @classmethod
     def printed(cls, name: str) -> Case:
         """Read the case `stationary` or `moving` from the paper's numbers."""
-        n = {key: entry.value for key, entry in load_paper()[name].items()}
+        n = {key: entry.value for key, entry in PAPER[name].items()}
         shaft, ambient = n["shaft"] + ZERO_CELSIUS, n["ambient"] + ZERO_CELSIUS
         return cls(name, shaft, ambient, n["convection"], n["duration"])
 
@@ -78,8 +78,8 @@ class Case:
 
 @cache
 def fea(assembly: Assembly) -> Fea:
-    """Return the finite-element model of an assembly, which is made once."""
-    return Fea(paper_assembly(load_geometry(), load_materials(), assembly))
+    """Finite-element model of an assembly, which is made once."""
+    return Fea(paper_assembly(assembly))
 
 
 def follow(
@@ -89,9 +89,9 @@ def follow(
     every: float,
     parameters: Mapping[str, float] | None = None,
 ) -> tuple[History, Array]:
-    """Integrate a `link` and, as first instance, what heats it; give some of its times, `every` s apart.
+    """Integrate a `link` and, as first instance, what heats it: its history at some times, and its heat flow.
 
-    The heat flow [W] that it receives stands beside its history.
+    The integration is recorded `every` so many s; the heat flow that the link receives is in W.
     """
     heat = f"{joined.parameters[0].name.partition('.')[0]}.heat_flow"
     record = [*_PROBES.values(), "link.elongation", heat]
@@ -104,19 +104,17 @@ def follow(
 
 def run_link(case: Case, convection: float | None = None) -> History:
     """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
-    geometry, material = load_geometry(), load_materials().link
-    sizes = {name: getattr(geometry, name) for name in ("length", "width", "thickness")}
     properties = ("conductivity", "density", "specific_heat", "expansion_coefficient")
     parameters = {
         "heater.heat_capacity": ENDLESS,
         "heater.contact_resistance": RIGID,
         "heater.initial_temperature": case.shaft,
-        "link.base_position": geometry.shaft_centre,
-        "link.tip_position": geometry.diode_centre,
+        "link.base_position": GEOMETRY.shaft_centre,
+        "link.tip_position": GEOMETRY.diode_centre,
         "link.convection_still": case.convection if convection is None else convection,
         "link.initial_temperature": case.ambient,
-        **{f"link.{name}": size for name, size in sizes.items()},
-        **{f"link.{name}": getattr(material, name) for name in properties},
+        **{f"link.{name}": getattr(GEOMETRY, name) for name in ("length", "width", "thickness")},
+        **{f"link.{name}": getattr(MATERIALS["link"], name) for name in properties},
     }
     inputs = {"heater.on": 0.0, "link.speed": 0.0, "link.ambient_temperature": case.ambient}
     phase = Phase(case.duration, inputs)
@@ -131,7 +129,7 @@ def _rod() -> Component:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Both models' histories of a case, as described in the paper; `corrected` and `printed` are Eq. (4)'s.
+    """A case by both models, as described in the paper, and by Eq. (4) `corrected` and `printed`.
 
     `final` are the temperatures [K] at the end at all vertices of the body, `displacement` [m] that there.
     """
@@ -150,10 +148,10 @@ def run_case(case: Case) -> CaseResult:
     """Run a case as the paper describes it, on its mesh with every element divided in two each way."""
     model = fea(Assembly(refinement=2))
     fields = model.fields(case.drive(), case.times, case.ambient)
-    link, span = load_materials().link, load_geometry().span
+    link = MATERIALS["link"]
     depth = np.sqrt(link.diffusivity * np.maximum(case.times, 1e-9))
     corrected, printed = (
-        np.asarray(equation(case.rise, depth, span, link.expansion_coefficient))
+        np.asarray(equation(case.rise, depth, GEOMETRY.span, link.expansion_coefficient))
         for equation in (law.corrected, law.printed)
     )
     return CaseResult(
@@ -170,7 +168,7 @@ def run_case(case: Case) -> CaseResult:
 
 def front_profile(result: CaseResult) -> tuple[Array, Array]:
     """Position [m] and final temperature [K] along the middle of the link's front, between the holes."""
-    g, mesh = load_geometry(), result.body.mesh
+    g, mesh = GEOMETRY, result.body.mesh
     start, end = g.shaft_centre + g.shaft_diameter / 2, g.diode_centre - g.diode_diameter / 2
     x, y, z = mesh.p
     on_line = (np.abs(y) < 1e-7) & (np.abs(z - g.thickness) < 1e-7)

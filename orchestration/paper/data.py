@@ -8,20 +8,10 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from warmlink.orchestration.finite_elements.body import Material
-
-
-@dataclass(frozen=True)
-class Materials:
-    """The three materials of the paper's assembly, constant over 20 to 100 degC ([1] V.A)."""
-
-    link: Material
-    shaft: Material
-    diode: Material
 
 
 @dataclass(frozen=True)
@@ -55,27 +45,13 @@ class Printed(NamedTuple):
     place: str
 
 
-@cache
-def load_materials() -> Materials:
-    """Read the material table."""
-    tables = _read("materials.toml")
-    return Materials(*(Material(**tables[name]) for name in ("link", "shaft", "diode")))
+_properties, _printed = (
+    tomllib.loads(Path(__file__).with_name(name).read_text("utf-8"))
+    for name in ("materials.toml", "paper.toml")
+)
+GEOMETRY = Geometry(**_properties.pop("geometry"))
+MATERIALS = {name: Material(**table) for name, table in _properties.items()}
+"""Of `link`, `shaft` and `diode`, constant over 20 to 100 degC ([1] V.A)."""
 
-
-@cache
-def load_geometry() -> Geometry:
-    """Read the lengths."""
-    return Geometry(**_read("materials.toml")["geometry"])
-
-
-@cache
-def load_paper() -> dict[str, dict[str, Printed]]:
-    """Read every number printed in [1] as `paper[section][name]`."""
-    return {
-        section: {name: Printed(**entry) for name, entry in table.items()}
-        for section, table in _read("paper.toml").items()
-    }
-
-
-def _read(name: str) -> dict[str, Any]:
-    return tomllib.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))
+PAPER = {case: {name: Printed(**each) for name, each in table.items()} for case, table in _printed.items()}
+"""Every number printed in [1], by section and name."""

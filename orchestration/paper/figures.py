@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.paper.cases import CaseResult, front_profile
-from warmlink.orchestration.paper.data import load_geometry, load_paper
+from warmlink.orchestration.paper.data import GEOMETRY, PAPER
 from warmlink.orchestration.paper.reproduce import Reproduction
 from warmlink.orchestration.report.figures import chart, styled, time_plot
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
-FEA, LINK, PAPER, PALE = "#0b5d9c", "#d9730d", "#111111", "#c9d2d9"
+FEA, LINK, BLACK, PALE = "#0b5d9c", "#d9730d", "#111111", "#c9d2d9"
 
 MAGNIFICATION = 100.0
 """Displacements are drawn so many times larger, as in Figure 7 of the paper."""
@@ -39,27 +39,15 @@ def figures(result: Reproduction) -> dict[str, Any]:
 
 def _steady_profiles(*cases: CaseResult) -> Any:
     """Temperature over position for both cases, with the temperatures that the paper prints."""
-    g = load_geometry()
-    places = 1e3 * np.array([g.shaft_centre, g.shaft_centre + g.span / 2, g.diode_centre])
+    places = 1e3 * np.linspace(GEOMETRY.shaft_centre, GEOMETRY.diode_centre, 3)
     traces = []
     for result, dash, symbol in zip(cases, ("dot", "solid"), ("circle-open", "circle"), strict=True):
         x, temperature = front_profile(result)
         link = [result.link.end(where) for where in ("base", "middle", "tip")]
-        traces += [
-            {
-                "x": x * 1e3,
-                "y": temperature - ZERO_CELSIUS,
-                "name": f"3-D FEA, {result.case.name}",
-                "line": {"color": FEA, "dash": dash},
-            },
-            {
-                "x": places,
-                "y": link,
-                "name": f"1-D link, {result.case.name}",
-                "mode": "markers",
-                "marker": {"color": LINK, "symbol": symbol, "size": 9},
-            },
-        ]
+        name, line = f"3-D FEA, {result.case.name}", {"color": FEA, "dash": dash}
+        traces.append({"x": x * 1e3, "y": temperature - ZERO_CELSIUS, "name": name, "line": line})
+        name, marker = f"1-D link, {result.case.name}", {"color": LINK, "symbol": symbol, "size": 9}
+        traces.append({"x": places, "y": link, "name": name, "mode": "markers", "marker": marker})
     traces += _printed([places[0], places[2]], "base", "tip")
     return chart(*traces, x="position along the link [mm]", y="temperature [°C]", **WIDE)
 
@@ -96,7 +84,7 @@ def _fringe_plot(moving: CaseResult) -> Any:
 def _deformed_link(moving: CaseResult) -> Any:
     """Front of the link in plan, undeformed and with its displacement magnified."""
     mesh = moving.body.mesh
-    on_face = np.all(np.abs(mesh.p[2][mesh.facets] - load_geometry().thickness) < 1e-7, axis=0)
+    on_face = np.all(np.abs(mesh.p[2][mesh.facets] - GEOMETRY.thickness) < 1e-7, axis=0)
     around = mesh.facets[[0, 1, 2, 3, 0]][:, on_face]
     traces = []
     for name, points, colour in (
@@ -107,7 +95,7 @@ def _deformed_link(moving: CaseResult) -> Any:
         x, y, _ = np.pad(1e3 * points[:, around], ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
         line = {"color": colour, "width": 1}
         traces.append({"x": x.T.ravel(), "y": y.T.ravel(), "name": name, "mode": "lines", "line": line})
-    across = {"title": "x [mm]", "range": [-10, 1e3 * load_geometry().length + 20]}
+    across = {"title": "x [mm]", "range": [-10, 1e3 * GEOMETRY.length + 20]}
     return chart(*traces, x=across, y={"title": "y [mm]", "scaleanchor": "x", "scaleratio": 1}, **WIDE)
 
 
@@ -118,42 +106,31 @@ def _attempts_chart(result: Reproduction) -> Any:
     figure = make_subplots(
         rows=1, cols=2, subplot_titles=("stationary [µm]", "moving [µm]"), shared_yaxes=True
     )
-    measured = {"mode": "lines", "name": "measured", "line": {"color": PAPER, "dash": "dash"}}
+    measured = {"mode": "lines", "name": "measured", "line": {"color": BLACK, "dash": "dash"}}
+    look = {"orientation": "h", "marker_color": FEA, "showlegend": False, "cliponaxis": False}
     for column, case in enumerate(result.cases, start=1):
-        attempts = [a for a in result.attempts if a.case == case][::-1]
-        place = {"row": 1, "col": column}
-        figure.add_bar(
-            x=[a.elongation for a in attempts],
-            y=[a.name for a in attempts],
-            orientation="h",
-            text=[f"{a.elongation:.1f}" for a in attempts],
-            marker_color=FEA,
-            showlegend=False,
-            textposition="outside",
-            cliponaxis=False,
-            **place,
-        )
-        figure.update_xaxes(range=[0, 1.15 * max(a.elongation for a in attempts)], **place)
-        figure.add_vline(x=load_paper()[case]["elongation_measured"].value, line=measured["line"], **place)
+        attempts = {a.name: a.elongation for a in result.attempts if a.case == case}
+        names, lengths = list(attempts)[::-1], list(attempts.values())[::-1]
+        place, told = {"row": 1, "col": column}, [f"{length:.1f}" for length in lengths]
+        figure.add_bar(x=lengths, y=names, text=told, textposition="outside", **look, **place)
+        figure.update_xaxes(range=[0, 1.15 * max(lengths)], **place)
+        figure.add_vline(x=PAPER[case]["elongation_measured"].value, line=measured["line"], **place)
         figure.add_scatter(x=[None], y=[None], showlegend=column == 1, **measured, **place)
     return styled(figure, WIDE["height"], WIDE["least_width"]).update_layout(margin_t=60)
 
 
 def _printed(x: list[float], *quantities: str) -> list[dict[str, Any]]:
     """Marks of what the paper prints for the moving case."""
-    paper = load_paper()["moving"]
-    return [
-        {
-            "type": "scatter",
-            "x": x,
-            "y": [paper[f"{quantity}_{kind}"].value for quantity in quantities],
-            "name": f"paper, moving, {kind}",
+    traces: list[dict[str, Any]] = []
+    for kind, symbol in (("measured", "x"), ("predicted", "cross")):
+        y = [PAPER["moving"][f"{quantity}_{kind}"].value for quantity in quantities]
+        look = {
             "mode": "markers",
             "cliponaxis": False,
-            "marker": {"color": PAPER, "symbol": symbol, "size": 10},
+            "marker": {"color": BLACK, "symbol": symbol, "size": 10},
         }
-        for kind, symbol in (("measured", "x"), ("predicted", "cross"))
-    ]
+        traces.append({"type": "scatter", "x": x, "y": y, "name": f"paper, moving, {kind}", **look})
+    return traces
 
 
 def _temperatures(result: CaseResult) -> Any:

@@ -8,16 +8,15 @@ the diode's section is 2 x 2 elements within a ring of 8.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.body import Body, Support, mean_at
-from warmlink.orchestration.finite_elements.forms import scikit_fem
-from warmlink.orchestration.paper.data import Geometry, Materials
+from warmlink.orchestration.finite_elements.body import Body, Material, Support, mean_at, scikit_fem
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, Geometry
 
 MERGE_DISTANCE = 1e-8
 """m; nodes nearer to each other than this are one node."""
@@ -32,9 +31,8 @@ class Assembly:
 
     `refinement` divides every element of the paper's mesh into that many along each direction. `pad_gap`
     [m] is the stretch of bare shaft between the link and the heated surface (the paper does not give it).
-    `elongation_at` selects what is measured: `above`, from the shaft's centre to the edge of the diode's hole
-    above the diode ([1] VI.B); `centre`, to the mean around that hole; `clear`, the link between the two
-    holes.
+    `elongation_at` selects what is measured from the shaft's centre: `above`, to the edge of the diode's hole
+    ([1] VI.B); `centre`, to the mean around it; `clear`, the link between the two holes.
     """
 
     refinement: int = 1
@@ -44,13 +42,14 @@ class Assembly:
     only_link_cooled: bool = False
 
 
-def bare_link(geometry: Geometry, materials: Materials, refinement: int = 1) -> Body:
+AS_DESCRIBED = Assembly()
+
+
+def bare_link(refinement: int = 1, g: Geometry = GEOMETRY, material: Material = MATERIALS["link"]) -> Body:
     """Build the link alone, without holes, heated over its whole section at the shaft's centre.
 
-    It is the 3-D counterpart of the 1-D link: what differs is width and thickness only. All faces are cooled.
-    The elongation runs between the two sections.
+    It is the 3-D counterpart of the 1-D link: all faces are cooled, the elongation runs between two sections.
     """
-    g = geometry
     x = _lines([0.0, g.shaft_centre, g.diode_centre, g.length], [2, 20, 1], refinement)
     y = np.linspace(-g.width / 2, g.width / 2, 4 * refinement + 1)
     z = np.linspace(0, g.thickness, refinement + 1)
@@ -59,25 +58,23 @@ def bare_link(geometry: Geometry, materials: Materials, refinement: int = 1) -> 
     mesh = mesh.with_subdomains({"link": np.arange(mesh.nelements)})
     mesh = mesh.with_boundaries({"heated": plane, "cooled": mesh.boundary_facets()})
     sections = {"base": g.shaft_centre, "middle": g.shaft_centre + g.span / 2, "tip": g.diode_centre}
-    yy, zz = (each.ravel() for each in np.meshgrid(y, z, indexing="ij"))
     weights = np.outer(_trapezoid(y), _trapezoid(z)).ravel()
     probes = {
-        name: mean_at(mesh, np.stack([np.full(yy.size, at), yy, zz]), weights)
+        name: mean_at(mesh, np.stack(np.meshgrid([at], y, z, indexing="ij")).reshape(3, -1), weights)
         for name, at in sections.items()
     }
     middle, behind = (np.array([[at], [0.0], [0.0]]) for at in (g.shaft_centre, g.diode_centre))
     supports = (Support("heated", (0,)), Support(middle, (1, 2)), Support(behind, (1,)))
-    return Body(mesh, {"link": materials.link}, probes, probes["base"], probes["tip"], supports)
+    return Body(mesh, {"link": material}, probes, probes["base"], probes["tip"], supports)
 
 
-def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly | None = None) -> Body:
+def paper_assembly(options: Assembly = AS_DESCRIBED, materials: Mapping[str, Material] = MATERIALS) -> Body:
     """Build link, hollow shaft and laser diode as [1] V describes them.
 
     The outer surface of the shaft behind the link is heated (from `pad_gap` on), its far end fixed. Bore
     and far end are insulated; every other outer surface is cooled.
     """
-    options = options or Assembly()
-    n, g = options.refinement, geometry
+    n, g = options.refinement, GEOMETRY
     through = np.linspace(0.0, g.thickness, n + 1)
     far = g.thickness - g.shaft_length
     # Seven elements along the shaft: one in the link, one in the gap if there is one, the rest heated.
@@ -89,9 +86,9 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
     }
     if not options.diode:
         del levels["diode"]
-    grids = _plan(g, n)
+    grids = _plan(n)
     mesh = _hexahedra((name, grid, level) for name, level in levels.items() for grid in grids[name])
-    mesh = mesh.with_boundaries(_boundaries(mesh, g, options))
+    mesh = mesh.with_boundaries(_boundaries(mesh, options))
     r_s, r_d = g.shaft_diameter / 2, g.diode_diameter / 2
     front = {
         "base": (g.shaft_centre, r_s),
@@ -110,13 +107,13 @@ def paper_assembly(geometry: Geometry, materials: Materials, options: Assembly |
         "centre": ("base_ring", "tip_ring"),
         "clear": ("beside_shaft", "beside_diode"),
     }[options.elongation_at]
-    of = {name: getattr(materials, name) for name in levels}
+    of = {name: materials[name] for name in levels}
     return Body(mesh, of, probes, probes[origin], probes[target], (Support("fixed"),))
 
 
-def _boundaries(mesh: Any, g: Geometry, options: Assembly) -> dict[str, Any]:
+def _boundaries(mesh: Any, options: Assembly) -> dict[str, Any]:
     """Boundaries of the assembly, by where their facets lie."""
-    outer = mesh.boundary_facets()
+    g, outer = GEOMETRY, mesh.boundary_facets()
     middle = mesh.p[:, mesh.facets[:, outer]].mean(axis=1)
     on_shaft, on_link = (np.isin(mesh.f2t[0, outer], mesh.subdomains[name]) for name in ("shaft", "link"))
     # A facet's mid point lies inside the circle through its nodes, never below cos(22.5 deg) of its radius.
@@ -178,9 +175,9 @@ def _hexahedra(columns: Iterable[tuple[str, Array, Array]]) -> Any:
     return mesh.with_subdomains({name: np.flatnonzero(np.array(owner) == name) for name in set(owner)})
 
 
-def _plan(g: Geometry, n: int) -> dict[str, list[Array]]:
+def _plan(n: int) -> dict[str, list[Array]]:
     """Grids of n x n elements, seen along the shaft: link without holes, shaft's ring, diode's disc."""
-    half = g.width / 2
+    g, half = GEOMETRY, GEOMETRY.width / 2
     x_s, r_s = shaft = g.shaft_centre, g.shaft_diameter / 2
     x_d, r_d = diode = g.diode_centre, g.diode_diameter / 2
     a, b = r_s / np.sqrt(2), r_d / np.sqrt(2)
@@ -215,7 +212,10 @@ def _plan(g: Geometry, n: int) -> dict[str, list[Array]]:
 
 def _circle(circle: Circle) -> Array:
     """Nine points around a circle, the last being the first, shape (9, 2)."""
-    angle = np.arange(9) * np.pi / 4
+    return _on_circle(circle, np.arange(9) * np.pi / 4)
+
+
+def _on_circle(circle: Circle, angle: Array) -> Array:
     return np.array([circle[0], 0.0]) + circle[1] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
@@ -230,20 +230,17 @@ def _grid(corners: Array, circles: Sequence[Circle], n: int) -> Array:
     Corners are anticlockwise, shape (4, 2); an edge with both ends on one of the circles is an arc of it.
     """
     s = np.linspace(0, 1, n + 1)
-    bottom, right, top, left = (_edge(corners[i], corners[(i + 1) % 4], circles, s) for i in range(4))
-    u, v = s[:, None, None], s[None, :, None]
-    c = corners
+    c, u, v = corners, s[:, None, None], s[None, :, None]
+    bottom, right, top, left = (_edge(c[i], c[(i + 1) % 4], circles, s) for i in range(4))
     bilinear = (1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3]
     across = (1 - v) * bottom[:, None] + v * top[::-1][:, None]
     return np.asarray(across + (1 - u) * left[::-1][None] + u * right[None] - bilinear)
 
 
 def _edge(a: Array, b: Array, circles: Sequence[Circle], s: Array) -> Array:
-    for x, radius in circles:
-        out = np.array([a, b]) - (x, 0.0)
-        if np.allclose(np.hypot(*out.T), radius, rtol=0, atol=MERGE_DISTANCE):
+    for circle in circles:
+        out = np.array([a, b]) - (circle[0], 0.0)
+        if np.allclose(np.hypot(*out.T), circle[1], rtol=0, atol=MERGE_DISTANCE):
             start, end = np.arctan2(*out.T[::-1])
-            turn = (end - start + np.pi) % (2 * np.pi) - np.pi
-            angle = start + s * turn
-            return np.asarray((x, 0.0) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+            return _on_circle(circle, start + s * ((end - start + np.pi) % (2 * np.pi) - np.pi))
     return np.asarray(a + s[:, None] * (b - a))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.figures import figures
 from warmlink.orchestration.paper.reproduce import Reproduction, Row
 from warmlink.orchestration.paper.tried import Attempt
@@ -42,16 +41,13 @@ def write_report(result: Reproduction, path: Path) -> None:
         [f"{a.run}: {a.body}", *(signed(value, 2) for value in (a.base, a.tip, a.elongation))]
         for a in result.agreements
     ]
-    agreed_headings = ("run: 3-D body", "base [K]", "tip [K]", "elongation [%]")
+    meshes = Table(("body", "refinement", "tip [°C]", "elongation [µm]"), refined)
+    compared = Table(("run: 3-D body", "base [K]", "tip [K]", "elongation [%]"), agreed)
     sections = [
         *_answers(result),
         *(Section(heading, figure=figure) for heading, figure in figures(result).items()),
-        Section(
-            "Mesh convergence",
-            _CONVERGENCE,
-            Table(("body", "refinement", "tip [°C]", "elongation [µm]"), refined),
-        ),
-        Section("1-D link against 3-D FEA", _AGREEMENT, Table(agreed_headings, agreed)),
+        Section("Mesh convergence", _CONVERGENCE, meshes),
+        Section("1-D link against 3-D FEA", _AGREEMENT, compared),
         _materials(),
     ]
     with fresh_file(path) as partial:
@@ -88,20 +84,13 @@ def terminal(result: Reproduction) -> RenderableType:
 
 def _answers(result: Reproduction) -> list[Section]:
     """What both page and terminal show: tables, the first of its kind explained, and sentences."""
-    numbers = [
-        Section(
-            f"The paper's numbers and ours: {case} case",
-            table=Table(_NUMBERS, [_numbers(row) for row in result.rows if row.case == case]),
-        )
-        for case in result.cases
-    ]
-    tried = [
-        Section(
-            f"What was tried: {case} case",
-            table=Table(_ATTEMPTS, [_attempt(each) for each in result.attempts if each.case == case]),
-        )
-        for case in result.cases
-    ]
+    numbers, tried = [], []
+    for first, case in enumerate(result.cases):
+        rows = [_numbers(row) for row in result.rows if row.case == case]
+        attempts = [_attempt(each) for each in result.attempts if each.case == case]
+        texts = ("", "") if first else (_SOURCES, _TRIED)
+        numbers.append(Section(f"The paper's numbers and ours: {case} case", texts[0], Table(_NUMBERS, rows)))
+        tried.append(Section(f"What was tried: {case} case", texts[1], Table(_ATTEMPTS, attempts)))
     held = ((f"{'holds' if s.holds else 'does not hold'}: {s.claim}", s) for s in result.statements)
     disagreements, *others = (
         Section(heading, "\n".join(BULLET + readable(each) for each in sentences))
@@ -111,7 +100,6 @@ def _answers(result: Reproduction) -> list[Section]:
             ("What it comes to", result.findings),
         )
     )
-    numbers[0], tried[0] = replace(numbers[0], text=_SOURCES), replace(tried[0], text=_TRIED)
     return [*numbers, disagreements, *tried, *others]
 
 
@@ -172,8 +160,6 @@ _AGREEMENT = (
 
 
 def _materials() -> Section:
-    materials, g = load_materials(), load_geometry()
-    columns = (materials.link, materials.shaft, materials.diode)
     properties = {
         "thermal conductivity [W/(m K)]": "conductivity",
         "density [kg/m³]": "density",
@@ -183,10 +169,12 @@ def _materials() -> Section:
         "expansion coefficient [1/K]": "expansion_coefficient",
         "emissivity": "emissivity",
     }
-    rows = [[label, *(f"{getattr(m, name):.4g}" for m in columns)] for label, name in properties.items()]
-    assumed = ", ".join(f"{name.replace('_', ' ')} {getattr(g, name) * 1e3:.4g} mm" for name in g.assumed)
+    held = MATERIALS.values()
+    rows = [[label, *(f"{getattr(m, name):.4g}" for m in held)] for label, name in properties.items()]
+    lengths = {name.replace("_", " "): 1e3 * getattr(GEOMETRY, name) for name in GEOMETRY.assumed}
+    assumed = ", ".join(f"{name} {length:.4g} mm" for name, length in lengths.items())
     text = f"Properties: Table I. Not given in the paper and assumed here: {assumed}."
-    return Section("Materials and geometry", text, Table(("property", *(m.name for m in columns)), rows))
+    return Section("Materials and geometry", text, Table(("property", *(m.name for m in held)), rows))
 
 
 def _lead(result: Reproduction) -> str:

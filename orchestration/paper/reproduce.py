@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.orchestration.finite_elements.transient import History
+from warmlink.orchestration.paper import tried as trying
 from warmlink.orchestration.paper.cases import (
     Case,
     CaseResult,
@@ -23,27 +25,14 @@ from warmlink.orchestration.paper.cases import (
     run_link,
     steady_time,
 )
-from warmlink.orchestration.paper.data import load_geometry, load_materials, load_paper
-from warmlink.orchestration.paper.tried import (
-    Agreement,
-    Attempt,
-    Consistency,
-    Refinement,
-    agreements,
-    camera_warming,
-    consistency,
-    refinements,
-    try_everything,
-)
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
+from warmlink.orchestration.paper.tried import Agreement, Attempt, Consistency, Refinement, camera_warming
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number of the paper and ours for it; None where a column has no such number.
-
-    `unit` is that of all columns; `place` says where the paper prints it; `note` what is behind a difference.
-    """
+    """A number of the paper, where it is printed, and ours for it; None where a column has no such number."""
 
     place: str
     case: str
@@ -74,8 +63,7 @@ class Row:
         return printed
 
 
-@dataclass(frozen=True)
-class Statement:
+class Statement(NamedTuple):
     """A statement of the paper that can be compared with the models: whether it is true, and the figures."""
 
     place: str
@@ -100,41 +88,26 @@ class Reproduction:
 
 
 def reproduce(progress: Callable[[float], None] = lambda share: None) -> Reproduction:
-    """Compute every number; about a minute.
+    """Compute every number, in about a minute; `progress` receives the fraction done.
 
-    Parameters
-    ----------
-    progress : receives the fraction done
-
-    Raises
-    ------
-    MissingExtraError
-        scikit-fem is not installed.
+    MissingExtraError where scikit-fem is not installed.
     """
     cases = {}
     for share, name in ((0.0, "stationary"), (0.14, "moving")):
         progress(share)
         cases[name] = run_case(Case.printed(name))
     progress(0.2)
-    attempts, gaps = try_everything(lambda share: progress(0.2 + 0.25 * share))
+    attempts, gaps = trying.try_everything(lambda share: progress(0.2 + 0.25 * share))
     progress(0.45)
-    refined = refinements()
+    refined = trying.refinements()
     progress(0.7)
-    agreed = agreements(lambda share: progress(0.7 + 0.3 * share))
-    consistent = consistency()
-    found = Reproduction(
-        rows=_rows(cases, attempts),
-        statements=_statements(cases),
-        attempts=attempts,
-        pad_gaps=gaps,
-        consistency=consistent,
-        findings=_findings(attempts, gaps, consistent),
-        refinements=refined,
-        agreements=agreed,
-        cases=cases,
-    )
+    agreed = trying.agreements(lambda share: progress(0.7 + 0.3 * share))
+    consistent = trying.consistency()
+    rows, findings = _rows(cases, attempts), _findings(attempts, gaps, consistent)
     progress(1.0)
-    return found
+    return Reproduction(
+        rows, _statements(cases), attempts, gaps, consistent, findings, refined, agreed, cases
+    )
 
 
 def _rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> list[Row]:
@@ -150,13 +123,13 @@ def _rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> list[
         *(_elongation_row(cases[name], tried[name]) for name in ("stationary", "moving")),
         _row(
             still,
-            {"measured": "steady_time"},
             "steady elongation after",
             "s",
             lambda run: steady_time(run.time, run.elongation),
             f"Radiation makes it {steady['radiation']}, joint resistance {steady['joint resistance']}, "
             f"heater lag {steady['heater lag']}, all together {steady['all of these together']}; the rest "
             "stays unexplained. Eq. (4) has none.",
+            {"measured": "steady_time"},
         ),
         _temperature_row(
             moving,
@@ -173,70 +146,66 @@ def _rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> list[
         ),
         _row(
             moving,
-            {"predicted": "steady_time_tip"},
             "steady tip after",
             "s",
             lambda run: steady_time(run.time, run.temperature["tip"]),
             "By the definition of VI.A, three time constants; the paper gives no definition for this one.",
+            {"predicted": "steady_time_tip"},
         ),
     ]
 
 
 def _row(
     result: CaseResult,
-    printed: Mapping[str, str] | str,
     quantity: str,
     unit: str,
     of: Callable[[History], float],
     note: str,
+    printed: Mapping[str, str],
     **ours: float,
 ) -> Row:
-    """Row of numbers that the paper prints, names by column or what both begin with, and of both models'."""
-    if isinstance(printed, str):
-        printed = {column: f"{printed}_{column}" for column in ("measured", "predicted")}
-    paper = {column: load_paper()[result.case.name][name] for column, name in printed.items()}
+    """Row of numbers that the paper prints, by column the names they have in `PAPER`, and of both models'."""
+    paper = {column: PAPER[result.case.name][name] for column, name in printed.items()}
     values = {column: each.value for column, each in paper.items()}
     place = next(iter(paper.values())).place
     link, fea = of(result.link), of(result.fea)
     return Row(place, result.case.name, quantity, unit, link, fea, note, **values, **ours)
 
 
+def _both(what: str) -> dict[str, str]:
+    return {column: f"{what}_{column}" for column in ("measured", "predicted")}
+
+
 def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
-    together = tried["all of these together"]
+    left = tried["all of these together"].left
     less = {name: f"{-a.effect:.1f} um" for name, a in tried.items()}
     return _row(
         result,
-        "elongation",
         "elongation after 1 h",
         "um",
         lambda run: run.growth,
         f"Radiation takes off {less['radiation']}, joint resistance {less['joint resistance']}, a length "
         f"between the holes {less['effective length']}, heater lag {abs(tried['heater lag'].effect):.2f} um; "
-        f"together they leave {together.left:.1f} um above the measurement, for which a camera support would "
-        f"have to warm by {camera_warming(together.left):.1f} K. That part stays unexplained.",
+        f"together they leave {left:.1f} um above the measurement, for which a camera support would "
+        f"have to warm by {camera_warming(left):.1f} K. That part stays unexplained.",
+        _both("elongation"),
         printed_eq4=float(result.printed[-1]) * 1e6,
         corrected=float(result.corrected[-1]) * 1e6,
     )
 
 
 def _temperature_row(result: CaseResult, where: str, note: str) -> Row:
-    case, position = result.case, 0.0 if where == "base" else load_geometry().span
+    case, position = result.case, 0.0 if where == "base" else GEOMETRY.span
     # A semi-infinite solid whose surface is raised at t = 0 (Carslaw and Jaeger, chapter 2).
-    depth = math.sqrt(load_materials().link.diffusivity * case.duration)
-    return _row(
-        result,
-        where,
-        f"link above the {'shaft' if where == 'base' else 'diode'}",
-        "degC",
-        lambda run: run.end(where),
-        note,
-        corrected=case.ambient + case.rise * math.erfc(position / (2 * depth)) - ZERO_CELSIUS,
-    )
+    depth = math.sqrt(MATERIALS["link"].diffusivity * case.duration)
+    corrected = case.ambient + case.rise * math.erfc(position / (2 * depth)) - ZERO_CELSIUS
+    quantity = f"link above the {'shaft' if where == 'base' else 'diode'}"
+    return _row(result, quantity, "degC", lambda run: run.end(where), note, _both(where), corrected=corrected)
 
 
 def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
     """Check the paper's qualitative sentences."""
-    moving, still, paper = cases["moving"], cases["stationary"], load_paper()
+    moving, still = cases["moving"], cases["stationary"]
     base, tip = (steady_time(moving.fea.time, moving.fea.temperature[where]) for where in ("base", "tip"))
     diode, cooled = moving.fea.end("diode"), still.link.growth
     insulated = run_link(still.case, convection=0.0).growth
@@ -244,48 +213,36 @@ def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
     along, across, out = np.abs(moving.displacement[:, on_link]).max(axis=1) * 1e6
     profile = front_profile(moving)[1] - ZERO_CELSIUS
     first, second = (
-        100 * abs(1 - paper[c]["elongation_predicted"].value / paper[c]["elongation_measured"].value)
+        100 * abs(1 - PAPER[c]["elongation_predicted"].value / PAPER[c]["elongation_measured"].value)
         for c in ("stationary", "moving")
     )
-    checked = (
-        (
-            "VI.B",
-            "The link above the shaft is steady sooner than above the diode.",
+    claims = {
+        ("VI.B", "The link above the shaft is steady sooner than above the diode."): (
             base < tip,
             f"three time constants: {base:.0f} s and {tip:.0f} s",
         ),
-        (
-            "VI.B",
-            "The laser diode stays at room temperature.",
+        ("VI.B", "The laser diode stays at room temperature."): (
             abs(diode - 22.0) < 0.5,
             f"its far end after an hour: {diode:.2f} degC in a room of 22 degC",
         ),
-        (
-            "VI.B",
-            "The temperature falls smoothly with the distance from the shaft.",
+        ("VI.B", "The temperature falls smoothly with the distance from the shaft."): (
             bool(np.all(np.diff(profile) < 0)),
             f"from {profile[0]:.1f} to {profile[-1]:.1f} degC between the two holes",
         ),
-        (
-            "I",
-            "The longitudinal deformation dominates.",
+        ("I", "The longitudinal deformation dominates."): (
             bool(along > 5 * max(across, out)),
             f"largest displacements along, across, out of plane: {along:.1f}, {across:.1f}, {out:.1f} um",
         ),
-        (
-            "IV",
-            "Without motion the effects of convection are negligible.",
+        ("IV", "Without motion the effects of convection are negligible."): (
             bool(abs(insulated - cooled) < 0.05 * cooled),
             f"elongation after an hour {insulated:.1f} um without and {cooled:.1f} um with it (1-D link)",
         ),
-        (
-            "Tables II and III",
-            "Prediction and experiment differ by 3.4 % and 3.5 %.",
+        ("Tables II and III", "Prediction and experiment differ by 3.4 % and 3.5 %."): (
             abs(first - 3.4) < 0.1 and abs(second - 3.5) < 0.1,
             f"from the printed deformations: {first:.1f} % and {second:.1f} % of the measured one",
         ),
-    )
-    return [Statement(*each) for each in checked]
+    }
+    return [Statement(*claim, *found) for claim, found in claims.items()]
 
 
 def _findings(

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -24,7 +25,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, held
 from warmlink.orchestration.paper.cases import Case, fea, follow, run_link, steady_time
-from warmlink.orchestration.paper.data import Geometry, load_geometry, load_materials, load_paper
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -37,10 +38,9 @@ CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
 
 @dataclass(frozen=True)
 class Attempt:
-    """One change to the 3-D model and what came out after an hour.
+    """One change to the 3-D model and what came out after an hour, in um, degC and s.
 
-    `elongation` [um], `base` and `tip` temperature [degC]; `effect` [um] on the elongation against the model
-    as described; `left` [um] above the measured elongation; `steady` time of the elongation [s].
+    `effect` is that on the elongation against the model as described, `left` what is above the measured one.
     """
 
     case: str
@@ -67,10 +67,11 @@ class Consistency:
 def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
     """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
     gaps = {"without": _gap_for_printed_base(False), "with": _gap_for_printed_base(True)}
-    progress(0.4)
-    attempts = _attempts(Case.printed("stationary"), gaps)
-    progress(0.7)
-    return attempts + _attempts(Case.printed("moving"), gaps), gaps
+    attempts: list[Attempt] = []
+    for share, case in ((0.4, "stationary"), (0.7, "moving")):
+        progress(share)
+        attempts += _attempts(Case.printed(case), gaps)
+    return attempts, gaps
 
 
 def camera_warming(missing: float) -> float:
@@ -78,19 +79,18 @@ def camera_warming(missing: float) -> float:
     return missing * 1e-6 / (CAMERA_EXPANSION * CAMERA_SUPPORT)
 
 
-def implied_by_temperatures(geometry: Geometry, base_rise: float, tip_rise: float, expansion: float) -> float:
+def implied_by_temperatures(base_rise: float, tip_rise: float) -> float:
     """Elongation [m] of a steady fin between the two measured rises [K], its tip insulated.
 
     The ratio gives m L = acosh(base / tip), whatever the loss; the mean rise is base tanh(m L) / (m L).
     """
     m_l = math.acosh(base_rise / tip_rise)
-    return expansion * geometry.span * base_rise * math.tanh(m_l) / m_l
+    return MATERIALS["link"].expansion_coefficient * GEOMETRY.span * base_rise * math.tanh(m_l) / m_l
 
 
 def consistency() -> list[Consistency]:
     """Elongations that the paper's own temperatures imply, also were the infrared camera 2 K too high."""
-    paper, expansion = load_paper(), load_materials().link.expansion_coefficient
-    moving, offset = paper["moving"], paper["camera"]["infrared_accuracy"].value
+    moving, offset = PAPER["moving"], PAPER["camera"]["infrared_accuracy"].value
     ambient = moving["ambient"].value
     found = []
     for name, kind, shift in (
@@ -99,29 +99,28 @@ def consistency() -> list[Consistency]:
         ("the paper's FEA", "predicted", 0.0),
     ):
         base, tip = (moving[f"{where}_{kind}"].value - shift for where in ("base", "tip"))
-        implied = implied_by_temperatures(load_geometry(), base - ambient, tip - ambient, expansion)
+        implied = implied_by_temperatures(base - ambient, tip - ambient)
         found.append(Consistency(name, base, tip, implied * 1e6, moving[f"elongation_{kind}"].value))
     return found
 
 
 def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
-    plain, joint, both = Assembly(), Assembly(pad_gap=gaps["without"]), Assembly(pad_gap=gaps["with"])
-    cool, shorter = replace(plain, only_link_cooled=True), replace(plain, elongation_at="clear")
-    drive, radiation, lag = case.drive(), case.drive(radiation=True), case.drive(lag=HEATER_LAG)
-    slow_and_radiant = case.drive(radiation=True, lag=HEATER_LAG)
-    measured = load_paper()[case.name]["elongation_measured"].value
+    radiation, lag, joint = {"radiation": True}, {"lag": HEATER_LAG}, {"pad_gap": gaps["with"]}
+    shorter = {"elongation_at": "clear"}
+    measured = PAPER[case.name]["elongation_measured"].value
     attempts: list[Attempt] = []
-    for name, with_drive, assembly in (
-        ("as described", drive, plain),
-        ("radiation", radiation, plain),
-        ("joint resistance", drive, joint),
-        ("heater lag", lag, plain),
-        ("cooled link only", drive, cool),
-        ("effective length", drive, shorter),
-        ("radiation and joint resistance", radiation, both),
-        ("all of these together", slow_and_radiant, replace(both, elongation_at="clear")),
-    ):
-        run = fea(assembly).run(with_drive, case.times, case.ambient)
+    tried: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+        ("as described", {}, {}),
+        ("radiation", radiation, {}),
+        ("joint resistance", {}, {"pad_gap": gaps["without"]}),
+        ("heater lag", lag, {}),
+        ("cooled link only", {}, {"only_link_cooled": True}),
+        ("effective length", {}, shorter),
+        ("radiation and joint resistance", radiation, joint),
+        ("all of these together", radiation | lag, joint | shorter),
+    )
+    for name, driven, built in tried:
+        run = fea(Assembly(**built)).run(case.drive(**driven), case.times, case.ambient)
         effect = run.growth - (attempts[0].elongation if attempts else run.growth)
         ends, steady = (run.end("base"), run.end("tip")), steady_time(run.time, run.elongation)
         attempts.append(Attempt(case.name, name, run.growth, *ends, effect, run.growth - measured, steady))
@@ -131,12 +130,12 @@ def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
 def _gap_for_printed_base(radiation: bool) -> float:
     """Bare shaft [m] between pad and link that brings the link to its measured temperature there."""
     case = Case.printed("moving")
-    wanted = load_paper()["moving"]["base_measured"].value + ZERO_CELSIUS
+    wanted = PAPER["moving"]["base_measured"].value + ZERO_CELSIUS
     drive = case.drive(radiation=radiation)
 
     def surplus(gap: float) -> float:
         # Not by `fea`, which would keep a model of each gap tried.
-        model = Fea(paper_assembly(load_geometry(), load_materials(), Assembly(pad_gap=gap)))
+        model = Fea(paper_assembly(Assembly(pad_gap=gap)))
         return float(model.fields(drive, case.times, case.ambient)[-1] @ model.body.probes["base"]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))
@@ -161,10 +160,7 @@ DUTY_CYCLES: dict[str, tuple[Phase, ...]] = {
 
 @dataclass(frozen=True)
 class Agreement:
-    """Largest difference over a run, 1-D minus 3-D: `base`, `tip` [K]; `elongation` [% of its largest].
-
-    Base and tip of a body with holes are the means around them.
-    """
+    """Largest difference over a run, 1-D minus 3-D, of base and tip [K], and of the elongation [%]."""
 
     run: str
     body: str
@@ -185,14 +181,13 @@ class Refinement:
 
 def agreements(progress: Callable[[float], None]) -> list[Agreement]:
     """Compare the link alone and with what is attached to it, over two cases and three duty cycles."""
-    geometry, materials = load_geometry(), load_materials()
-    storeless = replace(materials, shaft=replace(materials.shaft, specific_heat=1e-2))
+    storeless = {**MATERIALS, "shaft": replace(MATERIALS["shaft"], specific_heat=1e-2)}
     with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
     bodies = {
-        "link alone": bare_link(geometry, materials, 2),
-        "with shaft": paper_assembly(geometry, materials, with_shaft),
-        "with shaft and diode": paper_assembly(geometry, materials, with_diode),
-        "with a shaft that stores no heat": paper_assembly(geometry, storeless, with_shaft),
+        "link alone": bare_link(2),
+        "with shaft": paper_assembly(with_shaft),
+        "with shaft and diode": paper_assembly(with_diode),
+        "with a shaft that stores no heat": paper_assembly(with_shaft, storeless),
     }
     models = {name: Fea(body, displacement_order=1) for name, body in bodies.items()}
     cases = [Case.printed(name) for name in ("stationary", "moving")]
@@ -221,7 +216,7 @@ def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
     link, flow = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
-    speeds = [phase.inputs["link.speed"] * load_geometry().span / 2 for phase in phases]
+    speeds = [phase.inputs["link.speed"] * GEOMETRY.span / 2 for phase in phases]
     drive = Drive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
@@ -235,10 +230,9 @@ def refinements() -> list[Refinement]:
     case = Case.printed("moving")
     heated = Drive(case.convection, case.ambient, heat_flow=1.7)
     minutes = np.linspace(0.0, 3600.0, 61)
-    bars = {n: bare_link(load_geometry(), load_materials(), n) for n in (1, 2, 4)}
     runs = [
         *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
-        *(("link alone, 1.7 W", n, bar, heated, minutes) for n, bar in bars.items()),
+        *(("link alone, 1.7 W", n, bare_link(n), heated, minutes) for n in (1, 2, 4)),
     ]
     found = []
     for name, n, body, drive, times in runs:

@@ -21,13 +21,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.forms import (
-    conduction,
-    mass,
-    stiffness,
-    symmetric_factor,
-    thermal_load,
-)
+from warmlink.orchestration.finite_elements import body as fem
 from warmlink.orchestration.reduction.solid import Face, Solid, nearest, point
 
 LEAST_REACH = 1e-5
@@ -41,14 +35,9 @@ TOLERANCE, MOST_ITERATIONS = 1e-9, 1000
 class Use:
     """How a part is used, in the words of the command (see `Solid.chosen` and `point`).
 
-    Attributes
-    ----------
-    heated : faces that heat enters evenly, and to which motion is relative
-    tool_point : the tool point
-    tool : faces whose motion the tool follows; the one nearest to the tool point where there are none
-    cooled : groups of faces, those of a group parted by `;`; all but the heated faces where there are none
-    sensors : places of up to eight thermometers; the others as ThermalLink's between base and tool point
-    poissons_ratio : of the material
+    Heat enters the `heated` faces evenly, and motion is relative to them. The tool follows the faces `tool`,
+    by default the one nearest to the tool point. `cooled` are groups of faces, parted by `;`, by default all
+    but the heated ones; `sensors` up to eight thermometers, the others as ThermalLink's.
     """
 
     heated: Sequence[str]
@@ -76,9 +65,9 @@ class Use:
         return heated, tool, *(groups or [[face for face in solid.faces if face not in heated]])
 
     def places(self, base: Array) -> tuple[Array, Array]:
-        """Tool point, and thermometers, by themselves on the way to it from the base's middle; in m.
+        """Tool point and thermometers [m], shapes (3,) and (8, 3), for the middle of the heated face.
 
-        Shapes (3,) and (8, 3). InputError where one is no such place.
+        InputError where one is no such place.
         """
         if len(self.sensors) > SENSORS:
             raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
@@ -88,10 +77,8 @@ class Use:
                 f"--tool-point {self.tool_point}: is the middle of the heated face, from which no direction "
                 "leads to it; give another point"
             )
-        sensors = base + np.outer(SENSOR_SHARES, tool - base)
-        for i, text in enumerate(self.sensors):
-            sensors[i] = point(text, "--sensor")
-        return tool, sensors
+        given = [point(text, "--sensor") for text in self.sensors]
+        return tool, np.array([*given, *(base + np.outer(SENSOR_SHARES, tool - base))[len(given) :]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,14 +111,9 @@ class Heat:
 
 
 class Elements:
-    """Finite elements of a part.
+    """Finite elements of a part, whose N temperatures have `places`, shape (3, N) [m].
 
-    Attributes
-    ----------
-    solid, faces : the part, and its faces as of `Use.faces`
-    tool_point, sensors : as of `Use.places`
-    heat : matrices of its temperatures, and the tool's motion
-    places : of the temperatures, shape (3, N) [m]
+    `faces`, `tool_point` and `sensors` are as of `Use`; `heat` has the matrices and the tool's motion.
     """
 
     def __init__(self, solid: Solid, use: Use) -> None:
@@ -143,7 +125,7 @@ class Elements:
         self.places = np.asarray(basis.doflocs)
         facets = [np.unique(np.concatenate([face.facets for face in group])) for group in self.faces]
         base, tip, *groups = (
-            mass(skfem.FacetBasis(mesh, element, facets=each, intorder=4)) for each in facets
+            fem.mass(skfem.FacetBasis(mesh, element, facets=each, intorder=4)) for each in facets
         )
         loads = np.stack([np.asarray(each.sum(axis=0)).ravel() for each in (base, tip, *groups)], axis=1)
         loads[:, :2] /= loads[:, :2].sum(axis=0)
@@ -154,13 +136,13 @@ class Elements:
         motion_of_tip = _rigid_part(tip, self.places, self.tool_point)
         # The heated face's motion, carried to the tool point, is what is not the tool's own.
         wanted = motion_of_tip - (motion_of_tip @ self._rigid.T) @ self._motion_of_base
-        self._elastic = Equilibrium(stiffness(basis, 1.0, ratio), basis)
-        self._forces = thermal_load(basis, basis, 1.0, ratio)
+        self._elastic = Equilibrium(fem.stiffness(basis, 1.0, ratio), basis)
+        self._forces = fem.thermal_load(basis, basis, 1.0, ratio)
         motion = self._elastic.solve(wanted) @ self._forces
-        stored = mass(skfem.Basis(mesh, element, intorder=4))
+        stored = fem.mass(skfem.Basis(mesh, element, intorder=4))
         self.heat = Heat(
             mass=stored,
-            conduction=conduction(basis),
+            conduction=fem.conduction(basis),
             integrals=np.asarray(stored.sum(axis=0)).ravel(),
             cooling=groups,
             loads=loads,
@@ -169,10 +151,7 @@ class Elements:
         )
 
     def displacements(self, rises: Array) -> Array:
-        """Displacements [m] relative to the heated face, shape (n, 3, N), for an expansion coefficient of 1.
-
-        They are those by rises of the temperatures, shape (n, N) [K].
-        """
+        """Displacements [m] relative to the heated face, shape (n, 3, N), by rises, (n, N) [K], and 1 1/K."""
         found = self._elastic.solve((self._forces @ rises.T).T)
         found = found - (found @ self._motion_of_base.T) @ self._rigid
         return found.reshape(len(rises), 3, -1)
@@ -182,10 +161,9 @@ class Elements:
         along = self.heat.reach / np.linalg.norm(self.heat.reach)
         places, sensors = along @ self.places, self.sensors @ along
         order = np.argsort(sensors, kind="stable")
-        found = np.zeros((len(places), SENSORS))
-        for i, unit in zip(order, np.eye(SENSORS), strict=True):
-            found[:, i] = np.interp(places, sensors[order], unit)
-        return found
+        return np.stack(
+            [np.interp(places, sensors[order], np.eye(SENSORS)[i, order]) for i in range(SENSORS)], 1
+        )
 
     def linear(self) -> Heat:
         """Matrices for temperatures that are linear in each tetrahedron."""
@@ -195,11 +173,10 @@ class Elements:
 class Equilibrium:
     """Elastic equilibrium of a body that nothing holds, under forces in balance.
 
-    Conjugate gradients, which need no rigid motion held where the forces do no work in one, in two levels:
-    the preconditioner smooths by the sums of the rows, and solves for displacements that are linear in each
-    element, of which six are held (Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed., SIAM
-    2003, section 13.4). `matrix` is the stiffness, shape (3 N, 3 N), displacements along x first, then y and
-    z; `basis` the quadratic scalar `skfem.Basis` with N unknowns.
+    Conjugate gradients, which need no rigid motion held, in two levels: the preconditioner smooths by the
+    sums of the rows, and solves for displacements that are linear in each element, of which six are held (Y.
+    Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed., SIAM 2003, section 13.4). `matrix` is the
+    stiffness, shape (3 N, 3 N), all displacements along x first; `basis` the quadratic scalar `skfem.Basis`.
     """
 
     def __init__(self, matrix: csc_matrix, basis: Any) -> None:
@@ -209,14 +186,13 @@ class Equilibrium:
         _, _, order = qr(motions, pivoting=True, mode="economic")
         linear = block_diag([_linear_to_quadratic(basis)] * 3, format="csc")
         self._coarse = csr_matrix(linear[:, np.sort(order[6:])])
-        self._factor = symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
+        self._factor = fem.symmetric_factor(self._coarse.T @ self._matrix @ self._coarse)
         self._smooth = 1 / np.asarray(abs(self._matrix).sum(axis=1)).ravel()
 
     def solve(self, forces: Array) -> Array:
         """Displacements under forces in balance, up to a rigid motion, both of shape (m, 3 N).
 
-        With rows that give motions from displacements, and do not see rigid ones, in place of the forces:
-        the adjoint solutions, whose work with any forces in balance is the motion.
+        For rows that give motions from displacements, and see no rigid ones: the adjoint solutions.
         """
         found = np.empty_like(forces)
         about = LinearOperator(self._matrix.shape, self._approximate)
@@ -263,7 +239,6 @@ def _rigid_part(weights: csc_matrix, places: Array, centre: Array) -> Array:
 def _temperature_at(place: Array, basis: Any) -> Array:
     """Row that gives the temperature at the place in the part that is nearest to a point."""
     _, cell, weights = nearest(place, basis.mesh.p[:, basis.mesh.t])
-    row = np.zeros(basis.N)
-    for i, dof in enumerate(basis.element_dofs[:, cell]):
-        row[dof] += basis.elem.lbasis(weights[1:], i)[0]
+    dofs, row = basis.element_dofs[:, cell], np.zeros(basis.N)
+    row[dofs] = [basis.elem.lbasis(weights[1:], i)[0] for i in range(len(dofs))]
     return row

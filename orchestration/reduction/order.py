@@ -26,7 +26,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.forms import symmetric_factor
+from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
 from warmlink.orchestration.scenarios.quantity import in_si
 from warmlink.orchestration.scenarios.scenario import materials
@@ -64,12 +64,8 @@ SMALLEST_ORDER, LARGEST_ORDER, ORDER_STEP, TRIED = 6, 60, 2, 5
 class Range:
     """What a reduced link is made for, in SI units.
 
-    Attributes
-    ----------
-    material : nominal `conductivity`, `density`, `specific_heat`, `expansion_coefficient`
-    conductivity, convection : lowest and highest; the convection holds radiation too
-    displacement, temperature : largest errors
-    heat_flow : peak at the base
+    Nominal values of its `material`; lowest and highest `conductivity`, and `convection`, which holds
+    radiation too; largest errors of `displacement` and `temperature`; peak of the `heat_flow` at the base.
     """
 
     material: dict[str, float]
@@ -86,7 +82,7 @@ class Range:
 
     @property
     def per_second(self) -> float:
-        """Nominal conductivity over heat capacity in m2/s: what a second is in scaled time."""
+        """What a second is in scaled time: nominal conductivity over heat capacity in m2/s."""
         return self.material["conductivity"] / self.capacity
 
     @property
@@ -150,10 +146,7 @@ class Tried(NamedTuple):
 
 
 class Responses:
-    """Step responses of a part in its span, and the error of what it is reduced to within a range.
-
-    Rotation is weighed by the distance from base to tool point.
-    """
+    """Step responses of a part in its span, and the error of what it is reduced to within a range."""
 
     def __init__(self, heat: Heat, within: Range) -> None:
         self.heat, self._per_second = heat, within.per_second
@@ -162,7 +155,7 @@ class Responses:
         self._peaks[:2] = within.heat_flow, TIP_HEAT_FLOW
         weights = np.full(len(heat.outputs), 1 / within.temperature)
         weights[:6] = within.material["expansion_coefficient"] / within.displacement
-        weights[3:6] *= np.linalg.norm(heat.reach)
+        weights[3:6] *= np.linalg.norm(heat.reach)  # rotation, by the distance from base to tool point
         self._scale = SAFETY * weights[:, None] * self._peaks / within.conductivity[0]
         self._settings = list(_settings(heat, within))
         self._exact = [self._steps(*eigh(*setting)) for setting in self._settings]
@@ -170,9 +163,8 @@ class Responses:
     def choose(self, order: int | None = None) -> list[Tried]:
         """Bases that were tried until the error at every sampled setting was within the tolerance.
 
-        A greedy search: at each step the Gramian of the worst setting is added, and the order grows, unless
-        it is given. InputError where no order up to `LARGEST_ORDER` keeps to the tolerance, or the span has
-        fewer patterns.
+        A greedy search: each time the Gramian of the worst setting is added, and the order grows, unless it
+        is given. InputError where no order up to `LARGEST_ORDER` does, or the span has fewer patterns.
         """
         most = min(LARGEST_ORDER, len(self.heat.integrals))
         if order is not None and order > most:
@@ -215,9 +207,9 @@ class Responses:
 
 
 def _settings(heat: Heat, within: Range) -> Iterator[tuple[Array, Array]]:
-    """Yield what conducts and cools, over the conductivity, and what stores, over the heat capacity.
+    """Yield what conducts and cools, over the conductivity, and what stores, over the heat capacity, (m, m).
 
-    At the corners of the range, and at samples of what is cooled, lost and carried; both of shape (m, m).
+    At the corners of the range, and at samples of what is cooled, lost and carried.
     """
     groups, ends, (low, high) = len(heat.cooling), heat.loads[:, :2], within.ratios
     samples = LatinHypercube(groups + 4, rng=0).random(SAMPLES)
@@ -232,8 +224,7 @@ def _settings(heat: Heat, within: Range) -> Iterator[tuple[Array, Array]]:
 def _changes_of_cooling(heat: Heat, within: Range) -> Iterator[Array]:
     """Yield what a change of each surface's convection by 1 W/(m2.K) is to a warm part, shape (m, profiles).
 
-    Flux over the surface in the profile of temperatures that heat at the base, or the tip, has brought about,
-    from shortly to long after it began, for 1 K at that end.
+    Profiles are those that heat at either end brings about, early and late, for 1 K at that end.
     """
     cooled = heat.conduction + float(np.sqrt(np.prod(within.ratios))) * sum(heat.cooling)
     ends, stored = heat.loads[:, :2], np.eye(len(cooled)) / within.per_second

@@ -1,4 +1,9 @@
-"""From a part's file to the model of a reduced link and its FMU, with what is known of its errors."""
+"""From a part's file to the model of a reduced link and its FMU, with what is known of its errors.
+
+Where two thermometers tell most of the tool point follows from the covariance of an observer that reads them:
+the steady Kalman filter of motor and reduced link at rest, which does not know the heat that a design of a
+controller takes for unknown (`Unknown`).
+"""
 
 from __future__ import annotations
 
@@ -8,13 +13,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_continuous_are
 
+from warmlink.controllers.design.gains import Unknown
+from warmlink.controllers.design.plant import INPUTS, Plant, plant_model
 from warmlink.fmus.catalogue import Entry
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.component.join import join
+from warmlink.fmus.files import write_archive
+from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
+from warmlink.fmus.plant import WIRES
 from warmlink.fmus.reduced_link.component import reduced_link
-from warmlink.fmus.reduced_link.model import STORED, ReducedModel, stored
+from warmlink.fmus.reduced_link.equations import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file
@@ -31,13 +42,18 @@ HEAT_FLOW, TIMES = 5.0, (60.0, 600.0, 3600.0)
 LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0
 """Between which an observed order of convergence is believed."""
 
+NOISE, SAMPLE_TIME = 0.1, 1.0
+"""K (1 sigma) and s, of a reading of a thermometer."""
+
+MODES = 12
+"""Slowest modes of motor and link, which the filter is made of."""
+
 
 class MeshError(NamedTuple):
     """What the mesh leaves of an error in the elongation (Richardson's extrapolation).
 
     Numbers of temperatures, coarsest mesh first; `elongation` at `TIMES` after a step of `HEAT_FLOW`, shape
-    (meshes, times) [m]; estimated `error` of the finest mesh, shape (times,) [m]; the observed `order` of
-    convergence, None where the differences do not fall as they would with one.
+    (meshes, times) [m]; estimated `error` of the finest mesh, (times,) [m]; `order` of convergence, if seen.
     """
 
     unknowns: Sequence[int]
@@ -60,13 +76,8 @@ class MeshError(NamedTuple):
 class Part:
     """A reduced part, and the errors found on the way.
 
-    Attributes
-    ----------
-    elements, within : its finite elements, and what it is reduced for
-    patterns, dense : the span of its responses, shape (N, m), and the part in it
-    search : bases of that span that were tried
-    basis : patterns of the model in that span, shape (m, order)
-    mesh, model : the mesh's error, and what the link's component is made of
+    `patterns`, shape (N, m), span its responses, and `dense` is the part in them; `search` are bases of that
+    span that were tried, `basis`, shape (m, order), gives the model's patterns.
     """
 
     elements: Elements
@@ -104,8 +115,7 @@ def reduce_part(
 
     Parameters
     ----------
-    path, unit, size : STEP file or mesh as of `read_solid`
-    use, within : faces and points; material, the range of parameters, tolerances
+    path, unit, size : as of `read_solid`
     order : number of patterns in place of what the tolerances ask for
     doing : told what is being done
     """
@@ -119,10 +129,9 @@ def reduce_part(
     doing("choosing the order")
     search = Responses(dense, within).choose(order)
     doing("coarser meshes")
+    coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:
         coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]
-    else:
-        coarser = [elements.linear()]
     counts = [len(each.loads) for each in (*coarser, elements.heat)]
     mesh = _mesh_error(counts, [*(each.onto(span(each, within)) for each in coarser), dense], within)
     best = min(search, key=lambda tried: tried.error)
@@ -147,10 +156,9 @@ def reduce_part(
 
 
 def write_fmu(model: ReducedModel, about: str, target: Path) -> list[str]:
-    """Write the FMU of a reduced link, and return what its checks found wrong.
+    """Write the FMU of a reduced link, which holds the model too, and return what its checks found wrong.
 
-    Beside the compiled link it holds the model, so that whatever needs its equations finds them. Its
-    documentation ends with what is said `about` the part, in Markdown.
+    Its documentation ends with what is said `about` the part, in Markdown.
     """
     component = reduced_link(target.stem, model)
     entry = Entry(component, "warmlink.fmus.reduced_link.component", remarks=about)
@@ -192,3 +200,45 @@ def _error_gain(gains: Array, groups: int) -> Array:
     kinds = SAFETY * np.vstack([whole, gains[6:].max(axis=0)])
     loads, profiles = kinds[:, : 2 + groups], kinds[:, 2 + groups :].reshape(3, groups, -1)
     return np.column_stack([loads, np.maximum(loads[:, 2:], profiles.max(axis=2))])
+
+
+def tool_error(model: ReducedModel) -> Callable[[Array], float]:
+    """Error of the tool point in m (1 sigma) by rows that give, from a link's patterns, what is read in K."""
+    joined = join("Plant", {"motor": MOTOR, "link": reduced_link("Link", model)}, WIRES)
+    plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
+    root = np.sqrt(plant.heat_capacity)
+    rates, modes = np.linalg.eigh(root[:, None] * plant.A / root)
+    slowest = np.argsort(-rates)[:MODES]
+    rates, modes = rates[slowest], modes[:, slowest]
+    heat = Unknown()
+    size = np.array([heat.shaft_heat, heat.link_heat])
+    time = np.array([heat.shaft_heat_time, heat.link_heat_time])
+    heats = plant.B[:, [INPUTS.index("shaft_heat"), INPUTS.index("link_heat")]]
+    state = np.diag([*rates, *(-1 / time)])
+    state[:-2, -2:] = (modes.T * root) @ heats
+    driven = np.diag([*np.zeros(len(rates)), *(2 * size**2 / time)])
+    # From the link's patterns to the modes, and to the unknown heat that no row sees.
+    link = np.pad((modes / root[:, None])[-model.order :], ((0, 0), (0, 2)))
+    tool = model.material["expansion_coefficient"] * model.outputs[:3] @ link
+
+    def error(rows: Array) -> float:
+        noise = NOISE**2 * SAMPLE_TIME * np.eye(len(rows))
+        covariance = solve_continuous_are(state.T, (rows @ link).T, driven, noise)
+        return float(np.sqrt(np.trace(tool @ covariance @ tool.T)))
+
+    return error
+
+
+def best_pair(error: Callable[[Array], float], rows: Array) -> tuple[list[int], float]:
+    """Numbers of the two places with the least error, and that error, one exchanged until none helps.
+
+    `error` is as of `tool_error`, `rows` are for each place where a thermometer may sit, shape (n, order).
+    """
+    chosen, least = [0, 0], np.inf
+    while True:
+        before = least
+        for i in range(2):
+            errors = [error(rows[[chosen[1 - i], k]]) for k in range(len(rows))]
+            chosen[i], least = int(np.argmin(errors)), min(errors)
+        if least > 0.999 * before:
+            return chosen, least

@@ -85,12 +85,9 @@ class Solid:
                 continue
             named = [face for face in self.faces if text and text in (f"#{face.number}", face.name)]
             if not named:
-                known = [f"#{face.number}" for face in self.faces]
-                known += sorted({face.name for face in self.faces} - {""})
-                raise InputError(
-                    f"{option} {text}: no such face; {instead(text, known, 'or give a point on it')} "
-                    "(--list-faces shows them)"
-                )
+                numbers, names = zip(*((f"#{face.number}", face.name) for face in self.faces), strict=True)
+                known = instead(text, [*numbers, *sorted({*names} - {""})], "or give a point on it")
+                raise InputError(f"{option} {text}: no such face; {known} (--list-faces shows them)")
             found += named
         return list(dict.fromkeys(found))
 
@@ -108,12 +105,8 @@ def point(text: str, option: str) -> Array:
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
     """Mesh of a part; InputError where its file is none of one closed solid of a believable size.
 
-    Parameters
-    ----------
-    path : a STEP file with one solid, or a mesh of tetrahedra (.msh, .inp)
-    unit : of a mesh's lengths, as `mm`; a STEP file says it
-    size : of the elements in m; the thickness of thin walls where none is given
-    coarser : factor on all sizes of elements, those around bores included
+    The file is STEP, or a mesh of tetrahedra (.msh, .inp), whose `unit` is said. Elements have a `size` [m],
+    by default the thickness of thin walls; `coarser` is a factor on all sizes, those around bores included.
     """
     if not is_file(path):
         raise InputError(f"{path}: no such file; give a STEP file or a mesh")
@@ -183,10 +176,13 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
             )
         for dimension, tag in (*bodies, *surfaces):
             gmsh.model.addPhysicalGroup(dimension, [tag], name=str(tag) if dimension == 2 else "body")
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 1e3 * coarser * size)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND / coarser)
-        gmsh.option.setNumber("Mesh.Algorithm3D", 10)  # HXT, whose tetrahedra are the least flat
-        gmsh.option.setNumber("Mesh.Binary", 1)
+        options = {
+            "MeshSizeMax": 1e3 * coarser * size,
+            "MeshSizeFromCurvature": AROUND / coarser,
+            "Binary": 1,
+        }
+        for name, value in {**options, "Algorithm3D": 10}.items():  # HXT, whose tetrahedra are the least flat
+            gmsh.option.setNumber(f"Mesh.{name}", value)
         gmsh.model.mesh.generate(3)
         written = Path(work) / "part.msh"
         gmsh.write(str(written))
@@ -250,8 +246,7 @@ def _face(mesh: Any, number: int, name: str, facets: Integers) -> Face:
 def nearest(place: Array, corners: Array) -> tuple[float, int, Array]:
     """Distance from a place [m] to the nearest of triangles or tetrahedra, its number, its corners' weights.
 
-    They are given by corners, shape (3, 3 or 4, n) [m]. Inside a simplex the place is exact; beside it,
-    weights below 0 are set to 0.
+    Corners are of shape (3, 3 or 4, n) [m]. Beside a simplex, weights below 0 are set to 0.
     """
     first = corners[:, 0]
     edges = np.moveaxis(corners[:, 1:] - first[:, None], 2, 0)
@@ -285,7 +280,8 @@ def _connected(a: Integers, b: Integers, count: int) -> Integers:
 
 def _normals(corners: Array) -> Array:
     """Normals of triangles, shape (3, n) [m2], twice as long as their area; corners as of `nearest`."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+    first, second, third = np.moveaxis(corners, 1, 0)
+    return np.cross(second - first, third - first, axis=0)
 
 
 def ribbed_link(path: Path) -> None:

@@ -24,48 +24,26 @@ FREQUENCIES = np.logspace(-6, 0, 121)
 
 
 def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: str, path: Path) -> None:
-    """Write `report.html`.
-
-    Parameters
-    ----------
-    plant, reduced : what was designed for, and what the controller goes by
-    title, lead : the page's heading, and the answer
-    path : file to write
-    """
+    """Write the page of a plant that was designed for, and of what the controller goes by."""
     order, error, hankel = reduced.order, reduced.error, balanced(plant).hankel
-    constants = [
-        time_constants(model.state_space(speed))[:order]
-        for speed in SPEEDS.values()
-        for model in (plant, reduced)
-    ]
-    poles = Table(
-        ("pattern", *(f"{motion}, {kind} [min]" for motion in SPEEDS for kind in ("full", "reduced"))),
-        [
-            [str(i), *(f"{each / 60:.3g}" for each in row)]
-            for i, row in enumerate(zip(*constants, strict=True), 1)
-        ],
-    )
+    columns, bode = [], []
+    for motion, speed in SPEEDS.items():
+        full, kept = plant.state_space(speed), reduced.state_space(speed)
+        columns += [(f"{motion}, full [min]", full), (f"{motion}, reduced [min]", kept)]
+        text = "From each input to the elongation."
+        bode.append(Section(f"Bode plot, {motion}", text, figure=_bode(full, kept)))
+    constants = np.column_stack([time_constants(model)[:order] for _, model in columns]) / 60
+    rows = [[str(i), *(f"{each:.3g}" for each in row)] for i, row in enumerate(constants, 1)]
     shown = hankel[: 3 * order]
-    bars = {
-        "type": "bar",
-        "x": list(range(1, shown.size + 1)),
-        "y": shown,
-        "marker": {"color": [COLOURS[0] if i < order else "#c3c9d4" for i in range(shown.size)]},
-    }
+    colours = [COLOURS[0] if i < order else "#c3c9d4" for i in range(shown.size)]
+    bars = {"type": "bar", "x": list(range(1, shown.size + 1)), "y": shown, "marker": {"color": colours}}
     sections = [
         Section(
             "Poles",
             "Time constants: how long it takes a pattern of temperatures to fall to 37 %.",
-            table=poles,
+            Table(("pattern", *(heading for heading, _ in columns)), rows),
         ),
-        *(
-            Section(
-                f"Bode plot, {motion}",
-                "From each input to the elongation.",
-                figure=_bode(plant.state_space(speed), reduced.state_space(speed)),
-            )
-            for motion, speed in SPEEDS.items()
-        ),
+        *bode,
         Section(
             "What the reduction leaves out",
             f"{order} of {hankel.size} modes are kept. The response to a step of an ordinary "

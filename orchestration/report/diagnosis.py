@@ -1,8 +1,12 @@
-"""The page of a diagnosis: the verdict, the readings, what was ruled out, what to measure next."""
+"""The folder of a diagnosis: its page, `diagnosis.json`, the extended model and the next experiment."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,21 +15,32 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
     errors_by_run,
     errors_in_noise,
+    json_content,
     wrong_entries,
 )
+from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.profile import calibration, profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
+from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.fmu_store import FmuStore
 
 _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
+
+
+SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
 
 
 def write_report(diagnosis: Diagnosis, path: Path) -> None:
@@ -74,25 +89,25 @@ def _growing(diagnosis: Diagnosis) -> str:
 
 
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
-    rows = [
-        (c.name, f"{c.value:.4g}", f"{c.low95:.4g} to {c.high95:.4g}", c.unit, ", ".join(c.alike) or "-")
-        for c in calibration(diagnosis)
-    ]
-    columns = ("variable", "value", "95 % interval", "unit", "not told apart from")
+    rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
-    return [Section("Calibrated", text, Table(columns, rows))] if rows else []
+    return [Section("Calibrated", text, Table((*_NUMBER, "not told apart from"), rows))] if rows else []
+
+
+_NUMBER = ("variable", "value", "95 % interval", "unit")
+
+
+def _number(name: str, of: Mapping[str, Any]) -> tuple[str, ...]:
+    return name, f"{of['value']:.4g}", f"{of['low95']:.4g} to {of['high95']:.4g}", of["unit"]
 
 
 def _causes(diagnosis: Diagnosis) -> list[Section]:
     sections = []
     for item in diagnosis.causes:
-        rows = [
-            (name, f"{p['value']:.4g}", f"{p['low95']:.4g} to {p['high95']:.4g}", p["unit"])
-            for name, p in cause_entry(diagnosis, item)["parameters"].items()
-        ]
+        rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
         text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
-        table = Table(("variable", "value", "95 % interval", "unit"), rows)
+        table = Table(_NUMBER, rows)
         sections.append(Section(item.title, text, table))
     profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     if profiles:
@@ -106,17 +121,9 @@ def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]
-        rows.append(
-            (
-                f"{name} [{each['unit']}]",
-                f"{each['rmse']:.3g}",
-                f"{each['noise']:.2g}",
-                f"{each['bias']:+.2g}",
-                f"{each['whiteness_p']:.2g}",
-                *([*each["when"], "-"][:1]),
-                *([*follows, "-"][:1]),
-            )
-        )
+        formats = ("{rmse:.3g}", "{noise:.2g}", "{bias:+.2g}", "{whiteness_p:.2g}")
+        numbers = [text.format(**each) for text in formats]
+        rows.append((f"{name} [{each['unit']}]", *numbers, [*each["when"], "-"][0], [*follows, "-"][0]))
     return Table(("channel", "RMSE", "noise", "bias", "whiteness", "wrong when", "follows"), rows)
 
 
@@ -154,15 +161,10 @@ def _worse(more: float) -> str:
 
 def _next(proposed: Proposed) -> Section:
     cycle, times = proposed.cycle
-    rows = [
-        (
-            f"{stage.duration / 60:.0f}",
-            f"{stage.speed:.2f}",
-            f"{stage.torque:.1f}",
-            "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}",
-        )
-        for stage in cycle
-    ]
+    rows = []
+    for stage in cycle:
+        pad = "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}"
+        rows.append((f"{stage.duration / 60:.0f}", f"{stage.speed:.2f}", f"{stage.torque:.1f}", pad))
     table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
     text = proposed.why
     if proposed.expected_chance is not None:
@@ -195,14 +197,10 @@ def _gain_text(diagnosis: Diagnosis) -> str:
 
 def _beyond(diagnosis: Diagnosis) -> list[Section]:
     """What the model says of other duty cycles."""
-    rows = [
-        (
-            each.duty,
-            *(f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest)),
-            "yes" if each.holds else "no",
-        )
-        for each in diagnosis.claims
-    ]
+    rows = []
+    for each in diagnosis.claims:
+        lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
+        rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
     if not rows:
         return []
     text = (
@@ -231,3 +229,37 @@ def _gain_table(diagnosis: Diagnosis) -> Table:
             for name, each in channels.items()
         ]
     return Table(("RMSE (95 % interval)", "before", "after"), rows)
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
+    """Write `diagnosis.json`, the page, the extended model, and the next experiment where one is proposed.
+
+    Without FMUs from a `store` the extended model is the `.ssv` alone. Returns the paths by name of the file.
+    """
+    values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+    with fresh_folder(folder) as work:
+        write_ssv(values, work / SSV, name="extended")
+        if store is not None:
+            write_ssp_of(diagnosis.experiment.rig, values, work / SSP, store)
+        _write_json(json_content(diagnosis, SSV, SSP if store is not None else None), work / JSON)
+        write_report(diagnosis, work / PAGE)
+        if diagnosis.proposed is not None and diagnosis.proposed.duty:
+            write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
+        names = [path.name for path in work.iterdir()]
+    for name in {SCENARIO, DUTY} - set(names):  # an older proposal would be taken for today's
+        (folder / name).unlink(missing_ok=True)
+    return {name: folder / name for name in names}
+
+
+def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folder: Path) -> None:
+    """Write a folder for each part of a machine, and `diagnosis.json` with what is said of the whole."""
+    for name, each in parts.items():
+        write_diagnosis(each, folder / name)
+    with fresh_folder(folder) as work:
+        _write_json(whole, work / JSON)
+
+
+def _write_json(content: dict[str, Any], path: Path) -> None:
+    """Write a JSON file that people can read too."""
+    text = json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")

@@ -75,9 +75,8 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
     figure.update_xaxes(title_text="time [min]", row=len(channels))
     until = diagnosis.experiment.runs[run].fit_until
     if until < data.time[-1]:
-        figure.add_vrect(
-            x0=until / 60, x1=float(minutes[-1]), fillcolor="#5b6577", opacity=0.08, line_width=0
-        )
+        grey = {"fillcolor": "#5b6577", "opacity": 0.08, "line_width": 0}
+        figure.add_vrect(x0=until / 60, x1=float(minutes[-1]), **grey)
     return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
 
 
@@ -90,18 +89,10 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
     from plotly.subplots import make_subplots
 
     figure = make_subplots(rows=1, cols=len(profiles), shared_yaxes=True)
+    look = {"mode": "lines+markers", "line": {"color": _AFTER, "width": 2}, "showlegend": False}
     for column, each in enumerate(profiles, start=1):
         factor, unit = in_shown_unit(diagnosis, each.item, each.variable)
-        line = {"color": _AFTER, "width": 2}
-        figure.add_scatter(
-            x=factor * each.values,
-            y=each.rise,
-            mode="lines+markers",
-            line=line,
-            showlegend=False,
-            row=1,
-            col=column,
-        )
+        figure.add_scatter(x=factor * each.values, y=each.rise, row=1, col=column, **look)
         figure.update_xaxes(title_text=f"{each.variable}<br>[{unit}]", row=1, col=column)
     figure.add_hline(y=3.84, line={"dash": "dot", "width": 1, "color": _BEFORE}, annotation_text="95 %")
     figure.update_yaxes(title_text="rise of chi-square", row=1, col=1)

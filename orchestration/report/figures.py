@@ -19,14 +19,9 @@ MOST_POINTS = 2000
 def chart(
     *traces: dict[str, Any], x: Any = "", y: Any = "", height: int = 360, least_width: int = 10, **layout: Any
 ) -> Any:
-    """Plotly figure of traces in the reports' common look.
+    """Plotly figure of traces, as in plotly's JSON, in the common look; the layout takes further entries.
 
-    Parameters
-    ----------
-    traces : as in plotly's JSON
-    x, y : titles of the axes, or all that is said of them
-    height, least_width : as of `styled`
-    layout : other entries of the layout
+    `x` and `y` are titles of the axes, or all that is said of them.
     """
     import plotly.graph_objects as go
 
@@ -57,25 +52,13 @@ def time_plot(
     kept = np.unique(np.linspace(0, every.size - 1, min(MOST_POINTS, every.size)).astype(np.int64))
     shown = every[kept].astype(np.float32)
     unit, scale = ("h", 3600.0) if shown[-1] > 3 * 3600 else ("min", 60.0)
-    looks = [
-        {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2}
-        for i in range(len(lines))
-    ]
-    traces = [
-        {
-            "x": shown / scale,
-            "y": np.asarray(values, np.float32)[kept],
-            "name": name,
-            "mode": "lines",
-            "line": look,
-        }
-        for (name, values), look in zip(lines.items(), looks, strict=True)
-    ]
-    figure = (
-        chart(*traces, x=f"time [{unit}]", y=axis, height=height)
-        .update_xaxes(zeroline=False)
-        .update_yaxes(zeroline=False)
-    )
+    traces = []
+    for i, (name, values) in enumerate(lines.items()):
+        x, y = shown / scale, np.asarray(values, np.float32)[kept]
+        line = {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2}
+        traces.append({"x": x, "y": y, "name": name, "mode": "lines", "line": line})
+    x_axis, y_axis = ({"title": title, "zeroline": False} for title in (f"time [{unit}]", axis))
+    figure = chart(*traces, x=x_axis, y=y_axis, height=height)
     if tolerance is not None:
         place = {"annotation_text": f"±{tolerance:g} µm", "annotation_position": "top right"}
         look = {"fillcolor": "#3d8f6f", "opacity": 0.13, "line_width": 0}

@@ -45,6 +45,14 @@ class Section:
     warning: str = ""
     page: str = ""
 
+    def markdown(self) -> str:
+        """Heading, sentences and table in Markdown."""
+        told = [f"### {self.heading}", self.text]
+        if self.table is not None:
+            lines = [self.table.headings, ["---"] * len(self.table.headings), *self.table.rows]
+            told.append("\n".join(f"| {' | '.join(line)} |" for line in lines))
+        return "\n\n".join(told)
+
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
     """Write the page, which ends with the versions of software; `lead` is the answer in a sentence or two."""

@@ -1,14 +1,19 @@
-"""Variables of one run, or of two beside each other, over time."""
+"""A run's values as files that pandas and other tools read, and drawn over time."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.console import remark
+from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.scenarios.quantity import heading
 
@@ -21,14 +26,17 @@ ERRORS = ("uncompensated_error", "error")
 """What is drawn where no variable is named."""
 
 
+BLOCK_ROWS = 1 << 12
+
+
 def plot(results: Any, *variables: str, against: Any = None) -> Any:
     """Plotly figure of variables over time, all of one unit.
 
     Parameters
     ----------
-    results : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results
+    results, against : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results; of
+        the second the variables are drawn beside those of the first
     variables : names, as `link.elongation`; the error of the tool point that `run` tells, by default
-    against : other results, whose variables are drawn beside them
 
     Raises
     ------
@@ -104,3 +112,49 @@ def frame_of(results: Any) -> pandas.DataFrame:
                 raise InputError(f"{place}: has no column {TIME!r}; give results of run or simulate")
             return table
     raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
+
+
+def series_writers(
+    table: Table, patterns: Sequence[str] = (), csv: bool = True
+) -> dict[str, Callable[[Path], object]]:
+    """What writes `results.parquet`, and `results.csv`: a column for each variable, its unit in the name.
+
+    Written block by block, so that a run whose values lie on disk never has to fit into the memory. Of
+    `patterns`, such as `link.*`, one without a match is remarked on, as the run is over; without patterns
+    every variable is written.
+    """
+    import pyarrow
+    import pyarrow.csv
+    from pyarrow import parquet
+
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in table.names):
+            remark(f"--record {pattern}: nothing that was recorded; {instead(pattern, table.names)}")
+    names = [name for name in table.names if any(fnmatchcase(name, p) for p in patterns)] or table.names
+    headings = ["time [s]", *(table.heading(name) for name in names)]
+    columns = [table.names.index(name) for name in names]
+    kind = pyarrow.float64()
+    schema = pyarrow.schema([(heading, kind) for heading in headings])
+
+    def write(writer: Any) -> None:
+        with writer:
+            for block in _blocks(table, columns):
+                # From buffers, since anything else would load pandas first.
+                buffers = [[None, pyarrow.py_buffer(column)] for column in np.ascontiguousarray(block)]
+                arrays = [pyarrow.Array.from_buffers(kind, block.shape[1], each) for each in buffers]
+                writer.write_table(pyarrow.Table.from_arrays(arrays, names=headings))
+
+    writers: dict[str, Callable[[Path], object]] = {
+        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema, use_dictionary=False))
+    }
+    if csv:
+        writers["results.csv"] = lambda path: write(pyarrow.csv.CSVWriter(path, schema))
+    return writers
+
+
+def _blocks(table: Table, columns: Sequence[int]) -> Iterator[NDArray[np.float64]]:
+    """Times and values of some thousand points after another, shape (1 + columns, points)."""
+    times = table.times
+    for first in range(0, len(table), BLOCK_ROWS):
+        values = np.asarray(table.values[first : first + BLOCK_ROWS])[:, columns]
+        yield np.vstack([times[first : first + BLOCK_ROWS], values.T])

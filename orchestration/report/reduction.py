@@ -11,9 +11,8 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
-from warmlink.orchestration.reduction.part import HEAT_FLOW, TIMES, Part, warmed
+from warmlink.orchestration.reduction.part import HEAT_FLOW, NOISE, TIMES, Part, best_pair, tool_error, warmed
 from warmlink.orchestration.reduction.solid import Integers, Solid
-from warmlink.orchestration.reduction.thermometers import NOISE, best_pair, tool_error
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, write_page
 
@@ -29,13 +28,8 @@ THERMOMETER_PLACES = 100
 
 def remarks(part: Part, name: str) -> str:
     """What the documentation of a part's FMU says of it, in Markdown; `name` is that of its file."""
-    said = [f"## This part: {name}"]
-    for section in facts(part):
-        assert section.table is not None
-        lines = [section.table.headings, ["---"] * len(section.table.headings), *section.table.rows]
-        table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-        said += [f"### {section.heading}", section.text, table]
-    return "\n\n".join(said)
+    sections = facts(part)
+    return "\n\n".join([f"## This part: {name}", *(section.markdown() for section in sections)])
 
 
 def facts(part: Part) -> list[Section]:
@@ -44,19 +38,18 @@ def facts(part: Part) -> list[Section]:
     use = {"heated": heated, "tool": tool}
     use |= {f"cooled, `convection_factor[{i}]`": group for i, group in enumerate(cooled, 1)}
     met = "not met: the order was given" if part.error > 1 else "met"
-    conductivity, convection = (
-        f"{low:.4g} to {high:.4g}" for low, high in (within.conductivity, within.convection)
-    )
+    orders = [(str(tried.basis.shape[1]), f"{tried.error:.3g}") for tried in part.search]
     elongations = [
-        (str(count), *(f"{1e6 * each:.4f}" for each in row))
-        for count, row in zip(mesh.unknowns, mesh.elongation, strict=True)
+        *((str(n), *(f"{1e6 * x:.4f}" for x in row)) for n, row in zip(*mesh[:2], strict=True)),
+        ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error)),
     ]
     return [
         Section(
             "Use and range",
             f"Mesh: {part.size}. Thermometers [mm]: {in_mm(part.elements.sensors)}. Range: conductivity "
-            f"{conductivity} W/(m.K); convection and linearised radiation {convection} W/(m2.K). Tolerance "
-            f"({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
+            "{:.4g} to {:.4g} W/(m.K); ".format(*within.conductivity)
+            + "convection and linearised radiation {:.4g} to {:.4g} W/(m2.K). ".format(*within.convection)
+            + f"Tolerance ({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
             f"{within.heat_flow:g} W at the base, {TIP_HEAT_FLOW:g} W at the tip or surroundings "
             f"{AMBIENT_CHANGE:g} K warmer, one at a time. Bounds contain a factor of safety of {SAFETY:g}.",
             Table(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
@@ -66,20 +59,14 @@ def facts(part: Part) -> list[Section]:
             f"Order {part.model.order}, reduced from {len(part.dense.loads)} patterns that span the "
             "responses. Largest estimated error of displacement, rotation and temperatures over its "
             "tolerance, as the search went:",
-            Table(
-                ("order", "error / tolerance"),
-                [(str(tried.basis.shape[1]), f"{tried.error:.3g}") for tried in part.search],
-            ),
+            Table(("order", "error / tolerance"), orders),
         ),
         Section(
             "Mesh",
             f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in "
             f"use last ({mesh.observed}), and its estimated error [nm]. For a mesh file the first line is "
             "that of temperatures that are linear in each tetrahedron.",
-            Table(
-                ("temperatures", *(f"{time:g} s" for time in TIMES)),
-                [*elongations, ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error))],
-            ),
+            Table(("temperatures", *(f"{time:g} s" for time in TIMES)), elongations),
         ),
     ]
 
@@ -93,12 +80,9 @@ def write_report(part: Part, name: str, path: Path) -> None:
         f"{1e9 * part.mesh.error[-1]:.2g} nm of {1e6 * part.mesh.elongation[-1, -1]:.4g} µm."
     )
     tried = {"x": [each.basis.shape[1] for each in part.search], "y": [each.error for each in part.search]}
-    orders = chart(
-        {**tried, "mode": "lines+markers"},
-        x={"title": "order", "dtick": 2},
-        y={"title": "error / tolerance", "type": "log", "exponentformat": "power"},
-        height=320,
-    )
+    errors = {"title": "error / tolerance", "type": "log", "exponentformat": "power"}
+    x = {"title": "order", "dtick": 2}
+    orders = chart({**tried, "mode": "lines+markers"}, x=x, y=errors, height=320)
     orders.add_hline(y=1.0, line_dash="dash", annotation_text="tolerance")
     surface = solid.facets[:, solid.boundary_facets()]
     thermometers, best = _thermometers(part, surface)
@@ -112,11 +96,8 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
     for face in solid.faces:
         facets = solid.mesh.facets[:, face.facets]
         kept, triangles = _coarsened(all_corners, facets, max(MOST_CORNERS // len(solid.faces), 50))
-        look = {
-            "color": COLOURS[(face.number - 1) % len(COLOURS)],
-            "hovertext": f"{face.label} {1e6 * face.area:.4g} mm2",
-            "hoverinfo": "text",
-        }
+        colour, told = COLOURS[(face.number - 1) % len(COLOURS)], f"{face.label} {1e6 * face.area:.4g} mm2"
+        look = {"color": colour, "hovertext": told, "hoverinfo": "text"}
         traces.append(_surface(all_corners[:, kept], triangles, **look))
         # The centre need not lie on the face: its number stands at the corner nearest to it.
         corners = all_corners[:, np.unique(facets)].T
@@ -136,38 +117,30 @@ def _warming(part: Part, surface: Integers, best: Array) -> Section:
     kept, triangles = _coarsened(elements.solid.mesh.p, surface, MOST_CORNERS)
     corners, rises, moved = elements.solid.mesh.p[:, kept], rises[:, kept], moved[:, :, kept]
     largest = float(np.linalg.norm(moved, axis=1).max())
-    # One, two or five times a power of ten.
     wanted = SHOWN * float(np.ptp(corners, axis=1).max()) / largest
     power = 10 ** np.floor(np.log10(wanted))
     times = power * max(each for each in (1, 2, 5) if each * power <= wanted)
-    traces = [
-        _surface(
-            corners + times * displaced,
-            triangles,
-            intensity=rise.astype(np.float32),
-            cmin=0.0,
-            cmax=float(rises.max()),
-            colorscale="Inferno",
-            colorbar={"title": "K", "thickness": 14},
-            hovertemplate="%{intensity:.3f} K above the start<extra></extra>",
-            visible=time == TIMES[-1],
-        )
-        for time, rise, displaced in zip(TIMES, rises, moved, strict=True)
-    ]
+    look = {
+        "cmin": 0.0,
+        "cmax": float(rises.max()),
+        "colorscale": "Inferno",
+        "colorbar": {"title": "K", "thickness": 14},
+        "hovertemplate": "%{intensity:.3f} K above the start<extra></extra>",
+    }
+    traces = []
+    for time, rise, displaced in zip(TIMES, rises.astype(np.float32), moved, strict=True):
+        look |= {"intensity": rise, "visible": time == TIMES[-1]}
+        traces.append(_surface(corners + times * displaced, triangles, **look))
     numbers = [str(i) for i in range(1, len(elements.sensors) + 1)]
     points = [
         _points(elements.sensors, numbers, COLOURS[7], "thermometers"),
         _points(best, ["best", "best"], COLOURS[2], "best two thermometers"),
         _points(elements.tool_point[None], ["tool point"], COLOURS[0], "tool point"),
     ]
-    steps = [
-        {
-            "method": "restyle",
-            "label": f"{time:g} s",
-            "args": ["visible", [time == each for each in TIMES] + [True] * len(points)],
-        }
-        for time in TIMES
-    ]
+    steps = []
+    for time in TIMES:
+        visible = [time == each for each in TIMES] + [True] * len(points)
+        steps.append({"method": "restyle", "label": f"{time:g} s", "args": ["visible", visible]})
     sliders = [{"active": len(TIMES) - 1, "steps": steps, "pad": {"t": 10}}]
     return Section(
         "The part as it warms up",
@@ -204,13 +177,10 @@ def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
 
 
 def _coarsened(corners: Array, triangles: Integers, most: int) -> tuple[Integers, Integers]:
-    """Surface with fewer corners: those in one cell of a grid become one.
+    """Surface of corners, shape (3, n), with fewer: those in one cell of a grid become one.
 
-    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes", in
-    *Modeling in Computer Graphics*, Springer 1993.
-
-    From corners, shape (3, n) [m], and their numbers in triangles, shape (3, m): the numbers of at `most` so
-    many corners that stay, and triangles by the number among these.
+    The numbers of the corners that stay, and triangles by the number among these (J. Rossignac and P. Borrel
+    in *Modeling in Computer Graphics*, Springer 1993).
     """
     used, place = np.unique(triangles, return_inverse=True)
     cell = float(np.ptp(corners, axis=1).max()) / 1e4

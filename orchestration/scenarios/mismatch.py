@@ -109,7 +109,7 @@ def _corresponding(name: str, setup: Setup) -> list[str]:
     instance, _, variable = name.rpartition(".")
     if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
         return [name]
-    return [f"{each}.{variable}" for each in setup.called(instance)]
+    return [f"{each}.{variable}" for each in setup.blueprint.called(instance)]
 
 
 def names() -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from warmlink.fmus.component import Component, Output, Scalar, limits
@@ -100,3 +100,43 @@ def parameters_of(path: Path) -> dict[str, float]:
             raise InputError(f"{path.name}: {name}: {value!r} is not a number; leave it out of the file")
         found[full] = float(value) if unit is None else unit.factor * float(value) + unit.offset
     return found
+
+
+def _of_compensator(given: StartValueSet) -> set[str]:
+    split = (name.rpartition(".") for name in given.values)
+    return {variable for instance, _, variable in split if instance == COMPENSATOR}
+
+
+def _takers(given: StartValueSet, controllers: Mapping[str, Component]) -> list[str]:
+    """Controllers that have every variable that a set gives the compensator; InputError if there is none."""
+    names = _of_compensator(given)
+    known = {name: settable(law).keys() for name, law in controllers.items()}
+    found = [name for name, variables in known.items() if names <= variables]
+    if found:
+        return found
+    # The law that has most of them is the one that was meant.
+    missing = min(names - max(known.values(), key=lambda variables: len(names & variables)))
+    every = sorted(set().union(*known.values()))
+    remedy = instead(missing, every, "or compare the controller that it is for")
+    raise InputError(f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {remedy}")
+
+
+def assigned(
+    sets: Sequence[StartValueSet], controllers: Mapping[str, Component]
+) -> dict[str, dict[str, str | float]]:
+    """Start values for each controller; InputError if none has what is set."""
+    taking = [(given.values, _takers(given, controllers)) for given in sets]
+    return {
+        name: {
+            key: value
+            for values, having in taking
+            for key, value in values.items()
+            if name in having or key.rpartition(".")[0] != COMPENSATOR
+        }
+        for name in controllers
+    }
+
+
+def reached_controllers(given: StartValueSet, controllers: Mapping[str, Component]) -> str | None:
+    """Sentence that names the controllers that a set reaches; None if it sets none of their parameters."""
+    return f"{given.origin}: for {', '.join(_takers(given, controllers))}" if _of_compensator(given) else None

@@ -19,7 +19,7 @@ from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Text
@@ -27,10 +27,10 @@ from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Roles, Setup
 from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.replacement import Asked, Replacements
+from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, Blueprint
 from warmlink.orchestration.system.units import Unit
 
@@ -74,7 +74,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
         if name not in system.components:
             known = instead(name, system.components)
             raise InputError(f"{where}.controller: {system.name} has no component {name}; {known}")
-    blueprint, foreign = blueprint_of(system, roles.controller)
+    blueprint = blueprint_of(system, roles.controller)
     components = blueprint.components
     driven = _driven(system, roles, where)
     if driven:
@@ -87,14 +87,11 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     wires, about = (*blueprint.wires, *driven), f"system of {path.name}"
     blueprint = replace(blueprint, about=about, components=components, wires=wires)
     values = {n: dict(held.values) for n, held in system.components.items() if n not in roles.controller}
-    return Setup(blueprint, _roles(roles, system, where), values, foreign=foreign)
+    return Setup(blueprint, _roles(roles, system, where), values)
 
 
-def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blueprint, dict[str, Path]]:
-    """Blueprint of a system, and the files of its parts that are not ours, by what the blueprint calls them.
-
-    The instances that are `controllers` have no component in it.
-    """
+def blueprint_of(system: System, controllers: Collection[str] = ()) -> Blueprint:
+    """Blueprint of a system, in which the instances that are `controllers` have no component."""
     components: dict[str, str] = {}
     foreign: dict[str, Path] = {}
     for name, held in system.components.items():
@@ -106,7 +103,7 @@ def blueprint_of(system: System, controllers: Collection[str] = ()) -> tuple[Blu
     wires = tuple((each.source, each.target) for each in system.connections)
     proposed = system.default_experiment
     stop_time, step_size = proposed.stop_time or 3600.0, proposed.step_size or 1.0
-    return Blueprint(system.name, "", components, wires, stop_time, step_size), foreign
+    return Blueprint(system.name, "", components, wires, stop_time, step_size, foreign=foreign)
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:
@@ -160,31 +157,23 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
     """
     setup, fmus, shipped = scenario.setup, replacements.fmus, catalogue.components()
-    kinds, foreign = dict(setup.blueprint.components), dict(setup.foreign)
     if not fmus:
         return scenario
+    kinds, foreign, roles = dict(setup.blueprint.components), dict(setup.blueprint.foreign), setup.roles
+    scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
+    ends = [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]
     for instance, path in fmus.items():
         known = shipped.get(kinds.get(instance, ""))
         if known is None:
             ours = [name for name, kind in kinds.items() if kind in shipped]
             raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
+        asked = {
+            each.name: ("output" if isinstance(each.variable, Output) else "input", Unit(each.variable.unit))
+            for each in known.scalars()
+        }
         kinds[instance] = f"{instance} of {path.name}"
-        foreign[kinds[instance]] = replacements.fmu(instance, _asked(setup, instance, known), known.name)
+        foreign[kinds[instance]] = replacements.fmu(instance, known.name, asked, ends, scored)
     name = f"{setup.name} with {', '.join(path.name for path in fmus.values())}"
     values = {each: given for each, given in setup.values.items() if each not in fmus}
-    blueprint = replace(setup.blueprint, name=name, components=kinds)
-    return replace(scenario, setup=replace(setup, blueprint=blueprint, foreign=foreign, values=values))
-
-
-def _asked(setup: Setup, instance: str, known: Component) -> dict[str, Asked]:
-    """What wires and score ask of an instance."""
-    roles = setup.roles
-    scored = {*roles.score.variables, *roles.uncompensated.variables, *roles.plant}
-    declared = {f"{instance}.{scalar.name}": scalar for scalar in known.scalars()}
-    asked = {}
-    for end in [*(end for wire in setup.blueprint.wires for end in wire), *sorted(scored)]:
-        if end in declared:
-            name, variable = declared[end].name, declared[end].variable
-            causality = "output" if isinstance(variable, Output) else "input"
-            asked[name] = Asked(causality, Unit(variable.unit), end in scored)
-    return asked
+    blueprint = replace(setup.blueprint, name=name, components=kinds, foreign=foreign)
+    return replace(scenario, setup=replace(setup, blueprint=blueprint, values=values))

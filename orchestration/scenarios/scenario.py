@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.catalogue import Controller, shipped
+from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
-from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.scenarios.overrides import given_values, start_values
+from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
@@ -99,17 +100,17 @@ class Scenario:
     @property
     def kinds(self) -> set[str]:
         """Names of warmlink's components that the system needs."""
-        return self.setup.kinds | self.controller.kinds
+        return self.setup.blueprint.kinds | self.controller.kinds
 
     @property
     def declared(self) -> dict[str, Component]:
         """Declaration of each instance that is a component of warmlink."""
-        return self.setup.declared(self.controller.component)
+        return self.setup.blueprint.declared(self.controller.component)
 
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
-        return {**files, **self.setup.foreign, **self.controller.files(store)}
+        return {**files, **self.setup.blueprint.foreign, **self.controller.files(store)}
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
@@ -178,13 +179,39 @@ class Scenario:
         Raises InputError if the system contains FMUs that are not made of warmlink's components, or as
         `values`.
         """
-        if self.setup.foreign:
-            raise InputError(
-                f"{self.setup.name}: contains foreign FMUs ({', '.join(self.setup.foreign)}), whose "
-                "equations are not known; run it with a master instead"
-            )
         chosen = self.values() if values is None else values
         return self._blueprint.joined(self.controller.component, chosen)
+
+
+def changed(
+    scenario: Scenario,
+    *,
+    controller: str | None = None,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    mismatches: Sequence[str] = (),
+    step: str | float | None = None,
+    stop: str | float | None = None,
+    master: str | None = None,
+    tolerance: str | float | None = None,
+) -> Scenario:
+    """The scenario with the given changes, each as for `run`; what is not given stays as its file says.
+
+    Raises InputError if a controller or mismatch does not exist, or a time is not valid.
+    """
+    known = scenario.as_believed
+    most = scenario.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
+    asked = replace(
+        known,
+        duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
+        step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
+        master=master or scenario.master,
+        coupling_tolerance=most,
+        controller=scenario.controller if controller is None else controller_named(controller),
+        parameters={**known.parameters, **given_values(parameters)},
+    )
+    for name in (*scenario.mismatches, *mismatches):
+        asked = mismatch.load(name).applied(asked)
+    return asked
 
 
 @cache
@@ -217,16 +244,12 @@ class Settings:
         """
         names = ("title", "about", "step_size", "master", "tolerance", "coupling_tolerance")
         given = {name: value for name in names if (value := getattr(self, name)) is not None}
-        if self.controller is not None:
-            given["controller"] = controller_named(self.controller)
         parameters: dict[str, str | float] = {
             f"{instance}.{name}": figure
             for instance, material in self.materials.items()
             for name, figure in materials()[material].items()
             if name not in _WORDS
         }
-        parameters |= self.parameters
-        scenario = replace(default, **given, parameters=parameters, sensors=self.sensors)
-        for name in self.mismatches:
-            scenario = mismatch.load(name).applied(scenario)
-        return scenario
+        asked = replace(default, **given, sensors=self.sensors)
+        own = {**parameters, **self.parameters}
+        return changed(asked, controller=self.controller, parameters=own, mismatches=self.mismatches)

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.catalogue import Controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
@@ -55,10 +54,6 @@ class AtWork(NamedTuple):
     folder: Path
     fmus: FmuSet
     workers: Workers
-
-    def joins(self, controller: Controller) -> bool:
-        """Whether the systems with a controller run joined."""
-        return controller.component.name in self.fmus.rollouts
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warmlink.orchestration.closed_loop.metrics import Series, error_metrics
-from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um, remaining_error
+from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result
@@ -30,18 +30,11 @@ WARM_UP_GRID_S = 60.0
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a system.
+    """One run of a system, times in s, start values in SI units by instance and variable.
 
-    Attributes
-    ----------
-    label : distinguishes this run from the others of its study, as (controller, duty cycle, mismatch)
-    law : component behind the controllers
-    values : start values in SI units by instance and variable
-    stop_time, step_size : in s
-    master : name of the master algorithm
-    tolerance : largest error in m that production allows
-    with_budget : whether to repeat the run at half the step, which bounds the coupling error
-    setup : the system and the roles in it
+    The `label` distinguishes it from the others of its study, as (controller, duty cycle, mismatch); `law` is
+    the component behind the controllers, `tolerance` the largest error in m that production allows. With
+    `with_budget` it is repeated at half the step, which bounds the coupling error.
     """
 
     label: tuple[str, ...]
@@ -63,23 +56,19 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        facts |= {"blueprint": asdict(self.setup.blueprint), "score": self.setup.roles.score.text}
+        held = replace(self.setup.blueprint, foreign={})
+        facts |= {"blueprint": asdict(held), "score": self.setup.roles.score.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Figures of one run, in um, s and min.
+    """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
 
-    Attributes
-    ----------
-    max_abs_um, p95_abs_um, rms_um, time_to_tolerance_s : as in `ErrorMetrics`; NaN in a run that stopped
-    within_tolerance_min : time for which the error is within tolerance
-    warm_up_first_min : the same for the best that warming up without compensation could have given
-    correction_rate_um_s : fastest change of the correction between two communication points
-    discretisation_um : largest estimate that the link makes of its grid's error
-    coupling_um : bound of the coupling error of the elongation; None where it was not asked for
-    stopped : why the run ended early, None where it did not
+    The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
+    warmed up without compensation. Then follow the fastest change of the correction between two communication
+    points, the largest estimate that the link makes of its grid's error, the bound of the elongation's
+    coupling error, None where it was not asked for, and why the run ended early, None where it did not.
     """
 
     max_abs_um: float
@@ -125,51 +114,49 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
-    """Run a case on FMUs by the component's name; one that stops early gives its reason instead of figures.
-
-    `unpacked` is a folder that keeps the unpacked FMUs from run to run.
-    """
-    setup, chosen = case.setup, algorithm(case.master)
-    system = setup.blueprint.system({**setup.foreign, **fmus}, case.law, case.values)
+    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
+    system = case.setup.blueprint.system(fmus, case.law, case.values)
 
     def simulated(step: float, record: Sequence[str]) -> Result:
-        return simulate(system, case.stop_time, step, chosen, record=record, balances=(), unpacked=unpacked)
+        by = algorithm(case.master)
+        return simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
 
-    result = simulated(case.step_size, recorded(setup))
-    if result.reason is not None:
-        return failed(result.reason)
-    coupling = None
-    if case.with_budget:
-        fine = simulated(case.step_size / 2, setup.roles.plant)
-        coupling = coupling_um(result, fine, chosen.order, setup)
-    return figures(setup, result, case.tolerance, coupling)
+    result, fine = simulated(case.step_size, recorded(case.setup)), None
+    if case.with_budget and result.reason is None:
+        fine = simulated(case.step_size / 2, case.setup.roles.plant)
+    return figures(case, result, fine)
 
 
 def recorded(setup: Setup) -> tuple[str, ...]:
     """Variables that the figures are computed from."""
     roles = setup.roles
-    estimates = [f"{link}.discretisation_error" for link in setup.called("link")]
+    estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
     scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
 
 
-def figures(setup: Setup, result: Result, tolerance: float, coupling_um: float | None = None) -> Outcome:
-    """Figures of a complete run."""
-    time, error = result.times, remaining_error(setup, result)
-    errors, spans = error_metrics(time, error, tolerance), np.diff(time)
+def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
+    """Figures of a run, with the coupling error where there is a run at half the step."""
+    if result.reason is not None:
+        return failed(result.reason)
+    setup, time = case.setup, result.times
+    error, without = (
+        np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
+    )
+    errors, spans = error_metrics(time, error, case.tolerance), np.diff(time)
     rates = [np.max(np.abs(np.diff(result[name])) / spans, initial=0.0) for name in setup.corrections]
-    without = np.asarray(setup.roles.uncompensated.value(result.__getitem__))
+    order = algorithm(case.master).order
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
         rms_um=errors.rms_um,
         time_to_tolerance_s=errors.time_to_tolerance_s,
         # Of the steps that begin within it.
-        within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= tolerance])) / 60,
-        warm_up_first_min=warm_up_first(time, without, tolerance),
+        within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= case.tolerance])) / 60,
+        warm_up_first_min=warm_up_first(time, without, case.tolerance),
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
-        coupling_um=coupling_um,
+        coupling_um=None if fine is None else coupling_um(result, fine, order, setup),
     )
 
 
@@ -215,14 +202,7 @@ GATHERINGS = ("worst", "mean", "cvar")
 
 @dataclass(frozen=True)
 class Gathered:
-    """One figure over all runs of a point.
-
-    Attributes
-    ----------
-    metric : from `METRICS`
-    over : `worst`, `mean`, or `cvar`, the mean of the worst share
-    level : that share
-    """
+    """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
 
     __pydantic_config__ = TABLE
 

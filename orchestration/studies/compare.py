@@ -1,26 +1,42 @@
-"""Controllers x duty cycles x mismatches: every combination run in closed loop, and one row for each."""
+"""Controllers x duty cycles x mismatches: every combination, run in closed loop, and one row for each."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from warmlink.fmus.component import Component
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration import catalogue
+from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.catalogue import Controller, controller_named, shipped
+from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.scenarios.mismatch import NOMINAL
-from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
+from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
-from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.plan import Plan, plan_on
+from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.workers import Workers
 
 if TYPE_CHECKING:
     import pandas
+
+DEFAULT_MISMATCHES = (
+    *(NOMINAL, "thermal_high", "thermal_low", "insulated", "ventilated"),
+    *("draw_1", "draw_2", "noisy_sensors", "camera_absent"),
+)
+SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
+"""Systems that can be compared, each with its default mismatches."""
 
 COLUMNS = (
     *("controller", "duty_cycle", "mismatch", "max_abs_um", "p95_abs_um"),
@@ -28,20 +44,115 @@ COLUMNS = (
 )
 """Columns of `compare.csv`."""
 
-Progress = Callable[[float], None]
+
+class Plan(NamedTuple):
+    """What is compared: every duty cycle with every controller, under every mismatch."""
+
+    scenarios: tuple[Scenario, ...]
+    mismatches: tuple[Mismatch, ...]
+
+    @property
+    def laws(self) -> dict[str, Component]:
+        """Component of each controller by its name."""
+        return {each.controller.name: each.controller.component for each in self.scenarios}
+
+    @property
+    def cases(self) -> list[Case]:
+        """The runs in the order of the rows; InputError if a component refuses a start value.
+
+        The error budget of the elongation depends on the plant alone, so `none` finds it for all.
+        """
+        alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
+        return [
+            case_of(
+                mismatch.applied(scenario),
+                (scenario.controller.name, scenario.name, mismatch.name),
+                with_budget=scenario.controller.name == NO_CONTROLLER
+                and (alone or mismatch.name == NOMINAL or mismatch.touches_plant),
+            )
+            for scenario in self.scenarios
+            for mismatch in self.mismatches
+        ]
+
+
+def plan(
+    controllers: Sequence[Controller],
+    duties: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    sets: Sequence[StartValueSet] = (),
+) -> Plan:
+    """Each with each, `none` before all other controllers.
+
+    Start values of `sets` are for the controllers that have them, later ones outdo earlier ones, and a
+    mismatch comes on top. InputError if two have one name, no controller has what is set, or one has no
+    design for the system.
+    """
+    laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
+    for what, held in (("controllers", laws), ("duty cycles", duties), ("mismatches", mismatches)):
+        several = Counter(each.name for each in held)
+        if twice := sorted(name for name, count in several.items() if count > 1):
+            raise InputError(f"{twice[0]}: two {what} of that name; rename one")
+    given = assigned(sets, {law.name: law.component for law in laws})
+    scenarios = [
+        replace(duty, controller=law, parameters={**duty.parameters, **given[law.name]})
+        for law in laws
+        for duty in duties
+    ]
+    for each in scenarios:
+        if each.design is None:
+            raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")
+    return Plan(tuple(scenarios), tuple(mismatches))
+
+
+def plan_on(
+    system: str = CELL.name,
+    controllers: Sequence[str] | None = None,
+    duty_cycles: Sequence[str] | None = None,
+    mismatches: Sequence[str] | None = None,
+    sets: Sequence[StartValueSet] = (),
+    scenario: str | Path | None = None,
+    more: Sequence[str] = (),
+) -> Plan:
+    """What to compare, by names and files; what is None is all that is usual for the system.
+
+    The system is that of a scenario, with its parameters and sensors, where one is given; `more` are
+    controllers beside the others. InputError if there is none of a name, or as `plan`.
+    """
+    cell = None if scenario is None else load_scenario(str(scenario))
+    if cell is not None:
+        system = ARM if cell.setup.name == ARM else CELL.name
+    if system not in SYSTEMS:
+        raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
+    if controllers is None:
+        controllers = list(catalogue.controllers())
+        if system == ARM:
+            from warmlink.orchestration.arm.program import DESIGNED
+
+            controllers = list(DESIGNED)
+    duty_cycles = names_on(system) if duty_cycles is None else duty_cycles
+    mismatches = SYSTEMS[system] if mismatches is None else mismatches
+    for option, names, example in (
+        ("--duty-cycles", duty_cycles, "windshield_wiper,stop_and_go"),
+        ("--mismatch", mismatches, "nominal,thermal_high"),
+    ):
+        if not names:
+            raise InputError(f"{option}: names none; give some, as {option} {example}")
+    duties = [load_scenario(name) for name in duty_cycles]
+    return plan(
+        [controller_named(name) for name in dict.fromkeys([*controllers, *more])],
+        duties if cell is None else [driven(cell, duty) for duty in duties],
+        [load_mismatch(name) for name in mismatches],
+        sets,
+    )
 
 
 @dataclass(frozen=True)
 class Row:
     """One run, compared with no compensation in the same duty cycle and mismatch.
 
-    Attributes
-    ----------
-    outcome : its figures
-    uncompensated_um : largest error without a controller
-    removed_percent : share of the largest error that was removed; None where there was none, or no run
-    equal_within_um : error budget: scores that differ by less are equal; None where it is not known
-    tolerance_um : largest error that production allows
+    `uncompensated_um` is the largest error without a controller, and `removed_percent` the share of it that
+    was removed, None where there was none, or no run. Scores that differ by less than `equal_within_um`, the
+    error budget, are equal; it is None where it is not known. `tolerance_um` is what production allows.
     """
 
     controller: str
@@ -73,6 +184,10 @@ class Row:
         """Whether the duty cycle defeats the law: it does harm, or its error is beyond tolerance."""
         return self.beyond_tolerance or self.worse_than_none
 
+    def equals(self, best_um: float) -> bool:
+        """Whether the largest error is no more than the error budget above the best one."""
+        return self.outcome.max_abs_um - best_um <= (self.equal_within_um or 0.0)
+
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Answer):
@@ -91,6 +206,11 @@ class Comparison(Answer):
         """The worst of some rows of a controller; a run that stopped is worst."""
         rows = [self.row(controller, duty, mismatch) for duty in duty_cycles for mismatch in mismatches]
         return max(rows, key=lambda row: (row.outcome.stopped is not None, row.outcome.max_abs_um))
+
+    def best_um(self, duty_cycle: str, mismatch: str) -> float:
+        """Smallest largest error of a duty cycle and mismatch; NaN where there is none."""
+        rows = (self.row(each, duty_cycle, mismatch) for each in self.controllers)
+        return min((row.outcome.max_abs_um for row in rows if row.outcome.stopped is None), default=math.nan)
 
     def to_frame(self) -> pandas.DataFrame:
         """A row for each run with its figures."""
@@ -114,17 +234,11 @@ class Comparison(Answer):
                 "removed_percent": row.removed_percent,
                 "equal_within_um": row.equal_within_um,
                 "productive_minutes_won": row.minutes_won if row.minutes_won == row.minutes_won else None,
-                "equal_to_best": self.equal_to_best(row),
+                "equal_to_best": row.equals(self.best_um(row.duty_cycle, row.mismatch)),
                 "defeated": row.controller != NO_CONTROLLER and row.defeated,
             }
             for key, row in self.rows.items()
         ]
-
-    def equal_to_best(self, row: Row) -> bool:
-        """Whether no other controller does better in the same run by more than the error budget."""
-        scores = [self.row(c, row.duty_cycle, row.mismatch).outcome.max_abs_um for c in self.controllers]
-        known = [score for score in scores if score == score]
-        return bool(known) and row.outcome.max_abs_um - min(known) <= (row.equal_within_um or 0.0)
 
 
 def compare(
@@ -172,7 +286,7 @@ def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Compa
         yield comparison
 
 
-def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) -> Comparison:
+def run_comparison(cases: Sequence[Case], workers: Workers, progress: Callable[[float], None]) -> Comparison:
     """Run a plan; rows and figures are the same whatever the number of workers."""
     outcomes: dict[tuple[str, ...], Outcome] = {}
     done, total = 0.0, sum(case.hours for case in cases)
@@ -180,9 +294,6 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) 
         outcomes[cases[place].label] = outcome
         done += cases[place].hours
         progress(done / total)
-    controllers, duties, mismatches = (
-        tuple(dict.fromkeys(each)) for each in zip(*(case.label for case in cases), strict=True)
-    )
     rows = {}
     for case in cases:
         name, duty, mismatch = case.label
@@ -197,6 +308,7 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Progress) 
         rows[name, duty, mismatch] = Row(
             name, duty, mismatch, outcome, without.max_abs_um, removed, equal, 1e6 * case.tolerance
         )
+    controllers, duties, mismatches = (tuple(dict.fromkeys(each)) for each in zip(*rows, strict=True))
     return Comparison(controllers, duties, mismatches, rows)
 
 

@@ -28,7 +28,6 @@ from warmlink.fmus.names import instead, listed
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
@@ -37,11 +36,11 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.own_system import with_replaced
 from warmlink.orchestration.scenarios.quantity import positive
-from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
@@ -171,7 +170,8 @@ def design(
         raise InputError(
             f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
-    foreign = law == "regression" and scenario is not None and scenario.setup.unknown
+    held = None if scenario is None else scenario.setup.blueprint
+    foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if law == "regression":
         run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)
@@ -235,7 +235,7 @@ def plant_in(scenario: Scenario) -> Plant:
     """
     setup = scenario.setup
     declared = scenario.declared
-    motors, links = setup.called("motor"), setup.called("link")
+    motors, links = setup.blueprint.called("motor"), setup.blueprint.called("link")
     if not motors or not links:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
     paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)

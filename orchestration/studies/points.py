@@ -26,17 +26,11 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True)
 class Judged:
-    """What a point came to.
+    """What a point came to; points are numbered from 0 in their study.
 
-    Attributes
-    ----------
-    number : of the point in its study, from 0
-    objective : NaN where there is none
-    excess : by how much each constraint is exceeded, 0 or below where it is kept
-    reason : why there is no objective, None where there is one
-    outcomes : of its runs in the order of `Study.runs`; none where a component refused the point, nor
-        of trials read back from a storage
-    second : the second objective, where the study has one
+    The objective is NaN where there is none, and `reason` says why. By `excess` each constraint is exceeded,
+    0 or below where it is kept. Outcomes are in the order of `Study.runs`; there are none where a component
+    refused the point, nor of trials read back from a storage.
     """
 
     number: int

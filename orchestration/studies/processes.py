@@ -13,7 +13,7 @@ from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.isolation import die_with_parent
@@ -98,18 +98,6 @@ class _Processes:
         raise NotImplementedError
 
 
-class _Worker(NamedTuple):
-    """A process and the pipe through which it takes shares of the cases and gives outcomes."""
-
-    process: SpawnProcess
-    pipe: Connection
-
-    def end(self) -> None:
-        self.process.kill()
-        self.process.join()
-        self.pipe.close()
-
-
 class LocalWorkers(_Processes):
     """Processes of this machine that are begun as cases need them, and ended with the `with` block.
 
@@ -121,58 +109,52 @@ class LocalWorkers(_Processes):
         super().__init__(fmus)
         check_jobs(jobs)
         self._jobs = jobs
-        self._idle: list[_Worker] = []
-        self._busy: dict[Connection, tuple[_Worker, list[int]]] = {}
+        self._idle: list[tuple[Connection, SpawnProcess]] = []
 
     def __exit__(self, *raised: object) -> None:
-        for worker in self._idle:
-            worker.pipe.close()
-        for worker in self._idle:
-            worker.process.join()
+        for pipe, _ in self._idle:
+            pipe.close()
+        for _, process in self._idle:
+            process.join()
         self._idle.clear()
 
     def _count(self) -> int:
         return self._jobs
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
-        waiting = shares[::-1]
         joined = all(lane_of(case, self._fmus.rollouts) is not None for case in cases)
         if joined and sum(seconds(case, self._fmus) for case in cases) < SOON_DONE_S:
             for share in shares:
                 yield share, attempt_all([cases[place] for place in share], self._fmus)
             return
+        waiting, busy = shares[::-1], dict[Connection, tuple[SpawnProcess, list[int]]]()
         try:
-            while waiting or self._busy:
-                while waiting and len(self._busy) < self._jobs:
-                    self._give(waiting.pop(), cases)
-                for pipe in connection.wait(list(self._busy)):
-                    assert isinstance(pipe, Connection)
-                    yield self._taken(pipe)
+            while waiting or busy:
+                while waiting and len(busy) < self._jobs:
+                    share = waiting.pop()
+                    pipe, process = self._idle.pop() if self._idle else self._begun()
+                    busy[pipe] = process, share
+                    # One that died meanwhile is found out when its outcome is read.
+                    with suppress(BrokenPipeError, ConnectionResetError):
+                        pipe.send([cases[place] for place in share])
+                for ready in connection.wait(list(busy)):
+                    assert isinstance(ready, Connection)
+                    process, share = busy.pop(ready)
+                    try:
+                        outcomes: list[Outcome] | InputError = ready.recv()
+                    except (EOFError, OSError):
+                        _end(ready, process)
+                        yield share, None
+                        continue
+                    self._idle.append((ready, process))
+                    if isinstance(outcomes, InputError):
+                        raise outcomes
+                    yield share, outcomes
         finally:
-            for worker, _ in self._busy.values():  # at a case of which nobody wants to hear any more
-                worker.end()
-            self._busy.clear()
+            for pipe, (process, _) in busy.items():  # at a case of which nobody wants to hear any more
+                _end(pipe, process)
 
-    def _give(self, share: list[int], cases: Sequence[Case]) -> None:
-        worker = self._idle.pop() if self._idle else self._begun()
-        self._busy[worker.pipe] = (worker, share)
-        # One that died meanwhile is found out when its outcome is read.
-        with suppress(BrokenPipeError, ConnectionResetError):
-            worker.pipe.send([cases[place] for place in share])
-
-    def _taken(self, pipe: Connection) -> tuple[list[int], list[Outcome] | None]:
-        worker, share = self._busy.pop(pipe)
-        try:
-            outcomes: list[Outcome] | InputError = pipe.recv()
-        except (EOFError, OSError):
-            worker.end()
-            return share, None
-        self._idle.append(worker)
-        if isinstance(outcomes, InputError):
-            raise outcomes
-        return share, outcomes
-
-    def _begun(self) -> _Worker:
+    def _begun(self) -> tuple[Connection, SpawnProcess]:
         here, there = multiprocessing.Pipe()
         # Spawned, since a fork would inherit FMUs and threads of whoever calls; a daemon, since such a one is
         # ended with this process however it ends.
@@ -182,7 +164,13 @@ class LocalWorkers(_Processes):
         with _no_interrupts(), without_main():
             process.start()
         there.close()
-        return _Worker(process, here)
+        return here, process
+
+
+def _end(pipe: Connection, process: SpawnProcess) -> None:
+    process.kill()
+    process.join()
+    pipe.close()
 
 
 def check_jobs(jobs: int) -> None:

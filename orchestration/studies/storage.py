@@ -7,12 +7,11 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.points import Judged
 from warmlink.orchestration.studies.study import Point, Study
 
@@ -49,6 +48,7 @@ class Storage:
     def __init__(self, study: Study, fmus: str, url: str) -> None:
         import optuna
 
+        self._of = study
         self.name = f"{study.name}-{study.digest(fmus)}"
         self.place = shown_place(url)
         self._distributions = _distributions(study)
@@ -90,7 +90,7 @@ class Storage:
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
             values=_told(judged) if judged.reason is None else None,
-            params=_internal(judged.point, self._distributions),
+            params=_internal(judged.point, self._of),
             distributions=dict(self._distributions),
             user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
         )
@@ -119,7 +119,7 @@ class Chooser:
         self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
         self._asked: list[optuna.trial.Trial] = []
         for point in first:
-            self._optuna.enqueue_trial(_internal(point, self._distributions))
+            self._optuna.enqueue_trial(_internal(point, study))
 
     def ask(self, count: int) -> list[Point]:
         """Choose the next points."""
@@ -196,28 +196,25 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
     """What Optuna chooses from, by the axis' name."""
     from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
-    def of(axis: Axis) -> BaseDistribution:
-        if axis.choice:
-            return CategoricalDistribution(axis.choice)
-        if axis.integer:
-            return IntDistribution(int(axis.low), int(axis.high), log=axis.log)
-        return FloatDistribution(axis.low, axis.high, log=axis.log)
+    return {
+        axis.name: CategoricalDistribution(axis.choice)
+        if axis.choice
+        else IntDistribution(int(axis.low), int(axis.high), log=axis.log)
+        if axis.integer
+        else FloatDistribution(axis.low, axis.high, log=axis.log)
+        for axis in study.axes
+    }
 
-    return {axis.name: of(axis) for axis in study.axes}
 
-
-def _internal(point: Point, chosen: dict[str, BaseDistribution]) -> dict[str, float]:
+def _internal(point: Point, study: Study) -> dict[str, float]:
     """A point's values as Optuna has them: whole numbers as such."""
-    from optuna.distributions import IntDistribution
+    whole = {axis.name for axis in study.axes if axis.integer and not axis.choice}
+    return {name: int(value) if name in whole else value for name, value in point.items()}
 
-    return {n: int(point[n]) if isinstance(each, IntDistribution) else point[n] for n, each in chosen.items()}
 
-
-def _directions(study: Study) -> list[optuna.study.StudyDirection]:
+def _directions(study: Study) -> list[Literal["minimize"]]:
     """That each objective is to be small."""
-    from optuna.study import StudyDirection
-
-    return [StudyDirection.MINIMIZE] * (1 if study.second is None else 2)
+    return ["minimize"] * (1 if study.second is None else 2)
 
 
 def _told(judged: Judged) -> list[float]:

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from warmlink.fmus.component import Component, limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.catalogue import Controller
+from warmlink.orchestration.catalogue import Controller, controller_named
 from warmlink.orchestration.closed_loop.load import driven, load_scenario
 from warmlink.orchestration.master.algorithms.table import algorithm
-from warmlink.orchestration.own_law import controller_named
 from warmlink.orchestration.scenarios import mismatch as mismatches
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
+from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantity, Text, Value, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
+from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import TABLE, read_table
-from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
@@ -28,15 +30,114 @@ LIBRARY = Path(__file__).parent / "library"
 
 SAMPLERS = ("tpe", "random")
 SWEEPS = ("grid", "latin_hypercube")
-MOST_POINTS = 100_000
-"""Their runs take hours, and a hundred times as many would not fit into memory."""
+MOST_SEED, MOST_POINTS = 2**32 - 1, 100_000
+"""The runs of that many points take hours, and a hundred times as many would not fit into memory."""
 
-MOST_SEED = 2**32 - 1
 MOST_IN_A_BATCH = 1000
 """More would be chosen knowing nothing of each other, and choosing one more takes longer with each."""
 
 Point = Mapping[str, float]
 """Start values in SI units under `instance.variable`."""
+
+
+@dataclass(frozen=True)
+class AxisTable:
+    """Between which bounds a start value is varied, or among which values."""
+
+    __pydantic_config__ = TABLE
+
+    min: Annotated[str | float | None, Value()] = None
+    max: Annotated[str | float | None, Value()] = None
+    log: Annotated[bool, Flag()] = False
+    values: tuple[Annotated[str | float, Value()], ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.values is None and (self.min is None or self.max is None):
+            raise InputError('has no bounds; write { min = "...", max = "..." }')
+        if self.values is not None and (self.log or self.min is not None or self.max is not None):
+            raise InputError("has bounds and values; write { min = ..., max = ... } or { values = [...] }")
+        if self.values == ():
+            raise InputError("there is nothing to choose from; give values = [...]")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One start value that is varied, in SI units: between both bounds, or among the values of `choice`.
+
+    With `log` it is searched and spaced by its logarithm; `shipped` is what the component is shipped with.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    log: bool
+    integer: bool
+    choice: tuple[float, ...]
+    shipped: float
+
+    @property
+    def heading(self) -> str:
+        """Name with unit."""
+        return f"{self.name} [{self.unit}]"
+
+    @property
+    def readable(self) -> tuple[str, float]:
+        """Unit in which people read it, and the factor to it: `µm/W`, 1e6 for a gain of some 1e-6 m/W."""
+        small = max(abs(self.low), abs(self.high)) < 1e-3 and re.match(r"[mWAVNKs](?!\w|\*)", self.unit)
+        return (f"µ{self.unit}", 1e6) if small else (self.unit, 1.0)
+
+    def shown(self, *values: float) -> str:
+        """Values for people, as `2 to 8 µm/W`."""
+        unit, factor = self.readable
+        return f"{' to '.join(f'{factor * value:.6g}' for value in values)} {unit}"
+
+    def at(self, share: float) -> float:
+        """Value at a share of the way from the lower bound to the upper one, 0 to 1."""
+        if self.choice:
+            return self.choice[min(int(share * len(self.choice)), len(self.choice) - 1)]
+        if self.integer:
+            return float(min(math.floor(self.low + share * (self.high - self.low + 1)), self.high))
+        if self.log:
+            return min(max(self.low * (self.high / self.low) ** share, self.low), self.high)
+        return self.low + share * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """Share of the way from the lower bound to the upper one, of an axis with bounds: undoes `at`."""
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    def levels(self, count: int) -> list[float]:
+        """Evenly spaced values from bound to bound; all of a choice."""
+        if self.choice:
+            return list(self.choice)
+        if self.integer:
+            steps = max(1, min(count - 1, int(self.high - self.low)))
+            return [float(round(self.low + (self.high - self.low) * i / steps)) for i in range(steps + 1)]
+        return [self.at(i / (count - 1)) for i in range(count)] if count > 1 else [self.at(0.5)]
+
+
+def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], where: str) -> Axis:
+    """Axis from its table in a study file; InputError where it, or a bound, does not fit the component."""
+    found = scalar(name, components, where)
+    place, unit = f"{where}: {name}", found.variable.unit
+    written = (table.min, table.max) if table.values is None else table.values
+    values = [start_value(name, each, components, where) for each in written if each is not None]
+    low, high = min(values), max(values)
+    if table.values is None and not values[0] < values[1]:
+        raise InputError(
+            f"{place}: nothing lies between {values[0]:g} and {values[1]:g} {unit}; give a max above the min"
+        )
+    if table.log and not low > 0:
+        raise InputError(f"{place}: log = true needs bounds above 0 {unit}; give such, or leave it out")
+    for value in values:
+        sentence = limits.problem(found, value)
+        if sentence is not None:
+            raise InputError(f"{where}: {name.partition('.')[0]}.{sentence}")
+    choice = () if table.values is None else tuple(dict.fromkeys(values))
+    integer = found.variable.type != "Real"
+    return Axis(name, unit, low, high, table.log, integer, choice, float(found.start or 0.0))
 
 
 @dataclass(frozen=True)
@@ -129,8 +230,11 @@ class Study:
     @property
     def shipped(self) -> Point | None:
         """The point where nothing is changed; None where the bounds leave it out."""
-        reached = all(axis.holds_shipped for axis in self.axes)
-        return {axis.name: axis.shipped for axis in self.axes} if reached else None
+        reached = (
+            axis.shipped in axis.choice if axis.choice else axis.low <= axis.shipped <= axis.high
+            for axis in self.axes
+        )
+        return {axis.name: axis.shipped for axis in self.axes} if all(reached) else None
 
     def lasting(self, trials: int | None) -> Study:
         """The same with another number of trials; raises InputError where that is none."""
@@ -146,7 +250,7 @@ class Study:
 
     def digest(self, fmus: str) -> str:
         """Digest of what the trials depend on, their number left out, with that of the FMUs."""
-        facts: dict[str, Any] = {
+        facts = {
             "cases": [case.digest for case in self.cases({}, "")],
             "axes": [asdict(axis) for axis in self.axes],
             "objective": asdict(self.objective),
@@ -155,9 +259,8 @@ class Study:
             "batch": self.tune.batch,
             "sampler": self.tune.sampler,
             "fmus": fmus,
+            **({} if self.second is None else {"second": asdict(self.second)}),
         }
-        if self.second is not None:
-            facts["second"] = asdict(self.second)
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:12]
 
 
@@ -172,9 +275,9 @@ def load_study(name: str) -> Study:
     InputError if there is none, or it asks for what does not exist or cannot be.
     """
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
-    if not is_file(path):
-        raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
-    return read_study(path.stem, read_toml(path), path.parent)
+    if is_file(path):
+        return read_study(path.stem, read_toml(path), path.parent)
+    raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
 
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
@@ -198,7 +301,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         tune=file.tune,
         sweep=file.sweep,
     )
-    study.cases({}, name)
+    study.cases({}, name)  # which checks all start values
     return study
 
 
@@ -207,8 +310,7 @@ def _scenario(duty: str, file: StudyFile, controller: Controller, cell: Scenario
     if file.master is not None:
         algorithm(file.master)
         scenario = replace(scenario, master=file.master)
-    step = scenario.step_size if file.step_size is None else file.step_size
-    return replace(scenario, controller=controller, step_size=step)
+    return replace(scenario, controller=controller, step_size=file.step_size or scenario.step_size)
 
 
 def _beside(place: str, folder: Path) -> str:

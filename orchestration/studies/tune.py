@@ -171,7 +171,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
                 work.workers,
                 storage,
                 lambda done, leader: show(done / study.tune.trials, note(leader)),
-                joined=work.joins(study.controller),
+                joined=study.controller.component.name in work.fmus.rollouts,
             )
         yield found
 

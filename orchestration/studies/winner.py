@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -96,13 +97,10 @@ def write_winner(study: Study, point: Point, folder: Path) -> list[Path]:
     sets: dict[str, dict[str, Parameter]] = {}
     for axis in study.axes:
         instance, _, variable = axis.name.partition(".")
-        value = point[axis.name]
-        held = (
-            Parameter(variable, "Integer", int(value))
-            if axis.integer
-            else Parameter(variable, "Real", value, None if axis.unit == "1" else parse_unit(axis.unit))
-        )
-        sets.setdefault(instance, {})[variable] = held
+        unit = None if axis.unit == "1" or axis.integer else parse_unit(axis.unit)
+        value = int(point[axis.name]) if axis.integer else point[axis.name]
+        kind: Literal["Integer", "Real"] = "Integer" if axis.integer else "Real"
+        sets.setdefault(instance, {})[variable] = Parameter(variable, kind, value, unit)
     paths = []
     for instance, values in sets.items():
         path = folder / ("winner.ssv" if instance == COMPENSATOR else f"winner-{instance}.ssv")

@@ -17,10 +17,8 @@ from warmlink.fmus.packaging.native.lanes import processor
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
-from warmlink.orchestration.closed_loop.outcome import coupling_um
 from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
-from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
@@ -163,29 +161,21 @@ def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] |
 def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
     """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
     first = cases[0]
-    coarse = _results(cases, rollout, first.step_size)
-    fine = _results(cases, rollout, first.step_size / 2) if first.with_budget else [None] * len(cases)
-    order = algorithm(first.master).order
-    return [
-        None
-        if result is None
-        else figures(
-            case.setup,
-            result,
-            case.tolerance,
-            None if finer is None else coupling_um(result, finer, order, case.setup),
-        )
-        for case, result, finer in zip(cases, coarse, fine, strict=True)
-    ]
 
+    def results(step: float) -> list[Result | None]:
+        points = CommunicationPoints.between(0.0, first.stop_time, step)
+        values, well = rollout.run([case.values for case in cases], points.count, step)
+        names, units = rollout.recorded, dict.fromkeys(rollout.recorded)
+        return [
+            Result(Table(names, units, points, mine.T), "completed") if good else None
+            for mine, good in zip(values, well, strict=True)
+        ]
 
-def _results(cases: Sequence[Case], rollout: Rollout, step: float) -> list[Result | None]:
-    points = CommunicationPoints.between(0.0, cases[0].stop_time, step)
-    values, well = rollout.run([case.values for case in cases], points.count, step)
-    units = dict.fromkeys(rollout.recorded)
+    coarse = results(first.step_size)
+    fine = results(first.step_size / 2) if first.with_budget else [None] * len(cases)
     return [
-        Result(Table(rollout.recorded, units, points, mine.T), "completed") if good else None
-        for mine, good in zip(values, well, strict=True)
+        None if mine is None else figures(case, mine, finer)
+        for case, mine, finer in zip(cases, coarse, fine, strict=True)
     ]
 
 
@@ -195,27 +185,31 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     Those that hold foreign FMUs, or are run with another master than the usual one, are left out; so are
     those that cannot be compiled, with a remark.
     """
-    by_law: dict[str, list[Scenario]] = {}
-    for scenario in scenarios:
-        by_law.setdefault(scenario.controller.component.name, []).append(scenario)
     found: dict[str, Rollout] = {}
-    for law, mine in by_law.items():
-        usual = all(each.master == DEFAULT_MASTER and not each.setup.foreign for each in mine)
-        if not usual or any(each.made_from != mine[0].made_from for each in mine):
+    for law, mine in _by_law(scenarios).items():
+        first = mine[0]
+        if any(
+            each.master != DEFAULT_MASTER or each.setup.blueprint.foreign or each.made_from != first.made_from
+            for each in mine
+        ):
             continue
+        names = recorded(first.setup)
+        made_from = (*made_here(), *first.made_from, names, processor())
         try:
-            found[law] = _compiled(mine[0])
+            found[law] = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
+            loaded(found[law].library)
         except (InputError, OSError) as fault:
+            found.pop(law, None)
             remark(f"{law}: runs on its FMUs, since its system cannot be joined: {fault}")
     return found
 
 
-def _compiled(scenario: Scenario) -> Rollout:
-    names = recorded(scenario.setup)
-    made_from = (*made_here(), *scenario.made_from, names, processor())
-    rollout = remembered("rollouts", made_from, lambda: compiled(scenario.joined({}), names))
-    loaded(rollout.library)
-    return rollout
+def _by_law(scenarios: Sequence[Scenario]) -> dict[str, list[Scenario]]:
+    """Scenarios by the component behind their controllers."""
+    found: dict[str, list[Scenario]] = {}
+    for scenario in scenarios:
+        found.setdefault(scenario.controller.component.name, []).append(scenario)
+    return found
 
 
 def agreeing(
@@ -228,9 +222,9 @@ def agreeing(
     """
     good: dict[str, Rollout] = {}
     worst = (0.0, 0.0)
+    by_law = _by_law(scenarios)
     for number, (law, rollout) in enumerate(rollouts.items()):
-        mine = [each for each in scenarios if each.controller.component.name == law]
-        difference, coupling = _difference(mine[number % len(mine)], fmus, rollout)
+        difference, coupling = _difference(by_law[law][number % len(by_law[law])], fmus, rollout)
         if difference <= coupling:
             good[law] = rollout
             worst = max(worst, (difference, coupling))

@@ -1,7 +1,8 @@
-"""Building a system in code from FMU files, with the same checks as for one that is read from an SSP."""
+"""Systems from files: read from anybody's SSP, or built in code of FMU files, with the same checks."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,12 +11,15 @@ from types import MappingProxyType
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_value, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, Element, Net, edge_of
+from warmlink.orchestration.system.ssp.net import DeclaredConnector, net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
-from warmlink.orchestration.system.units import Unit
+from warmlink.orchestration.system.ssp.ssd import Reader
+from warmlink.orchestration.text_files import is_file
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -60,17 +64,10 @@ def assemble(
 
 
 def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
-    """Give connections between variables, with the conversion of their units.
+    """Give connections between variables of components, with the conversion of their units.
 
-    Parameters
-    ----------
-    components : the system's components by name
-    wires : both ends of each, as `motor.heat_flow`; a component's name may hold dots
-
-    Raises
-    ------
-    InputError
-        If an end does not exist, is driven twice, or kinds, types or quantities do not fit.
+    A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
+    quantities do not fit.
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
@@ -104,31 +101,20 @@ def check_system(system: System) -> None:
 
 def _resolved(system: System) -> list[Connection]:
     """Give a system's connections with the conversion of their units, as if an SSD had declared them."""
-    edges = tuple(edge_of(link) for link in system.connections)
-    net = Net()
-    net.add((), Element({}, connections=edges))
-    for name, held in system.components.items():
-        ends = [node.connector for edge in edges for node in edge.ends if node.path == (name,)]
-        net.add((name,), Element(_connectors(held, ends, system.units), held.fmu))
+    net = net_of(system)
+    ends = [node for edge in net.elements[()].connections for node in edge.ends]
+    for node in ends:  # those that their components do not show
+        element = net.elements.get(node.path)
+        if element is not None and element.info is not None and node.connector not in element.connectors:
+            causality = variable_of(element.info, node.connector, str(node)).causality
+            # Time, which is of no kind, connects to nothing, as a parameter does.
+            element.connectors[node.connector] = DeclaredConnector(
+                next((kind for kind in CONNECTOR_KINDS if kind == causality), "parameter")
+            )
     resolver = Resolver(net)
     for path in net.components:
         resolver.connectors(path)
     return list(resolver.connections())
-
-
-def _connectors(
-    held: Component, ends: Iterable[str], units: Mapping[str, Unit]
-) -> dict[str, DeclaredConnector]:
-    """Give a component's connectors, and those for ends of connections that it does not show."""
-    shown = {}
-    for end in ends:
-        causality = variable_of(read_description(held.fmu), end, f"{held.name}.{end}").causality
-        # Time, which is of no kind, connects to nothing, as a parameter does.
-        shown[end] = DeclaredConnector(next((k for k in CONNECTOR_KINDS if k == causality), "parameter"))
-    for c in held.connectors:
-        unit = units.get(c.unit, Unit(c.unit)) if c.unit else None
-        shown[c.name] = DeclaredConnector(c.kind, c.type, unit)
-    return shown
 
 
 def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
@@ -137,3 +123,59 @@ def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
         raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
     owner = max(owners, key=len)
     return owner, name[len(owner) + 1 :]
+
+
+def read_system(path: str | Path, workdir: Path | None = None) -> System:
+    """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
+
+    Its components then have dotted names; start values and connections are in their variables' own units.
+
+    Parameters
+    ----------
+    path : the .ssp file, or an .ssd file that lies beside its resources
+    workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
+
+    Raises
+    ------
+    InputError
+        If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
+    """
+    path = Path(path)
+    try:
+        return _read(path, _kept(path) if workdir is None else workdir)
+    except RecursionError:
+        raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _kept(path: Path) -> Path:
+    """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
+    if not is_file(path):
+        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
+    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _read(path: Path, workdir: Path) -> System:
+    structure = path
+    if path.suffix.lower() != ".ssd":
+        folder = archive.unpack(path, workdir)
+        if (folder / "modelDescription.xml").is_file():
+            told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
+            raise InputError(f"{path.name}: is a single FMU, no system; {told}")
+        structure = folder / "SystemStructure.ssd"
+    reader = Reader(workdir)
+    name, experiment = reader.read(structure)
+    if not reader.net.components:
+        raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
+    resolver = Resolver(reader.net, reader.bindings)
+    connectors = {place: resolver.connectors(place) for place in reader.net.components}
+    connections = tuple(resolver.connections())
+    values = resolver.start_values()
+    components = {
+        full: Component(full, element.fmu, connectors[place], values[place])
+        for place, element in reader.net.components.items()
+        if (full := ".".join(place)) and element.fmu
+    }
+    units = dict(sorted(resolver.units.items()))
+    return System(name, components, connections, experiment, units, tuple(resolver.remarks))

@@ -91,11 +91,6 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
     if isinstance(value, str | bool):
         return value
     number = float(value) if variable.kind == "Real" else int(value)
-    _check_range(variable, number, where)
-    return number
-
-
-def _check_range(variable: Variable, number: float, where: str) -> None:
     unit = f" {variable.unit}" if variable.unit else ""
     if variable.type in INTEGER_BITS:
         bits, signed = INTEGER_BITS[variable.type]
@@ -113,3 +108,4 @@ def _check_range(variable: Variable, number: float, where: str) -> None:
         raise InputError(
             f"{where}: {number:g}{unit} is above its maximum; give at most {variable.max:g}{unit}"
         )
+    return number

@@ -18,7 +18,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.fmus.packaging.cache import remembered
-from warmlink.orchestration.system import archive
+from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import (
     TYPES,
     Capabilities,
@@ -29,15 +29,6 @@ from warmlink.orchestration.system.model import (
     Variable,
 )
 from warmlink.orchestration.system.units import definitions_of_units
-from warmlink.orchestration.system.xml import (
-    any_number,
-    integer,
-    number,
-    optional,
-    parse_xml,
-    required,
-    truth,
-)
 from warmlink.orchestration.text_files import is_file
 
 _MOST_ELEMENTS = 100_000
@@ -45,13 +36,13 @@ _MOST_ELEMENTS = 100_000
 
 # The attribute that tells each capability, in FMI 2.0 and in 3.0; one of them may not know it.
 _FLAGS = {
-    "variable_step": ("canHandleVariableCommunicationStepSize", "canHandleVariableCommunicationStepSize"),
-    "once_per_process": ("canBeInstantiatedOnlyOncePerProcess", "canBeInstantiatedOnlyOncePerProcess"),
+    "variable_step": ("canHandleVariableCommunicationStepSize",) * 2,
+    "once_per_process": ("canBeInstantiatedOnlyOncePerProcess",) * 2,
     "get_set_state": ("canGetAndSetFMUstate", "canGetAndSetFMUState"),
     "serialize_state": ("canSerializeFMUstate", "canSerializeFMUState"),
     "directional_derivatives": ("providesDirectionalDerivative", "providesDirectionalDerivatives"),
-    "interpolate_inputs": ("canInterpolateInputs", "canInterpolateInputs"),
-    "intermediate_update": ("providesIntermediateUpdate", "providesIntermediateUpdate"),
+    "interpolate_inputs": ("canInterpolateInputs",) * 2,
+    "intermediate_update": ("providesIntermediateUpdate",) * 2,
 }
 
 
@@ -73,7 +64,9 @@ def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
     text = archive.read_member(fmu, "modelDescription.xml")
     # By what it says alone: FMUs of a system are unpacked into another folder for each run.
     said = hashlib.sha256(text).hexdigest()
-    found = remembered("descriptions", said, lambda: parse_description(parse_xml(text, where), fmu, where))
+    found = remembered(
+        "descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where)
+    )
     return replace(found, path=fmu)
 
 
@@ -92,22 +85,25 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         )
     variables, by_key, arrays = _read_variables(root, major, where)
     outputs = _outputs(root, major, by_key, where)
-    flags = {name: optional(slave, words[major - 2], truth, where) or False for name, words in _FLAGS.items()}
+    flags = {
+        name: xml.optional(slave, words[major - 2], xml.truth, where) or False
+        for name, words in _FLAGS.items()
+    }
     return ModelInfo(
         path=fmu,
         fmi_version=f"{major}.0",
-        model_name=required(root, "modelName", where),
-        model_identifier=required(slave, "modelIdentifier", where),
-        guid=required(root, "guid" if major == 2 else "instantiationToken", where),
+        model_name=xml.required(root, "modelName", where),
+        model_identifier=xml.required(slave, "modelIdentifier", where),
+        guid=xml.required(root, "guid" if major == 2 else "instantiationToken", where),
         description=root.get("description", ""),
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
         capabilities=Capabilities(**flags),
         default_experiment=DefaultExperiment(
-            optional(experiment, "startTime", number, where) or 0.0,
-            optional(experiment, "stopTime", number, where),
-            optional(experiment, "stepSize", number, where),
+            xml.optional(experiment, "startTime", xml.number, where) or 0.0,
+            xml.optional(experiment, "stopTime", xml.number, where),
+            xml.optional(experiment, "stepSize", xml.number, where),
         ),
         units=definitions_of_units(root.find("UnitDefinitions"), where),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
@@ -131,7 +127,7 @@ def _read_variables(
     sizes = {e.get("valueReference", ""): e.get("start", "") for e in elements}
     for index, element in enumerate(elements, start=1):
         variable = _variable(element, types, major, sizes, where)
-        for name in [variable.name, *(required(a, "name", where) for a in element.iterfind("Alias"))]:
+        for name in [variable.name, *(xml.required(a, "name", where) for a in element.iterfind("Alias"))]:
             scalars = _scalars(replace(variable, name=name), element, where, _MOST_ELEMENTS - len(variables))
             for scalar in scalars:
                 if scalar.name in variables:
@@ -175,23 +171,23 @@ def _typed(
 
 def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
     """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
-    name = required(element, "name", where)
+    name = xml.required(element, "name", where)
     typed, declared, attribute = _typed(element, types, major, where)
     kind, where = TYPES.get(typed.tag), f"{where}: {name}"
 
     def bound(key: str) -> float | None:
         text = attribute(key) if kind in ("Real", "Integer", "Enumeration") else None
-        value = math.inf if text is None else any_number(text, where)
+        value = math.inf if text is None else xml.any_number(text, where)
         return value if math.isfinite(value) else None
 
-    reference = integer(required(element, "valueReference", where), where)
+    reference = xml.integer(xml.required(element, "valueReference", where), where)
     if not 0 <= reference < 1 << 32:
         raise InputError(
             f"{where}: the valueReference {reference} is not between 0 and {(1 << 32) - 1}; "
             "export the FMU anew"
         )
     dimensions = tuple(
-        integer(d.get("start") or sizes.get(d.get("valueReference", "")) or "0", where)
+        xml.integer(d.get("start") or sizes.get(d.get("valueReference", "")) or "0", where)
         for d in element.iterfind("Dimension")
     )
     causality = element.get("causality", "local")
@@ -213,7 +209,10 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
         nominal=bound("nominal"),
         relative=kind == "Real" and attribute("relativeQuantity") in ("true", "1"),
         description=element.get("description", ""),
-        items={required(i, "name", where): integer(required(i, "value", where), where) for i in listed},
+        items={
+            xml.required(i, "name", where): xml.integer(xml.required(i, "value", where), where)
+            for i in listed
+        },
         dimensions=dimensions,
     )
 
@@ -239,10 +238,10 @@ def _starts(typed: Any, kind: ConnectorType, where: str, array: bool = False) ->
     if text is not None and not (array and texts):
         texts = text.split() if array else [text]
     if kind == "Real":
-        return [any_number(text, where) for text in texts]
+        return [xml.any_number(text, where) for text in texts]
     if kind in ("Integer", "Enumeration"):
-        return [integer(text, where) for text in texts]
-    return [truth(text, f"{where}: start") if kind == "Boolean" else text for text in texts]
+        return [xml.integer(text, where) for text in texts]
+    return [xml.truth(text, f"{where}: start") if kind == "Boolean" else text for text in texts]
 
 
 def _scalars(variable: Variable, element: Any, where: str, most: int) -> list[Variable]:
@@ -274,7 +273,7 @@ def _outputs(
     path, key = ("Outputs/Unknown", "index") if major == 2 else ("Output", "valueReference")
 
     def names(text: str) -> tuple[str, ...]:
-        reference = integer(text, where)
+        reference = xml.integer(text, where)
         if reference not in by_key:
             raise InputError(f"{where}: ModelStructure refers to variable {reference}, which is not declared")
         return by_key[reference]
@@ -283,5 +282,5 @@ def _outputs(
     for unknown in root.iterfind(f"ModelStructure/{path}"):
         texts = unknown.get("dependencies")
         known = None if texts is None else tuple(n for each in texts.split() for n in names(each))
-        found |= dict.fromkeys(names(required(unknown, key, where)), known)
+        found |= dict.fromkeys(names(xml.required(unknown, key, where)), known)
     return found

@@ -74,10 +74,8 @@ class Connection:
     @property
     def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
         """Names of component and variable at the giving and at the taking end."""
-        return (
-            (self.source_component, self.source_variable),
-            (self.target_component, self.target_variable),
-        )
+        giving = self.source_component, self.source_variable
+        return giving, (self.target_component, self.target_variable)
 
     @property
     def converts(self) -> bool:
@@ -108,10 +106,8 @@ class DefaultExperiment:
 class System(Answer):
     """Components by name, in the order given, and the connections between them.
 
-    Parameters
-    ----------
-    units : definitions of those connector units that no FMU of the system defines itself
-    remarks : what the standard lets a reader pass over and a person should hear of, one sentence each
+    `units` are those of connectors that no FMU of the system defines; `remarks` are sentences on what the
+    standard lets a reader pass over.
     """
 
     name: str
@@ -133,17 +129,14 @@ class Variable:
     Parameters
     ----------
     type : as the FMU writes it: `Real` in FMI 2.0, `Float64` in FMI 3.0, and so on
-    kind : the five types that connectors know; None for those that cannot be connected (Binary, Clock)
-    causality, variability, initial : with the standard's defaults filled in; `initial` is None where none
-        applies
-    unit : from the variable or from its declared type
-    start : as given, converted to a Python value; an Enumeration's is its integer
-    min, max, nominal : in `unit`; None where the FMU gives none
-    relative : whether the value is a difference (`relativeQuantity`), to which unit offsets do not apply
+    kind : the type of connectors; None for those that cannot be connected (Binary, Clock)
+    causality, variability, initial : with the standard's defaults; `initial` is None where none applies
+    start, min, max, nominal : in `unit`, which may be of the declared type; an Enumeration's is its integer
+    relative : whether the value is a difference, to which unit offsets do not apply
     items : names of an Enumeration's items with their integers
     dimensions : sizes of an array that is not taken apart; empty for all others
-    element, elements : place in an array, counted from 0 row by row, and how many elements the array has. All
-        have the array's value reference, and are exchanged together.
+    element, elements : place in an array, counted from 0 row by row, of so many elements, which have one
+        value reference, and are exchanged together
     """
 
     name: str
@@ -196,7 +189,6 @@ class ModelInfo:
     arrays : names of the elements by the name of their array
     outputs : names, in the order of ModelStructure
     dependencies : for each output the names it depends on; None where the FMU declares nothing: all
-    log_categories : what it may be asked to log; empty where it declares nothing
     accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
     """
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.system.archive import extract, file_digest
+from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -28,13 +28,8 @@ from warmlink.orchestration.system.xml import parse_xml, to_bytes
 DESCRIPTION = "modelDescription.xml"
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What a system asks of a variable of a part: causality, unit; `exact`: no other unit of its quantity."""
-
-    causality: str
-    unit: Unit | None
-    exact: bool = False
+Asked = tuple[str, Unit | None]
+"""Causality and unit that a system asks of a variable."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +52,29 @@ class Replacements:
                 raise InputError(f"--map {name}: is of no part that --replace names; {instead(name, pairs)}")
         return cls({instance: Path(path) for instance, path in pairs.items()}, renamed)
 
-    def fmu(self, instance: str, asked: Mapping[str, Asked], interface: str) -> Path:
+    def fmu(
+        self,
+        instance: str,
+        interface: str,
+        asked: Mapping[str, Asked],
+        ends: Iterable[str],
+        scored: Collection[str] = (),
+    ) -> Path:
         """File of the FMU that replaces an instance, under the names that are asked for.
 
-        `asked` is by the variable's name; `interface` names the component that is replaced. Raises InputError
-        with everything that does not fit.
+        `interface` names the component that is replaced, `asked` is by the names of its variables, `ends` are
+        full names of those in use; what is `scored` must have the unit itself, others any of its quantity.
+        Raises InputError with everything that does not fit.
         """
         path = self.fmus[instance]
         info = read_description(path)
-        own = {name: self.names.get(f"{instance}.{name}", name) for name in asked}
-        problems = [(name, fault) for name, each in asked.items() for fault in _faults(info, own[name], each)]
+        used = {name: end for end in ends for name in asked if end == f"{instance}.{name}"}
+        own = {name: self.names.get(end, name) for name, end in used.items()}
+        problems = [
+            (name, fault)
+            for name, end in used.items()
+            for fault in _faults(info, own[name], *asked[name], end in scored)
+        ]
         problems += [
             (name, f"is another variable of {path.name}, so that {other} cannot be called so")
             for name, other in own.items()
@@ -83,22 +91,19 @@ class Replacements:
 
     def in_system(self, system: System) -> System:
         """A system with its parts replaced; raises InputError where one does not fit."""
-        parts = dict(system.components)
+        parts, links = dict(system.components), system.connections
+        ends = [end for each in links for end in (each.source, each.target)]
         for instance in self.fmus:
             if instance not in parts:
                 raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
             before = read_description(parts[instance].fmu)
-            ends = [link.ends[side] for side in (0, 1) for link in system.connections]
             asked = {
-                name: Asked(before.variables[name].causality, own_unit(before, before.variables[name]))
-                for part, name in ends
-                if part == instance
+                name: (each.causality, own_unit(before, each)) for name, each in before.variables.items()
             }
-            parts[instance] = component(instance, self.fmu(instance, asked, before.model_name))
-        touched = [c for c in system.connections if any(name in self.fmus for name, _ in c.ends)]
+            parts[instance] = component(instance, self.fmu(instance, before.model_name, asked, ends))
+        touched = [each for each in links if any(name in self.fmus for name, _ in each.ends)]
         anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))
-        links = tuple(anew.get(each, each) for each in system.connections)
-        return replace(system, components=parts, connections=links)
+        return replace(system, components=parts, connections=tuple(anew.get(each, each) for each in links))
 
 
 NOTHING_REPLACED = Replacements({}, {})
@@ -111,42 +116,35 @@ def _pair(text: str, option: str, example: str) -> tuple[str, str]:
     return name, value
 
 
-def _faults(info: ModelInfo, name: str, asked: Asked) -> Iterator[str]:
-    """What is wrong with a variable of an FMU."""
-    unit = "" if asked.unit is None else f" [{asked.unit.name}]"
+def _faults(info: ModelInfo, name: str, causality: str, asked: Unit | None, exact: bool) -> Iterator[str]:
+    """What is wrong with a variable of an FMU; `exact`: no other unit of the quantity will do."""
+    unit = "" if asked is None else f" [{asked.name}]"
     if name not in info.variables:
-        yield f"is missing: an {asked.causality}{unit}"
+        yield f"is missing: an {causality}{unit}"
         return
     found = info.variables[name]
-    if found.causality != asked.causality:
-        yield f"is of causality {found.causality}, but an {asked.causality}{unit} is needed"
+    if found.causality != causality:
+        yield f"is of causality {found.causality}, but an {causality}{unit} is needed"
     own = own_unit(info, found)
-    if own is not None and asked.unit is not None:
+    if own is not None and asked is not None:
         try:
-            factor = conversion(own, asked.unit)
+            if not conversion(own, asked).identity and exact:
+                yield f"is in {own.name}, but the score is made in{unit}"
         except QuantityError:
             yield f"is in {own.name}, but{unit} is needed"
-        else:
-            if asked.exact and not factor.identity:
-                yield f"is in {own.name}, but the score is made in{unit}"
 
 
 def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     """Copy of an FMU in the cache with other names of variables."""
-    key = hashlib.sha256(json.dumps([file_digest(fmu), sorted(names.items())]).encode()).hexdigest()[:16]
-    folder = cache_folder() / "renamed" / key
-    target = folder / fmu.name
-    if target.is_file():
-        return target
-    extract(fmu, folder / "files")
-    files = {
-        path.relative_to(folder / "files").as_posix(): path.read_bytes()
-        for path in (folder / "files").rglob("*")
-        if path.is_file()
-    }
-    root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
-    for element in root.find("ModelVariables").iter():
-        if element.get("name") in names:
-            element.set("name", names[element.get("name")])
-    write_archive(target, {**files, DESCRIPTION: to_bytes(root)})
+    folder = unpack(fmu, cache_folder() / "renamed")
+    key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
+    target = folder.with_name(f"{folder.name}-{key}") / fmu.name
+    if not target.is_file():
+        found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+        files = {name: path.read_bytes() for name, path in found.items()}
+        root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
+        for element in root.find("ModelVariables").iter():
+            if element.get("name") in names:
+                element.set("name", names[element.get("name")])
+        write_archive(target, {**files, DESCRIPTION: to_bytes(root)})
     return target

@@ -4,22 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
+from functools import cached_property
 from pathlib import Path
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
-from warmlink.fmus.packaging.flags import flag_of
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System, Value
-from warmlink.orchestration.system.tree import Ports
+from warmlink.orchestration.system.write import Ports
 
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""
+
+
+PARTS = {
+    **{"duty": "DutyCycle", "motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"},
+    **{"sensors": "TemperatureSensors", "camera": "DriftCamera", COMPENSATOR: ""},
+}
+"""Component behind each instance of the shipped systems; empty: a controller."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +43,7 @@ class Blueprint:
     instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
     shown_drive : start values of inputs with which the shipped SSP does something by itself
     ports : what a larger system that holds this one exchanges with it
+    foreign : FMUs that came with the system, by what `components` calls them
     """
 
     name: str
@@ -46,6 +56,29 @@ class Blueprint:
     instruments: Mapping[str, str] = field(default_factory=dict)
     shown_drive: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     ports: Ports | None = None
+    foreign: Mapping[str, Path] = field(default_factory=dict)
+
+    @property
+    def kinds(self) -> set[str]:
+        """Names of warmlink's components that the system needs, without the controllers."""
+        return {kind for kind in self.components.values() if kind} - self.foreign.keys()
+
+    @cached_property
+    def reduced(self) -> Mapping[str, Component]:
+        """Links that `warmlink reduce` made, among the FMUs that came with the system."""
+        found = {kind: catalogue.reduced_link_in(path) for kind, path in self.foreign.items()}
+        return {kind: each for kind, each in found.items() if each is not None}
+
+    def declared(self, law: Component) -> dict[str, Component]:
+        """Declaration of each instance that is a component of warmlink, with the controllers' law."""
+        known = {**catalogue.components(), **self.reduced, law.name: law}
+        kinds = self.components_with(law.name)
+        return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
+
+    def called(self, short: str) -> list[str]:
+        """Instances that correspond to one of the shipped systems': for `motor` all motors."""
+        kinds = {PARTS.get(short), *(self.reduced if short == "link" else ())}
+        return [instance for instance, each in self.components.items() if each in kinds]
 
     def components_with(self, controller: str | None) -> dict[str, str]:
         """Component behind each instance, once the controller's component is known."""
@@ -69,8 +102,13 @@ class Blueprint:
         """The system as one component.
 
         The component of the compensator is chosen with the controller; start values are by instance and
-        variable, in SI units.
+        variable, in SI units. InputError if FMUs that came with the system are in it.
         """
+        if self.foreign:
+            raise InputError(
+                f"{self.name}: contains foreign FMUs ({', '.join(self.foreign)}), whose equations are not "
+                "known; run it with a master instead"
+            )
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
         parts = {name: kinds[kind] for name, kind in self.components.items()}
         joined = join(self.name, parts, self.wires, self.about)
@@ -93,14 +131,15 @@ class Blueprint:
         The component of the compensator is chosen with the controller. InputError if a value is meant for an
         instance that the system does not have, or an end, a value or a unit does not fit the FMUs.
         """
-        files = {instance: fmus[kind] for instance, kind in self.components_with(controller).items()}
+        known = {**self.foreign, **fmus}
+        files = {instance: known[kind] for instance, kind in self.components_with(controller).items()}
         wires = (*self.wires, *_flag_wires(files, self.wires))
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)
         return replace(assemble(self.name, files, wires, values or {}), default_experiment=experiment)
 
 
 def _flag_wires(files: Mapping[str, Path], wires: Iterable[Wire]) -> Iterator[Wire]:
-    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.flags`)."""
+    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.views`)."""
     known = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
     for source, target in wires:
         flags = flag_of(source), flag_of(target)
@@ -112,17 +151,28 @@ def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
     return tuple((source, target) for target in targets)
 
 
+_SENSED = (
+    "motor.shaft_temperature",
+    "motor.winding_temperature",
+    "link.base_temperature",
+    "link.sensor_temperature[2]",
+    "link.tip_temperature",
+    *(f"link.sensor_temperature[{i}]" for i in (4, 5, 6)),
+)
+_SHOWN = (
+    ("link", "elongation"),
+    (COMPENSATOR, "correction"),
+    ("camera", "measured_drift"),
+    ("camera", "drift_valid"),
+    *(("sensors", f"reading[{i}]") for i in range(1, 9)),
+)
+_READ = ("shaft", "winding", "base", "middle", "tip")
+"""What the channels of the cell's sensors read, and what the compensator calls the first five."""
+
 WARMUP_CELL = Blueprint(
     name="WarmupCell",
     about="duty -> motor <-> link -> sensors and camera <-> compensator",
-    components={
-        "duty": "DutyCycle",
-        "motor": "MotorHeatSource",
-        "link": "ThermalLink",
-        "sensors": "TemperatureSensors",
-        "camera": "DriftCamera",
-        COMPENSATOR: "",
-    },
+    components={name: kind for name, kind in PARTS.items() if name != "heater"},
     wires=(
         *_fan("duty.speed", "motor.speed", "link.speed", "camera.speed", "compensator.speed"),
         *_fan("duty.torque", "motor.torque", "compensator.torque"),
@@ -138,35 +188,15 @@ WARMUP_CELL = Blueprint(
         ("duty.pad_temperature", "motor.pad_temperature"),
         ("duty.pad_power", "motor.pad_power"),
         *WIRES,
-        ("motor.shaft_temperature", "sensors.temperature[1]"),
-        ("motor.winding_temperature", "sensors.temperature[2]"),
-        ("link.base_temperature", "sensors.temperature[3]"),
-        ("link.sensor_temperature[2]", "sensors.temperature[4]"),
-        ("link.tip_temperature", "sensors.temperature[5]"),
-        ("link.sensor_temperature[4]", "sensors.temperature[6]"),
-        ("link.sensor_temperature[5]", "sensors.temperature[7]"),
-        ("link.sensor_temperature[6]", "sensors.temperature[8]"),
-        ("sensors.reading[1]", "compensator.shaft_temperature"),
-        ("sensors.reading[2]", "compensator.winding_temperature"),
-        ("sensors.reading[3]", "compensator.base_temperature"),
-        ("sensors.reading[4]", "compensator.middle_temperature"),
-        ("sensors.reading[5]", "compensator.tip_temperature"),
+        *((source, f"sensors.temperature[{i}]") for i, source in enumerate(_SENSED, 1)),
+        *((f"sensors.reading[{i}]", f"compensator.{name}_temperature") for i, name in enumerate(_READ, 1)),
         ("link.elongation", "camera.elongation"),
         ("compensator.correction", "camera.correction"),
         ("camera.measured_drift", "compensator.measured_drift"),
         ("camera.drift_valid", "compensator.drift_valid"),
     ),
     stop_time=7200.0,
-    ports=Ports(
-        drivers=("duty",),
-        shown=(
-            ("link", "elongation"),
-            (COMPENSATOR, "correction"),
-            ("camera", "measured_drift"),
-            ("camera", "drift_valid"),
-            *(("sensors", f"reading[{i}]") for i in range(1, 9)),
-        ),
-    ),
+    ports=Ports(("duty",), _SHOWN),
 )
 
 BENCH_ROD = Blueprint(

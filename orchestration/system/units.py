@@ -18,15 +18,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.system.xml import (
-    children,
-    integer,
-    number,
-    only_child,
-    optional,
-    required,
-    sub_element,
-)
+from warmlink.orchestration.system import xml
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -36,13 +28,10 @@ ZERO_CELSIUS = 273.15
 _SPELLINGS = {
     "Ohm": "ohm",
     "degree_C": "degC",
-    "rad": "plane_rad",
     "mrad": "mplane_rad",
     "urad": "uplane_rad",
     "µrad": "uplane_rad",
-    "deg": "plane_deg",
-    "rev": "plane_rev",
-    "rpm": "plane_rpm",
+    **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
 }
 _PLANE_ANGLES = (
     "plane_rad = [angle]",
@@ -113,8 +102,7 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
     """Give the conversion between two units of one quantity; where one has no exponents its name is read.
 
     Offsets do not apply to a `difference`: 5 degC of difference are 5 K. QuantityError if the units measure
-    different quantities (the caller adds where, and what to do), InputError if one is neither defined nor
-    known.
+    different quantities (the caller adds where, and what to do), InputError if one is not known.
     """
     if source.name == target.name and (source.exponents is None or target.exponents is None):
         return IDENTITY
@@ -134,22 +122,22 @@ def meaning(unit: Unit) -> Unit:
 
 def read_unit(element: Any, where: str) -> Unit:
     """Give the unit that a `Unit` element of FMI or SSP defines."""
-    name = required(element, "name", where)
-    base = only_child(element, "BaseUnit")
+    name = xml.required(element, "name", where)
+    base = xml.only_child(element, "BaseUnit")
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
-    exponents = tuple(optional(base, key, integer, where) or 0 for key in BASE_UNITS)
-    factor = optional(base, "factor", number, where)
+    exponents = tuple(xml.optional(base, key, xml.integer, where) or 0 for key in BASE_UNITS)
+    factor = xml.optional(base, "factor", xml.number, where)
     if factor == 0:
         raise InputError(f"{where}: its factor is 0, which converts nothing; give the factor to SI units")
-    offset = optional(base, "offset", number, where) or 0.0
+    offset = xml.optional(base, "offset", xml.number, where) or 0.0
     return Unit(name, exponents, 1.0 if factor is None else factor, offset)
 
 
 def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
     """Give the units that an element of FMI or SSP defines, by name; none where it is None."""
-    return {unit.name: unit for unit in (read_unit(child, where) for child in children(held, "Unit"))}
+    return {unit.name: unit for unit in (read_unit(child, where) for child in xml.children(held, "Unit"))}
 
 
 @lru_cache(maxsize=512)
@@ -213,9 +201,9 @@ def _registry() -> Any:
 def unit_elements(root: Any, prefix: str, units: Iterable[Unit]) -> None:
     """Add a `Units` element with the definitions of some units, by name; nothing where there are none."""
     ordered = sorted(units, key=lambda unit: unit.name)
-    held = sub_element(root, prefix, "Units") if ordered else None
+    held = xml.sub_element(root, prefix, "Units") if ordered else None
     for unit in map(meaning, ordered):
         shown = dict(zip(BASE_UNITS, (each or None for each in unit.exponents or ()), strict=True))
         scale = None if unit.factor == 1.0 else unit.factor
-        child = sub_element(held, "ssc", "Unit", name=unit.name)
-        sub_element(child, "ssc", "BaseUnit", **shown, factor=scale, offset=unit.offset or None)
+        child = xml.sub_element(held, "ssc", "Unit", name=unit.name)
+        xml.sub_element(child, "ssc", "BaseUnit", **shown, factor=scale, offset=unit.offset or None)

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.packaging.views import flag_of
+from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.assemble import check_system
-from warmlink.orchestration.system.check import own_unit, variable_of
-from warmlink.orchestration.system.description import Variable, read_description
-from warmlink.orchestration.system.model import Component, Connector, DefaultExperiment, System, Value
+from warmlink.orchestration.system.description import read_description
+from warmlink.orchestration.system.drawing import Box, boxes, longer_side, places
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connector, System, Value, Variable
+from warmlink.orchestration.system.ssp.net import Edge, Net, Node, edge_of, net_of
+from warmlink.orchestration.system.ssp.net import Path as Place
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
-from warmlink.orchestration.system.tree import (
-    Box,
-    Ports,
-    SystemConnector,
-    Tree,
-    boxes,
-    longer_side,
-    opened,
-    places,
-    tree_of,
-    with_connectors,
-)
+from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.units import Unit, meaning, unit_elements
 from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 
@@ -34,11 +29,23 @@ from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 PARAMETER_SET = "parameters"
 OMS = "org.openmodelica"
 
-_Shown = tuple[str, str, Component, Connector]
-"""A connector's name and kind, and the component's connector whose type and unit it has."""
+End = tuple[str, str]
+"""Name of a component and of one of its variables."""
 
 
-def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> None:
+@dataclass(frozen=True)
+class Ports:
+    """What a system exchanges with a larger one that holds it.
+
+    An input of the system takes the place of each output of the `drivers`, which are left out; outputs of the
+    system pass on what is `shown`, as `("link", "elongation")`.
+    """
+
+    drivers: tuple[str, ...]
+    shown: tuple[End, ...]
+
+
+def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nested: bool = False) -> None:
     """Write a system with its FMUs into one SSP file, whole or not at all; equal systems give equal bytes.
 
     Each component is bound to a parameter set of its own under `resources`. A connection that is more
@@ -49,176 +56,226 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None) -> N
     system : what to write
     path : the .ssp file
     ports : what the system exchanges with a larger one; without, it runs by itself
+    nested : with a system inside it for each name before a dot, so that `axis1.link` becomes the component
+        `link` of the system `axis1`, whose connectors pass on what crosses its bounds
 
     Raises
     ------
     InputError
-        If the system does not fit its FMUs, or two FMUs define one unit differently.
+        If the system does not fit its FMUs, two FMUs define one unit differently, or a name before a dot is
+        that of a component too.
     """
-    system = _checked(system)
-    _write(*((system, tree_of(system)) if ports is None else opened(system, ports)), Path(path))
-
-
-def write_nested_ssp(system: System, path: Path) -> None:
-    """Write a system as `write_ssp` does, but with a system inside it for each name before a dot.
-
-    A component `axis1.link` becomes the component `link` of the system `axis1`, whose connectors pass on what
-    crosses its bounds; InputError if a name before a dot is that of a component too. Reading makes it flat
-    again.
-    """
-    system = _checked(system)
-    _write(system, tree_of(system, nested=True), path)
-
-
-def _checked(system: System) -> System:
-    system = with_connectors(system)
+    system = _with_connectors(system)
     check_system(system)
-    return system
-
-
-def _write(system: System, tree: Tree, path: Path) -> None:
-    files = _Files(system.components.values())
-    entries = {"SystemStructure.ssd": to_bytes(_Document(system, files).root(tree))}
-    for held in system.components.values():
+    document = _Document(*((system, net_of(system, nested)) if ports is None else _opened(system, ports)))
+    entries = {"SystemStructure.ssd": to_bytes(document.root())}
+    for name, held in document.system.components.items():
         if held.values:
-            entries[files.parameters[held.name]] = to_bytes(_ssv(held, system))
-        entries[files.fmus[held.fmu]] = held.fmu.read_bytes()
-    write_archive(path, entries)
+            entries[document.parameters[name]] = to_bytes(document.parameter_set(held))
+        entries[document.fmus[held.fmu]] = held.fmu.read_bytes()
+    write_archive(Path(path), entries)
 
 
-class _Files:
-    """What each FMU and each parameter set is called inside the SSP.
+def _with_connectors(system: System) -> System:
+    """Give the system with connectors everywhere: those who read the file connect nothing else."""
+    fed = {link.ends[1] for link in system.connections}
+    parts = {
+        name: held if held.connectors else replace(held, connectors=_connectors(held, fed))
+        for name, held in system.components.items()
+    }
+    for link in system.connections:
+        for name, connector in link.ends:
+            if name in parts and connector not in {c.name for c in parts[name].connectors}:
+                raise InputError(
+                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
+                )
+    return replace(system, components=parts)
 
-    Only letters, digits, dot, hyphen and underscore, because some readers do not decode a URI, and never
-    two names that differ in capitals alone, because some file systems do not tell them apart.
-    """
 
-    def __init__(self, components: Iterable[Component]) -> None:
-        self._taken: set[str] = set()
-        self.fmus: dict[Path, str] = {}
-        self.parameters: dict[str, str] = {}
-        for held in components:
-            if held.fmu not in self.fmus:
-                self.fmus[held.fmu] = self._free(held.fmu.stem, ".fmu")
-            self.parameters[held.name] = self._free(held.name, ".ssv")
+def _connectors(held: Component, fed: set[End]) -> tuple[Connector, ...]:
+    """Connect outputs, given parameters and what is fed: some tools feed 0 to every other input listed."""
+    return tuple(
+        Connector(v.name, kind, v.kind, v.unit)
+        for v in read_description(held.fmu).variables.values()
+        for kind in CONNECTOR_KINDS
+        if kind == v.causality
+        and v.kind is not None
+        and not v.dimensions
+        and (kind == "output" or ((held.name, v.name) in fed if kind == "input" else v.name in held.values))
+    )
 
-    def _free(self, stem: str, suffix: str) -> str:
-        plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
-        name, number = f"resources/{plain}{suffix}", 2
-        while name.casefold() in self._taken:
-            name, number = f"resources/{plain}-{number}{suffix}", number + 1
-        self._taken.add(name.casefold())
-        return name
+
+def _opened(system: System, ports: Ports) -> tuple[System, Net]:
+    """Give a system without its drivers, and its net with the connectors that take their place."""
+    kept = {name: held for name, held in system.components.items() if name not in ports.drivers}
+    cut = [c for c in system.connections if c.source_component not in kept]
+    links = tuple(c for c in system.connections if c.source_component in kept)
+    inner = replace(system, components=kept, connections=links)
+    net = net_of(inner)
+    top, given = net.elements[()], _names(link.ends[0] for link in cut)
+    for link in cut:
+        edge = replace(edge_of(link), source=Node((), given[link.ends[0]]))
+        taking = net.elements[edge.target.path].connectors[edge.target.connector]
+        top.connectors.setdefault(edge.source.connector, replace(taking, kind="input"))
+        top.connections.append(edge)
+    flags = [(name, flag_of(variable)) for name, variable in ports.shown]
+    there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
+    for (name, variable), shown in _names((*ports.shown, *there)).items():
+        top.connectors[shown] = replace(net.elements[(name,)].connectors[variable], kind="output")
+        top.connections.append(Edge(Node((name,), variable), Node((), shown)))
+    return inner, net
+
+
+def _names(ends: Iterable[End]) -> dict[End, str]:
+    """Name of the connector for each end: its variable's, with the component's where two would be equal."""
+    found = list(dict.fromkeys(ends))
+    count = Counter(variable for _, variable in found)
+    return {(name, v): v if count[v] == 1 else f"{name}_{v}" for name, v in found}
 
 
 class _Document:
-    """An SSD being written: which enumerations and units its elements have named so far."""
+    """An SSD being written: names of its files, and the enumerations and units that it has named so far.
 
-    def __init__(self, system: System, files: _Files) -> None:
-        self.system = system
-        self.files = files
+    Files are named by letters, digits, dot, hyphen and underscore alone, because some readers do not decode a
+    URI, and no two differ in capitals alone, because some file systems do not tell these apart.
+    """
+
+    def __init__(self, system: System, net: Net) -> None:
+        self.system, self.net, self.resolver = system, net, Resolver(net)
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
+        self.fmus: dict[Path, str] = {}
+        self.parameters: dict[str, str] = {}
+        taken: set[str] = set()
+        for held in system.components.values():
+            if held.fmu not in self.fmus:
+                self.fmus[held.fmu] = _free(held.fmu.stem, ".fmu", taken)
+            self.parameters[held.name] = _free(held.name, ".ssv", taken)
 
-    def root(self, tree: Tree) -> Any:
+    def root(self) -> Any:
         """Give the whole document."""
-        root = element(
-            "ssd",
-            "SystemStructureDescription",
-            version="1.0",
-            name=self.system.name,
-            generationTool="warmlink",
-            generationDateAndTime=f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
-        )
-        self.add(root, self.system.name, tree)
+        made = {
+            "generationTool": "warmlink",
+            "generationDateAndTime": f"{release.generated():%Y-%m-%dT%H:%M:%SZ}",
+        }
+        root = element("ssd", "SystemStructureDescription", version="1.0", name=self.system.name, **made)
+        self._add_system(root, ())
         held = sub_element(root, "ssd", "Enumerations") if self.enumerations else None
         for name, items in self.enumerations.items():
             child = sub_element(held, "ssc", "Enumeration", name=name)
             for item, number in items.items():
                 sub_element(child, "ssc", "Item", name=item, value=number)
         unit_elements(root, "ssd", self.units.values())
-        _experiment(root, self.system.default_experiment)
+        proposed = self.system.default_experiment
+        stop = None if proposed.stop_time is None else float(proposed.stop_time)
+        times = {"startTime": float(proposed.start_time), "stopTime": stop}
+        _libcosim_step(sub_element(root, "ssd", "DefaultExperiment", **times), proposed.step_size)
         return root
 
-    def add(self, parent: Any, name: str, tree: Tree, box: Box | None = None) -> None:
+    def parameter_set(self, held: Component) -> Any:
+        """Give the document of a component's start values."""
+        (path,) = (path for path in self.net.components if ".".join(path) == held.name)
+        values: dict[str, Value | Parameter] = {}
+        for name, value in held.values.items():
+            variable, unit = self._variable(Node(path, name))
+            if variable.kind == "Real":
+                values[name] = Parameter(name, "Real", float(value), unit)
+            elif variable.kind == "Enumeration":
+                item = next((item for item, number in variable.items.items() if number == value), None)
+                if item is None:
+                    raise InputError(f"{name}: {value} is no item of its enumeration; give one of its items")
+                values[name] = Parameter(name, "Enumeration", item)
+            else:
+                values[name] = value
+        return parameter_set_element(PARAMETER_SET, values)
+
+    def _add_system(self, parent: Any, path: Place, box: Box | None = None) -> None:
         """Add a system with all that is in it, to be drawn in a box of the system around it."""
-        child = sub_element(parent, "ssd", "System", name=name)
-        self._connectors(child, [self._shown(shown) for shown in tree.connectors], box)
+        net = self.net
+        child = sub_element(parent, "ssd", "System", name=path[-1] if path else self.system.name)
+        self._add_connectors(child, path, box)
         elements = sub_element(child, "ssd", "Elements")
-        inside: dict[str, Component | Tree] = {**tree.components, **tree.systems}
+        inside = sorted(net.inside[path], key=lambda inner: net.elements[inner].fmu is None)
+        edges = net.elements[path].connections
         drawn = boxes(
-            {inner: longer_side(c.kind for c in held.connectors) for inner, held in inside.items()},
-            ((".".join(e.source.path), ".".join(e.target.path)) for e in tree.edges),
+            {inner: longer_side(c.kind for c in net.elements[inner].connectors.values()) for inner in inside},
+            ((edge.source.path, edge.target.path) for edge in edges),
         )
-        for inner, held in tree.components.items():
-            self._component(elements, inner, held, drawn[inner])
-        for inner, below in tree.systems.items():
-            self.add(elements, inner, below, drawn[inner])
-        links = sub_element(child, "ssd", "Connections") if tree.edges else None
-        for edge in tree.edges:
-            change = edge.transformation
-            ends = {
-                f"{end}{what}": name
-                for end, node in zip(("start", "end"), edge.ends, strict=True)
-                for what, name in (("Element", ".".join(node.path) or None), ("Connector", node.connector))
-            }
+        for inner in inside:
+            add = self._add_system if net.elements[inner].fmu is None else self._add_component
+            add(elements, inner, drawn[inner])
+        links = sub_element(child, "ssd", "Connections") if edges else None
+        for edge in edges:
+            change, ends = edge.transformation, {}
+            for end, node in zip(("start", "end"), edge.ends, strict=True):
+                ends[f"{end}Element"] = None if node.path == path else node.path[-1]
+                ends[f"{end}Connector"] = node.connector
             suppress = None if change is None else True
             drawn_link = sub_element(links, "ssd", "Connection", **ends, suppressUnitConversion=suppress)
             if change is not None:
-                sub_element(
-                    drawn_link, "ssc", "LinearTransformation", factor=change.factor, offset=change.offset
-                )
+                scale = {"factor": change.factor, "offset": change.offset}
+                sub_element(drawn_link, "ssc", "LinearTransformation", **scale)
         _fixed_step_master(child, self.system.default_experiment.step_size)
 
-    def _shown(self, shown: SystemConnector) -> _Shown:
-        component, variable = shown.source
-        held = self.system.components[component]
-        return shown.name, shown.kind, held, next(c for c in held.connectors if c.name == variable)
-
-    def _component(self, elements: Any, name: str, held: Component, box: Box) -> None:
-        source, kind = self.files.fmus[held.fmu], "application/x-fmu-sharedlibrary"
-        child = sub_element(elements, "ssd", "Component", name=name, type=kind, source=source)
-        self._connectors(child, [(each.name, each.kind, held, each) for each in held.connectors], box)
+    def _add_component(self, elements: Any, path: Place, box: Box | None) -> None:
+        held = self.system.components[".".join(path)]
+        source, kind = self.fmus[held.fmu], "application/x-fmu-sharedlibrary"
+        child = sub_element(elements, "ssd", "Component", name=path[-1], type=kind, source=source)
+        self._add_connectors(child, path, box)
         if held.values:
             bindings = sub_element(child, "ssd", "ParameterBindings")
-            sub_element(bindings, "ssd", "ParameterBinding", source=self.files.parameters[held.name])
+            sub_element(bindings, "ssd", "ParameterBinding", source=self.parameters[held.name])
 
-    def _connectors(self, parent: Any, shown: Sequence[_Shown], box: Box | None) -> None:
+    def _add_connectors(self, parent: Any, path: Place, box: Box | None) -> None:
         """Add connectors, each with the type and the unit of a component's, and the box of their element."""
+        shown = self.net.elements[path].connectors
         held = sub_element(parent, "ssd", "Connectors") if shown else None
-        for (name, kind, component, source), place in zip(shown, places([s[1] for s in shown]), strict=True):
-            child = sub_element(held, "ssd", "Connector", name=name, kind=kind)
-            self._type(child, component, source)
+        for (name, each), place in zip(shown.items(), places([c.kind for c in shown.values()]), strict=True):
+            child = sub_element(held, "ssd", "Connector", name=name, kind=each.kind)
+            self._add_type(child, Node(path, name))
             if place is not None:
                 sub_element(child, "ssd", "ConnectorGeometry", x=place[0], y=place[1])
         if box is not None:
             sub_element(parent, "ssd", "ElementGeometry", x1=box[0], y1=box[1], x2=box[2], y2=box[3])
 
-    def _type(self, connector: Any, held: Component, source: Connector) -> None:
-        info, where = read_description(held.fmu), f"{held.name}.{source.name}"
-        variable = variable_of(info, source.name, where)
-        if source.type == "Enumeration":
+    def _add_type(self, connector: Any, node: Node) -> None:
+        """Add the type of a component's connector, or of the one whose values a system's connector has."""
+        info = self.net.info(node)
+        while info is None:
+            before = self.net.into.get(node)
+            node = before.source if before else self.net.onward[node][0][-1].target
+            info = self.net.info(node)
+        variable, unit = self._variable(node)
+        declared = self.net.declared(node)
+        kind = declared.type if declared and declared.type else variable.kind
+        if kind == "Enumeration":
             if variable.items:
-                enumeration = f"{info.model_name}.{source.name}"
+                enumeration = f"{info.model_name}.{node.connector}"
                 self.enumerations[enumeration] = variable.items
                 sub_element(connector, "ssc", "Enumeration", name=enumeration)
             return
-        unit = _unit(self.system, held, variable)
-        sub_element(connector, "ssc", source.type, unit=None if unit is None else unit.name)
+        sub_element(connector, "ssc", str(kind), unit=None if unit is None else unit.name)
         if unit is not None and self.units.setdefault(unit.name, unit) != unit:
-            raise InputError(f"{where}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
+            raise InputError(f"{node}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
+
+    def _variable(self, node: Node) -> tuple[Variable, Unit | None]:
+        """Give a variable, and its unit with its meaning; None where there is none, or no known meaning."""
+        variable, unit = self.resolver.variable(node)
+        try:
+            return variable, None if unit is None else meaning(unit)
+        except InputError:
+            # An SSD may only name units that it can define; a reader takes it from the FMU then.
+            return variable, None
 
 
-def _unit(system: System, held: Component, variable: Variable) -> Unit | None:
-    """Give a variable's unit with its meaning; None where there is none, or it has no known meaning."""
-    declared = next((c.unit for c in held.connectors if c.name == variable.name), None)
-    named = system.units.get(declared, Unit(declared)) if declared else None
-    unit = own_unit(read_description(held.fmu), variable, named)
-    try:
-        return None if unit is None else meaning(unit)
-    except InputError:
-        # An SSD may only name units that it can define; a reader takes it from the FMU then.
-        return None
+def _free(stem: str, suffix: str, taken: set[str]) -> str:
+    """Name of a file inside the SSP that is not taken, and is now."""
+    plain = re.sub(r"[^A-Za-z0-9._-]", "_", stem)
+    name, number = f"resources/{plain}{suffix}", 2
+    while name.casefold() in taken:
+        name, number = f"resources/{plain}-{number}{suffix}", number + 1
+    taken.add(name.casefold())
+    return name
 
 
 def _fixed_step_master(system: Any, step: float | None) -> None:
@@ -230,30 +287,10 @@ def _fixed_step_master(system: Any, step: float | None) -> None:
         sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **settings)
 
 
-def _experiment(root: Any, experiment: DefaultExperiment) -> None:
-    start, stop, step = experiment.start_time, experiment.stop_time, experiment.step_size
-    times = {"startTime": float(start), "stopTime": None if stop is None else float(stop)}
-    child = sub_element(root, "ssd", "DefaultExperiment", **times)
+def _libcosim_step(experiment: Any, step: float | None) -> None:
+    """Add the annotation from which libcosim reads a step size, for which SSP has no word."""
     if step is not None:
-        # SSP has no word for a step size; this annotation is the one that libcosim reads.
-        notes = sub_element(child, "ssd", "Annotations")
+        notes = sub_element(experiment, "ssd", "Annotations")
         note = sub_element(notes, "ssc", "Annotation", type="com.opensimulationplatform")
         algorithm = sub_element(note, "osp", "Algorithm")
         sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(step))
-
-
-def _ssv(held: Component, system: System) -> Any:
-    info = read_description(held.fmu)
-    values: dict[str, Value | Parameter] = {}
-    for name, value in held.values.items():
-        variable = variable_of(info, name, f"{held.name}.{name}")
-        if variable.kind == "Real":
-            values[name] = Parameter(name, "Real", float(value), _unit(system, held, variable))
-        elif variable.kind == "Enumeration":
-            item = next((item for item, number in variable.items.items() if number == value), None)
-            if item is None:
-                raise InputError(f"{name}: {value} is no item of its enumeration; give one of its items")
-            values[name] = Parameter(name, "Enumeration", item)
-        else:
-            values[name] = value
-    return parameter_set_element(PARAMETER_SET, values)

@@ -5,7 +5,7 @@ import pytest
 from benchmarks.processor.__main__ import closed_loop
 from benchmarks.processor.board import TARGETS, Target, missing_tools
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.run import changed
+from warmlink.orchestration.scenarios.scenario import changed
 
 pytestmark = [
     pytest.mark.platform,

@@ -177,7 +177,7 @@ def test_an_expansion_error_is_no_heat(cell_of: CellOf) -> None:
     values = {**instruments(1), "link": {"expansion_coefficient": expansion}}
     record = cell_of(DRIFT).run(demand_table(load("stop_and_go"), 1.0), values)
     assert led_by_alert(record, DRIFT).mean() < 0.02
-    scale = DRIFT.x.index[f"quiet_estimate[{model.STATES + 1}]"]
+    scale = DRIFT.x.index[f"estimate[{2 * (model.STATES + 1)}]"]
     assert record.values[-1, len(RECORDED) + scale] == pytest.approx(0.03, abs=0.01)
 
 

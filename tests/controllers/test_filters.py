@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.controllers.kalman import Belief, variance_along
 from warmlink.controllers.matrices import symmetric, upper, upper_diagonal
-from warmlink.controllers.observer.filters import Filters, allowed_for, led, quieted
+from warmlink.controllers.observer.filters import allowed_for, led, quieted, together
 from warmlink.controllers.observer.model import HEATS, MODES, STATES
 
 P: Any = SimpleNamespace(quiet_share=0.1)
@@ -69,7 +69,7 @@ def test_who_leads(heat: float, seen: float, begun_again: float, alert_leads: bo
         alert, quiet = belief(size, 2, heat), belief(size, 3)
         noise = upper_diagonal(alert.noise_spread, size)[MODES:STATES]
         p = SimpleNamespace(quiet_share=0.1, disturbance_std=np.ones(size - MODES))
-        filters = led(Filters(alert, quiet), seen * noise.max(), begun_again, p)
-        assert filters.alert is alert
+        filters = led(together(alert, quiet), seen * noise.max(), begun_again, p)
+        assert all(np.array_equal(one, other) for one, other in zip(filters.alert, alert, strict=True))
         expected = quieted(alert, p) if alert_leads else quiet
         assert all(np.array_equal(one, other) for one, other in zip(filters.quiet, expected, strict=True))

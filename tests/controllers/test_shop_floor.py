@@ -71,11 +71,42 @@ def test_without_a_fault_nothing_is_doubted() -> None:
         ("both +2 K from the start", "stop_and_go", 776957),
         ("base +2 K from the start", "continuous", 448420),
         ("base +5 K from the start", "still_with_pad", 0),
+        ("both +1 K from the start", "moving_with_pad", 0),
+        ("both +2 K from the start", "still_with_pad", 0),
+        ("both +20 K from the start", "moving_with_pad", 0),
+        ("both stuck from the start", "still_with_pad", 0),
     ],
 )
 def test_what_thermometers_are_off_by_is_contradicted(name: str, duty: str, plant: int) -> None:
-    """`ready` was said for 5 to 91 % of each of these runs while the error was beyond the tolerance."""
-    assert trial("observer", KINDS[name], duty, plant, 31).ready_wrong <= ALLOWED_READY
+    """`ready` was said for 5 to 99 % of these runs while the error was beyond the tolerance.
+
+    Or the error was 120 um larger than without correction: a pad's heat was taken for a cell left warm.
+    """
+    found = trial("observer", KINDS[name], duty, plant, 31)
+    assert found.ready_wrong <= ALLOWED_READY
+    assert found.worse_by <= ALLOWED
+
+
+@pytest.mark.parametrize(
+    ("name", "duty", "plant", "seed"),
+    [
+        ("base drifts +1 K/h while it runs", "continuous", 634161, 967747546),
+        ("base drifts +5 K/h while it runs", "random_jobs", 634161, 282006232),
+        ("base drifts -5 K/h while it runs", "heavy_payload", 762362, 146941892),
+        ("tip drifts +1 K/h while it runs", "rising_hall_temperature", 0, 748432741),
+    ],
+)
+def test_one_thermometer_that_drifts_alone_is_contradicted(
+    name: str, duty: str, plant: int, seed: int
+) -> None:
+    """`ready` was wrong in 24 to 37 % of these runs, where a wrong model explained the growth."""
+    assert trial("observer", KINDS[name], duty, plant, seed).ready_wrong <= 0.02
+
+
+def test_a_growth_that_the_expansion_makes_uncertain_is_not_ready() -> None:
+    """A coefficient that is off by 3 % makes 7 um of 230, and no thermometer shows it."""
+    sound = Kind("none", "sound", lambda told, draw: told)
+    assert trial("observer", sound, "heavy_payload", 947278, 1).ready_wrong == 0.0
 
 
 @pytest.mark.parametrize(

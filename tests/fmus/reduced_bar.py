@@ -5,7 +5,7 @@ from scipy.linalg import eigh
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.reduced_link.component import reduced_link
-from warmlink.fmus.reduced_link.model import ReducedModel
+from warmlink.fmus.reduced_link.equations import ReducedModel
 
 LENGTH, SECTION, PERIMETER = 0.3302, 0.0254 * 0.00635, 2 * (0.0254 + 0.00635)
 MATERIAL = {

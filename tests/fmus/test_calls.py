@@ -1,14 +1,22 @@
 """Functions that the generated C calls, and those that it skips while they change nothing."""
 
+import ctypes
+import itertools
+import re
+from dataclasses import replace
 from typing import NamedTuple
 
 import casadi
+import numpy as np
 import pytest
 
-from warmlink.fmus.calls import idle_at_zero
+from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
 from warmlink.fmus.component.arithmetic import Number
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import functions_text
+from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.lanes import in_lanes
+from warmlink.fmus.packaging.native.library import loaded
 
 
 class Pair(NamedTuple):
@@ -43,5 +51,72 @@ def test_every_arithmetic_gives_the_same(use: float) -> None:
 
 def test_what_is_idle_is_written_once_and_skipped() -> None:
     text = functions_text("idle", [graph()], ())
-    assert text.count("/* moved_run:") == text.count("/* moved_skip:") == 1
-    assert "if (any_of(*arg[0]))" in in_lanes(text, 4), "side by side it runs where any run needs it"
+    assert text.count("/* moved_run:") == 1
+    assert "moved_skip" not in text, "what is skipped needs no function"
+    assert len(re.findall(r"if \(any_of\(.+\)\) \{", in_lanes(text, 4))) == 2, (
+        "it runs where any run needs it"
+    )
+
+
+def chain(kept: bool) -> casadi.Function:
+    """Calls that are idle or not, one after the other; what lies between them may be read once more."""
+    first, by, uses = (casadi.MX.sym(name, 3) for name in "abc")
+    pairs = [Pair(2.0 * first, 3.0 * first)]
+    for k in range(3):
+        pairs.append(moved(pairs[-1], by, uses[k]))
+    both = casadi.vertcat(*pairs[3], *(pairs[1] if kept else ()))
+    return casadi.Function("chain", [first, by, uses], [2.0 * both])
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_what_is_left_as_it_was_is_moved_by_its_pointer_alone(kept: bool) -> None:
+    whole = chain(kept)
+    text = functions_text("chain", [whole], ())
+    if not kept:
+        assert "{ casadi_real *other=" in text
+    text += "void call(const double *const *a, double *y) { chain_of(a[0], a[1], a[2], y); }\n"
+    try:
+        (compiler,) = compilers(platforms_named(None))
+    except InputError as fault:
+        pytest.skip(str(fault))
+    flags = tuple(each for each in compiler.flags if "visibility" not in each)
+    call = loaded(replace(compiler, flags=flags).library({"chain.c": text}, "chain")).call
+    found = np.zeros(whole.size1_out(0))
+    for uses in itertools.product((0.0, 1.0), repeat=3):
+        given = [np.array(each) for each in ([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], uses)]
+        pointers = (ctypes.c_void_p * 3)(*(each.ctypes.data for each in given))
+        call(pointers, ctypes.c_void_p(found.ctypes.data))
+        assert found.tolist() == whole(*given).full().ravel().tolist()
+
+
+@kept_whole
+def picked(given: Number, place: int) -> Number:
+    return 2.0 * given[place]
+
+
+def test_what_differs_by_a_whole_number_is_another_function() -> None:
+    given = casadi.MX.sym("given", 2)
+    both = casadi.Function("both", [given], [casadi.vertcat(picked(given, 0), picked(given, 1))])
+    text = functions_text("both", [both], ())
+    first, second = (text.index(f"/* picked_{place}:") for place in (0, 1))
+    assert "x0[0]" in text[first:second]
+    assert "x0[1]" in text[second:]
+
+
+@side_by_side(1)
+def scaled(pair: Pair, factor: Number) -> Pair:
+    return Pair(pair.first * factor, pair.second - factor[0])
+
+
+def test_two_side_by_side_are_a_loop_in_c() -> None:
+    both = Pair(np.arange(6.0), np.array([7.0, 8.0]))
+    found = scaled(both, np.array([2.0, 3.0, 4.0]))
+    assert found.first.tolist() == [0, 2, 6, 9, 16, 20]
+    assert found.second.tolist() == [5, 6]
+    first, second, factor = (casadi.MX.sym(name, size) for name, size in (("a", 6), ("b", 2), ("c", 3)))
+    graph = casadi.Function("graph", [first, second, factor], list(scaled(Pair(first, second), factor)))
+    for one, other in zip(graph(*both, [2.0, 3.0, 4.0]), found, strict=True):
+        assert one.full().ravel().tolist() == other.tolist()
+    text = functions_text("pairs", [graph], ())
+    assert "for (i=0; i<2; ++i) {" in text
+    assert "y0[4+i]=" in text

@@ -15,7 +15,7 @@ import pytest
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import api as wl
-from warmlink.orchestration.arm.geometry import NAME as ARM
+from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.practice import hide

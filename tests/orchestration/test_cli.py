@@ -72,3 +72,12 @@ def test_an_answer_that_cannot_be_printed_is_no_traceback(arguments: str) -> Non
     told = f"warmlink: the answer cannot be written ({reason}); free space there, and run it again\n"
     assert (full.returncode, full.stderr) == (1, told)
     assert (closed.returncode, closed.stderr) == (0, "")
+
+
+@pytest.mark.platform
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell that closes a stream")
+def test_remarks_that_nobody_wants_are_no_answer() -> None:
+    """Standard error was closed by whoever started the command."""
+    command = f"{shlex.quote(sys.executable)} -m warmlink run --controller nobody 2>&-"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import WRITING, sweep, whole_file
 from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder, temporary_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
@@ -108,6 +109,28 @@ def test_the_file_that_a_killed_process_was_writing_goes_but_not_what_another_is
     assert Path(kept).is_file()
     kill(alive)
     assert (tmp_path / "b.csv").read_text() == "1"
+
+
+def test_a_file_that_another_process_removes_before_it_is_locked_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import fcntl
+
+    really, locked = fcntl.flock, list[int]()
+
+    def flock(handle: int, how: int) -> None:
+        really(handle, how)
+        if not locked:  # the other one takes it for what a killed process left
+            (scratch,) = tmp_path.iterdir()
+            scratch.unlink()
+        locked.append(handle)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with whole_file(tmp_path / "a") as scratch:
+        scratch.write_text("1")
+        sweep(tmp_path, WRITING)
+        assert scratch.exists()
+    assert (tmp_path / "a").read_text() == "1"
 
 
 def test_temporary_folders_of_killed_runs_are_removed(

@@ -9,11 +9,11 @@ from tests.fmus.reduced_bar import LENGTH, bar_link, bar_model
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.plant import cell_plant, plant_model
 from warmlink.fmus.catalogue import Entry
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
-from warmlink.fmus.reduced_link.model import STORED, stored
+from warmlink.fmus.reduced_link.equations import STORED, stored
 from warmlink.orchestration.catalogue import reduced_link_in
-from warmlink.orchestration.diagnosis.data.rigs import rig_of
+from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.studies.design import design
 from warmlink.orchestration.system.replacement import Replacements
 

@@ -13,7 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.init import list_
-from warmlink.orchestration.diagnosis.data.rigs import rig_of
+from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.geometry import PROGRAMS
+from warmlink.orchestration.arm.blueprint import PROGRAMS
 from warmlink.orchestration.closed_loop import load
 from warmlink.orchestration.command_line.init import kinds, schema
 from warmlink.orchestration.scenarios import mismatch

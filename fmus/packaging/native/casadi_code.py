@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.packaging.native.moved_less import without_copies
+from warmlink.fmus.packaging.native.straight_code import with_straight_code
 
 Expression = Any
 """A CasADi SX or MX."""
@@ -31,10 +33,8 @@ class Symbols:
     def of(cls, component: Component, calls: bool = False) -> "Symbols":
         """Fresh symbols for a component; `d` are the parameters and what they settle.
 
-        Parameters
-        ----------
-        calls : whether functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
-            written out number by number (SX)
+        With `calls` functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+        written out number by number (SX).
         """
         import casadi
 
@@ -117,10 +117,8 @@ def functions_file(prefix: str, functions: Iterable[Any]) -> str:
 def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[str] = DECLARED) -> str:
     """C functions from `function`, each as `void NAME(const double *a0, ..., double *result)`.
 
-    Parameters
-    ----------
-    prefix : of the names of CasADi's own helpers
-    declared : those that a header declares under `WL(NAME)`; the others are `static`, as `NAME_of`
+    The prefix is that of the names of CasADi's own helpers. A header declares those `declared` under
+    `WL(NAME)`; the others are `static`, as `NAME_of`.
     """
     import casadi
 
@@ -128,10 +126,12 @@ def functions_text(prefix: str, functions: Iterable[Any], declared: Collection[s
     options: dict[str, Any] = {"with_header": False, "verbose": False, "casadi_int": "int"}
     generator = casadi.CodeGenerator(f"{prefix}.c", options)
     wrappers = []
+    functions = list(functions)
     for each in functions:
         generator.add(each, False)
         wrappers.append(_wrapper(each, declared))
-    return "#define CASADI_SYMBOL_EXPORT static\n\n" + _trimmed(generator.dump()) + "".join(wrappers)
+    text = with_straight_code(without_copies(_trimmed(generator.dump())), functions)
+    return "#define CASADI_SYMBOL_EXPORT static\n\n" + text + "".join(wrappers)
 
 
 def _trimmed(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
-from warmlink.fmus.packaging.exchange import exchanged_states
+from warmlink.fmus.packaging.native import joint_code
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
     Symbols,
@@ -17,13 +17,8 @@ from warmlink.fmus.packaging.native.casadi_code import (
     functions_file,
     sampling,
 )
-from warmlink.fmus.packaging.native.joint_code import (
-    running_parts,
-    sample_glue,
-    starting_glue,
-    starting_parts,
-)
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
+from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
 """Parameters that the sentence of a check may name, as `model.h` has it."""
@@ -36,25 +31,18 @@ LARGEST_COUNT = 64
 
 
 def generate(component: Component, arrays: bool = False) -> dict[str, str]:
-    """Write the generated C files of a component, all but `identity.h`.
+    """Write the generated C files of a component, all but `identity.h`; texts by name.
 
-    Parameters
-    ----------
-    component : the declaration
-    arrays : an array is exchanged as a whole, by the value reference of its first element
-
-    Returns
-    -------
-    dict
-        Texts of `component.h` (sizes), of `starting.c` and `running.c` (by CasADi: what runs once and what
-        runs all the time) and of `variables.c` (a table).
+    `component.h` holds sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
+    time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
+    first element.
     """
     groups, name, joint = output_groups(component), component.name, component.joint
     starting = functions_file(f"{name}_starting", _starting_functions(component))
     running = functions_file(f"{name}_running", _running_functions(component, groups))
     if joint is not None:
-        starting += starting_glue(component, joint)
-        running += sample_glue(component, joint)
+        starting += joint_code.starting_glue(component, joint)
+        running += joint_code.sample_glue(component, joint)
     if component.continuous.size:
         running += choice_of_step(component, ("x", "u", "later", "d", "time", "step"))
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
@@ -107,7 +95,7 @@ def _starting_functions(component: Component) -> Iterator[Any]:
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
     yield function("margins", [s.p], casadi.vertcat(*margins))
     if component.joint is not None:
-        parts = starting_parts(component, component.joint, s.now)
+        parts = joint_code.starting_parts(component, component.joint, s.now)
     else:
         yield function("settle", [s.p], component.settled(s.p))
         parts = beginning(component)
@@ -121,7 +109,7 @@ def _running_functions(component: Component, groups: Sequence[Sequence[int]]) ->
     s = Symbols.of(component)
     sampled = (sampling(component, number) for number in range(len(component.clocks)))
     joint = component.joint
-    for part in sampled if joint is None else running_parts(component, joint, s.now):
+    for part in sampled if joint is None else joint_code.running_parts(component, joint, s.now):
         yield function(*part)
     if component.continuous.size:
         for part in stepping(component, s, _like(s.u)):
@@ -139,12 +127,8 @@ def _running_functions(component: Component, groups: Sequence[Sequence[int]]) ->
 def output_groups(component: Component) -> list[list[int]]:
     """Indices of the outputs, in groups to be computed together: those that share much of their work.
 
-    A host asks for a few outputs of many; the others need not be computed, nor the local variables.
-
-    Returns
-    -------
-    list of list of int
-        Every output once; at most `LARGEST_COUNT` groups, the last of which are the local variables.
+    A host asks for a few outputs of many; the others need not be computed, nor the local variables, which are
+    the last of at most `LARGEST_COUNT` groups.
     """
     from scipy.sparse.csgraph import connected_components
 
@@ -245,23 +229,14 @@ def _table(kind: str, name: str, rows: Iterable[object]) -> str:
 def _row(scalar: Scalar, arrays: bool, place: tuple[int, int] | None) -> str:
     variable = scalar.variable
     count = 1 if not arrays else 0 if scalar.element else variable.count
-    flags = {
-        "HAS_MINIMUM": variable.minimum is not None,
-        "HAS_MAXIMUM": variable.maximum is not None,
-        "POSITIVE": getattr(variable, "positive", False),
-        "TUNABLE": getattr(variable, "tunable", False),
-        "ACCEPTS_NAN": getattr(variable, "accepts_nan", False),
-    }
+    flags = {"HAS_MINIMUM": variable.minimum is not None, "HAS_MAXIMUM": variable.maximum is not None}
+    flags |= {name.upper(): getattr(variable, name, False) for name in ("positive", "tunable", "accepts_nan")}
     values = (scalar.start, variable.minimum, variable.maximum, limits.ordinary_size(variable))
-    cells = [
-        _string(scalar.name),
-        _string("" if variable.unit == "1" else f" {variable.unit}"),
-        *(float(value or 0) for value in values),
-        variable.type.upper() if variable.choice is None else "ENUMERATION",
-        " | ".join(name for name, holds in flags.items() if holds) or 0,
-        count,
-        *(place or (0, 0)),
-    ]
+    texts = (scalar.name, "" if variable.unit == "1" else f" {variable.unit}")
+    kind = variable.type.upper() if variable.choice is None else "ENUMERATION"
+    flagged = " | ".join(name for name, holds in flags.items() if holds) or 0
+    numbers = (float(value or 0) for value in values)
+    cells = [*map(_string, texts), *numbers, kind, flagged, count, *(place or (0, 0))]
     return f"{{{', '.join(map(str, cells))}}}"
 
 

@@ -25,14 +25,9 @@ from warmlink.fmus.packaging.native.library import FLAGS
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform that FMUs are built for.
+    """A platform that FMUs are built for: its folders in FMI 3.0, by which it is named, and in FMI 2.0.
 
-    Attributes
-    ----------
-    name : its folder under `binaries/` in FMI 3.0, by which it is named everywhere
-    fmi2 : its folder in FMI 2.0
-    target : what zig calls it
-    flags : for its compiler alone
+    The target is what zig calls it; the flags are for its compiler alone.
     """
 
     name: str
@@ -78,14 +73,7 @@ ONCE_RUN = ("starting.c",)
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler that makes a shared library for one platform.
-
-    Attributes
-    ----------
-    command : how it is called
-    platform : what it compiles for
-    flags : for compiling and linking alike
-    """
+    """A C compiler that makes a shared library for one platform, with flags to compile and to link."""
 
     command: tuple[str, ...]
     platform: Platform
@@ -94,46 +82,39 @@ class Compiler:
     def library(self, sources: Mapping[str, str], name: str, include: Iterable[Path] = ()) -> bytes:
         """Compile C files to a shared library and return its contents.
 
+        InputError if the compiler fails; its first error stands in the sentence.
+
         Parameters
         ----------
         sources : texts by file name; those ending in `.c` are compiled
         name : of the library, without its suffix
         include : folders of further headers
-
-        Raises
-        ------
-        InputError
-            If the compiler fails; its first error stands in the sentence.
         """
         units = [file for file in sources if file.endswith(".c")]
-        include = tuple(include)
+        include, target = tuple(include), name + self.platform.suffix
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            objects = list(pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units))
-        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-            folder = Path(work)
-            for unit, content in zip(units, objects, strict=True):
-                (folder / f"{unit}.o").write_bytes(content)
-            target = name + self.platform.suffix
-            self._run(folder, [*self._link_flags(target), *(f"{unit}.o" for unit in units), "-lm"])
-            return (folder / target).read_bytes()
-
-    def _link_flags(self, target: str) -> list[str]:
-        own = {
+            objects = pool.map(lambda unit: _object(self, unit, _needed(unit, sources), include), units)
+            compiled = {f"{unit}.o": content for unit, content in zip(units, objects, strict=True)}
+        linked = {
             ".so": ["-shared", "-s", "-Wl,--build-id=none", f"-Wl,-soname,{target}"],
             ".dll": ["-shared", "-s"],
             ".dylib": ["-shared", f"-Wl,-install_name,@rpath/{target}"],
             ".wasm": ["-s", "-mexec-model=reactor"],
         }
-        return ["-o", target, *own[self.platform.suffix]]
+        return self.made(target, compiled, ["-o", target, *linked[self.platform.suffix], *compiled, "-lm"])
 
-    def _run(self, folder: Path, arguments: Sequence[str]) -> None:
-        """Call the compiler in a folder; InputError if it fails."""
-        command = [*self.command, *self.flags, *arguments]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
-        if done.returncode != 0:
-            errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
-            reason = (errors or done.stderr.splitlines() or ["no message"])[0]
-            raise InputError(f"{self.command[0]}: cannot compile for {self.platform.name}: {reason.strip()}")
+    def made(self, target: str, files: Mapping[str, bytes], arguments: Sequence[str]) -> bytes:
+        """File that the compiler makes of others, in a folder of their own; InputError if it fails."""
+        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+            for name, content in files.items():
+                (Path(work) / name).write_bytes(content)
+            command = [*self.command, *self.flags, *arguments]
+            done = subprocess.run(command, cwd=work, capture_output=True, text=True, errors="replace")
+            if done.returncode == 0:
+                return (Path(work) / target).read_bytes()
+        errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
+        reason = (errors or done.stderr.splitlines() or ["no message"])[0]
+        raise InputError(f"{self.command[0]}: cannot compile for {self.platform.name}: {reason.strip()}")
 
 
 def host_platform() -> Platform | None:
@@ -146,10 +127,7 @@ def host_platform() -> Platform | None:
 def platforms_named(names: str | None) -> tuple[Platform, ...]:
     """Platforms of a list such as `x86_64-linux,x86-windows`, or `all` of 64 bits; None is this machine's.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown, or none is given on a machine of another platform.
+    InputError if a name is unknown, or none is given on a machine of another platform.
     """
     if names is None:
         host = host_platform()
@@ -170,12 +148,10 @@ def platforms_named(names: str | None) -> tuple[Platform, ...]:
 def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
     """A compiler for each platform: zig where it is installed and asked for more than this machine.
 
-    Raises
-    ------
-    InputError
-        If nothing here compiles for one of them; the sentence says what to install.
+    InputError if nothing here compiles for one of them; the sentence says what to install.
     """
-    native = _machine_compiler()
+    found = os.environ.get("CC") or next(filter(shutil.which, ("cc", "gcc", "clang")), None)
+    native = tuple(shlex.split(found)) if found else None
     has_zig = importlib.util.find_spec("ziglang") is not None
     chosen = []
     for platform in platforms:
@@ -204,15 +180,10 @@ def _object(
 ) -> bytes:
     """Object file of a unit, compiled once for the same texts: both FMI versions share most of theirs."""
     quick = ["-O1"] if unit in ONCE_RUN else []
+    arguments = ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"]
 
     def compiled() -> bytes:
-        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-            folder = Path(work)
-            for file, text in texts:
-                (folder / file).write_text(text, encoding="utf-8")
-            folders = [f"-I{path}" for path in include]
-            compiler._run(folder, ["-I.", *folders, *quick, "-c", unit, "-o", "unit.o"])
-            return (folder / "unit.o").read_bytes()
+        return compiler.made("unit.o", {file: text.encode() for file, text in texts}, arguments)
 
     headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]
     return kept("objects", (compiler, _version(compiler.command), quick, unit, texts, headers), compiled)
@@ -238,11 +209,6 @@ def _needed(unit: str, sources: Mapping[str, str]) -> tuple[tuple[str, str], ...
     return tuple(sorted(needed.items()))
 
 
-def _machine_compiler() -> tuple[str, ...] | None:
-    found = os.environ.get("CC") or next(filter(shutil.which, ("cc", "gcc", "clang")), None)
-    return tuple(shlex.split(found)) if found else None
-
-
 UNIVERSAL, MACH_O_64 = 0xCAFEBABE, 0xFEEDFACF
 _ALIGNMENT = 14
 """Power of two; 16 KiB are a page on aarch64, and a multiple of one on x86_64."""
@@ -252,12 +218,7 @@ def universal_binary(libraries: Sequence[bytes]) -> bytes:
     """One file of several thin 64-bit Mach-O libraries, one for each architecture of macOS.
 
     Format: Apple's <mach-o/fat.h> and <mach-o/loader.h>. A table of architectures, big end first, then each
-    library at a multiple of its page size.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not a thin 64-bit Mach-O file.
+    library at a multiple of its page size. ValueError if one of them is not a thin 64-bit Mach-O file.
     """
     page = 1 << _ALIGNMENT
     head, body = struct.pack(">II", UNIVERSAL, len(libraries)), b""

@@ -11,10 +11,9 @@ from xml.etree import ElementTree as ET
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.attributes import add, document
 from warmlink.fmus.packaging.beside import files_beside
-from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import instantiation_token, model_description
 from warmlink.fmus.packaging.native.codegen import generate, identity_header
 from warmlink.fmus.packaging.native.compile import (
@@ -25,6 +24,7 @@ from warmlink.fmus.packaging.native.compile import (
     platforms_named,
     universal_binary,
 )
+from warmlink.fmus.packaging.views import opened
 
 _WRITING = threading.Lock()
 """What works with expressions does so alone: CasADi's options hold for all threads at once."""
@@ -52,6 +52,8 @@ def build_native_fmus(
 ) -> list[Path]:
     """Write the native FMUs of components and return their paths, in the order of the components.
 
+    InputError if nothing on this machine compiles for a platform, before anything is written.
+
     Parameters
     ----------
     entries : from `catalogue()`, or of one's own
@@ -60,11 +62,6 @@ def build_native_fmus(
     platforms : from `platforms_named`; this machine's where none are given
     progress : called with the name of each FMU that is done
     arrays : in FMI 3.0, one variable for an array in place of one for each element
-
-    Raises
-    ------
-    InputError
-        If nothing on this machine compiles for a platform, before anything is written.
     """
     chosen = compilers(platforms or platforms_named(None))
 
@@ -84,15 +81,7 @@ def build_native_fmus(
 def native_fmu_files(
     entry: Entry, fmi_version: FmiVersion, chosen: Sequence[Compiler], arrays: bool = False
 ) -> dict[str, bytes]:
-    """Contents of a native FMU by path inside the archive.
-
-    Parameters
-    ----------
-    entry : the component and where it is declared
-    fmi_version : "2.0" or "3.0"
-    chosen : a compiler for each platform
-    arrays : as for `build_native_fmus`
-    """
+    """Contents of a native FMU by path inside the archive, for the platforms of the compilers chosen."""
     arrays = arrays and fmi_version == "3.0"
     component = opened(entry.component)
     with _WRITING:
@@ -163,13 +152,8 @@ def _build_description(component: Component, units: Sequence[str]) -> bytes:
 def browser_module(component: Component) -> bytes:
     """Module that imports nothing and exports the functions of `browser.c`.
 
-    Its numbers are the native FMU's to the last bit, except where the two platforms' functions of
-    mathematics (logarithm, exponential, sine) round differently.
-
-    Raises
-    ------
-    InputError
-        If zig is not installed.
+    Its numbers are the native FMU's to the last bit, except where the two platforms' functions of mathematics
+    (logarithm, exponential, sine) round differently. InputError if zig is not installed.
     """
     sources, _ = native_sources(component, "browser")
     (compiler,) = compilers((BROWSER,))

@@ -14,10 +14,7 @@ from warmlink.fmus.packaging.native.casadi_code import Expression, Function, beg
 def starting_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
     """Yield what the parts need at the start: settling and beginning of each kind, inputs of each part.
 
-    Parameters
-    ----------
-    component, joint : the whole
-    now : symbols of its states, inputs, settled parameters and time
+    Symbols are those of the whole's states, inputs, settled parameters and time `now`.
     """
     import casadi
 

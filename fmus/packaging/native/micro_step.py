@@ -15,12 +15,8 @@ from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Sym
 def elimination_order(coupled: list[set[int]]) -> list[int]:
     """Order in which to eliminate unknowns: least fill first, and of equals the one left alone longest.
 
-    The second rule works a chain from both its ends at once, so that a processor has two independent
-    chains of divisions to overlap rather than one of twice the length.
-
-    Parameters
-    ----------
-    coupled : for each unknown the others that share an equation with it
+    For each unknown the others are given that share an equation with it. The second rule works a chain from
+    both its ends at once: a processor can overlap two chains of divisions, but not one of twice the length.
     """
     neighbours = [set(others) - {i} for i, others in enumerate(coupled)]
     remaining = set(range(len(coupled)))
@@ -37,15 +33,11 @@ def elimination_order(coupled: list[set[int]]) -> list[int]:
 
 
 def solver(matrix: Expression) -> Callable[[Expression], Expression]:
-    """Solution of a matrix for any right-hand side, shape (n,), as a function of that.
+    """Solution of a matrix (SX, shape (n, n)) for any right-hand side, shape (n,), as a function of that.
 
     The elimination is written out once, so that a C compiler sees plain arithmetic. Pivots are taken from the
     diagonal without exchange: the matrices are I - gamma h J of dissipative systems, whose diagonal dominates
     for every step size.
-
-    Parameters
-    ----------
-    matrix : square CasADi SX, shape (n, n)
     """
     import casadi
 
@@ -130,22 +122,18 @@ def stepping(component: Component, s: Symbols, later: Expression | None = None) 
     arguments = [s.x, s.u, *ends, s.d, s.time, s.step]
     at_end = s.u if later is None else later
     rare = _rare(component)
+    yield "advance_with_all" if rare else "advance", arguments, _micro_step(component, s, at_end)
     if rare:
         zero = casadi.SX(0)
         kept = (zero if i in rare else each for i, each in enumerate(casadi.vertsplit(s.d)))
         without = replace(s, d=casadi.vertcat(*kept))
-        yield "advance_with_all", arguments, _micro_step(component, s, at_end)
         yield "advance_without", arguments, _micro_step(component, without, at_end)
-    else:
-        yield "advance", arguments, _micro_step(component, s, at_end)
 
 
 def choice_of_step(component: Component, arguments: Sequence[str]) -> str:
     """C function `advance` that takes the step without what is rare while that is all 0; empty: none is rare.
 
-    Parameters
-    ----------
-    arguments : names of those of `stepping`, among them `d`
+    The names are those of the arguments of `stepping`, among them `d`.
     """
     rare = _rare(component)
     if not rare:

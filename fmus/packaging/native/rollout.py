@@ -35,10 +35,10 @@ class Rollout:
     lanes : runs that go side by side
     starting : CasADi function, serialised, from the parameters to what the C core starts from
     parameters : start values by name, in the order of the parameters
-    recorded : names of the outputs that are recorded
+    recorded : names of the outputs and states that are recorded
     sample_times : parameter of each clock
     micro_step : in s
-    given : how many numbers those parts give that nothing drives
+    given : names of what those parts give that nothing drives
     inputs : start values by name of the inputs that nothing feeds, which they keep in every run
     """
 
@@ -50,7 +50,7 @@ class Rollout:
     recorded: tuple[str, ...]
     sample_times: tuple[str, ...]
     micro_step: float
-    given: int
+    given: tuple[str, ...]
     inputs: Mapping[str, float]
 
     @property
@@ -60,36 +60,34 @@ class Rollout:
 
     def periods(self, given: Given) -> tuple[float, ...]:
         """Sample times in s of a run with such parameters; runs go side by side only if these are equal."""
-        split = (name.rpartition(".") for name in self.sample_times)
-        return tuple(
-            given.get(part, {}).get(name, self.parameters[f"{part}.{name}"]) for part, _, name in split
-        )
+        split = ((*full.rpartition("."), self.parameters[full]) for full in self.sample_times)
+        return tuple(given.get(part, {}).get(name, start) for part, _, name, start in split)
 
     def takes(self, given: Given) -> bool:
         """Whether a run with such start values leaves the inputs that nothing feeds as they are here."""
         split = ((*name.rpartition("."), start) for name, start in self.inputs.items())
         return all(given.get(part, {}).get(name, start) == start for part, _, name, start in split)
 
-    def run(self, given: Sequence[Given], count: int, step: float) -> tuple[Array, NDArray[np.bool_]]:
-        """Run from 0 s on.
+    def run(
+        self, given: Sequence[Given], count: int, step: float, drive: Array | None = None
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Take so many communication steps (in s) from 0 s on, in at most `lanes` runs with equal `periods`.
 
-        Parameters
-        ----------
-        given : parameters of each run by part and name, at most `lanes` runs with equal `periods`
-        count : number of communication steps
-        step : communication step size in s
-
-        Returns
-        -------
-        tuple
-            Recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that passed
-            between the parts were finite and within their bounds, shape (runs,).
+        A `drive` stands in place of what the parts give that nothing drives: a row for each instant, which
+        holds for the micro steps before it, shape (instants, given).
+        Gives recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that
+        passed between the parts were finite and within their bounds, shape (runs,).
         """
         schedule = count, step, self.periods(given[0]), self.micro_step
         tasks, times, steps = task_list(*schedule)
         free, driven, states, refused = self._started(given)
-        tables = [_table(self.library, self.given, self.lanes, each.tobytes(), schedule) for each in free.T]
-        pointers = (ctypes.c_void_p * self.lanes)(*(each.ctypes.data for each in tables))
+        if drive is None:
+            size = len(self.given)
+            tables = [_table(self.library, size, self.lanes, each.tobytes(), schedule) for each in free.T]
+        else:
+            tables = [_by_change(drive)] * self.lanes
+            times = np.round(np.where(tasks == _ADVANCE, times + steps, times), 6)
+        pointers = np.array([each.ctypes.data for each in tables], dtype=np.uintp)
         rows = np.empty((self.lanes, len(self.recorded), count + 1))
         arrays = (times, steps, pointers, driven, states, rows, refused)
         loaded(self.library).rollout(
@@ -157,7 +155,7 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
 
 @lru_cache(maxsize=32)
 def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tuple[Any, ...]) -> Array:
-    """What parts that nothing drives give, shape (instants, given), from what they settled."""
+    """What parts that nothing drives give, from what they settled, as `_by_change`."""
     _, done, _ = task_list(*schedule)
     instants = done[np.append(True, np.diff(done) != 0)]
     blocks = -(-instants.size // lanes)
@@ -167,11 +165,20 @@ def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tup
     free[:] = np.frombuffer(settled)[:, None]
     found = aligned((blocks, given, lanes))
     loaded(library).table(ctypes.c_long(blocks), _pointer(times), _pointer(free), _pointer(found))
-    return np.ascontiguousarray(found.transpose(0, 2, 1).reshape(times.size, given)[: instants.size])
+    return _by_change(found.transpose(0, 2, 1).reshape(times.size, given))
+
+
+def _by_change(rows: Array) -> Array:
+    """A row for each change, of those for each instant.
+
+    It begins with the number of the instant from which it holds; that of the last one never comes.
+    """
+    changes = np.flatnonzero(np.append(True, np.any(rows[1:] != rows[:-1], axis=1)))
+    return np.vstack([np.column_stack([changes, rows[changes]]), np.full(rows.shape[1] + 1, -1.0)])
 
 
 def _pointer(array: Any) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data if isinstance(array, np.ndarray) else ctypes.addressof(array))
+    return ctypes.c_void_p(array.ctypes.data)
 
 
 def aligned(shape: tuple[int, ...]) -> Array:

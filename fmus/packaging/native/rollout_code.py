@@ -31,36 +31,28 @@ from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
 
 
-def compiled(whole: Component, recorded: Sequence[str]) -> Rollout:
-    """Compile a joined component of whose outputs some are recorded.
+def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = True) -> Rollout:
+    """Compile a joined component of whose outputs and states some are recorded, for runs in lanes or for one.
 
-    Raises
-    ------
-    InputError
-        If there is no compiler, it does not take what the component computes, or a name is no output's.
+    InputError if there is no compiler, it does not take what is computed, or a name is no output's.
     """
     assert whole.joint is not None
-    unknown = [name for name in recorded if name not in whole.y.index]
+    unknown = [name for name in recorded if name not in whole.y.index and name not in whole.x.index]
     if unknown:
         raise InputError(f"{whole.name}: {unknown[0]} is no output of its parts")
     cell = _Cell(whole, whole.joint, recorded)
-    lanes, level = processor()
+    most, level = processor()
+    lanes = most if side_by_side else 1
     (compiler,) = compilers(platforms_named(None))
     options = ("-w", *(() if level is None else (f"-march={level}",)))
     sources = {name: in_lanes(text, lanes) for name, text in cell.texts().items()}
     sources["run.c"] += cell.core()
-    return Rollout(
-        replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout"),
-        level,
-        lanes,
-        cell.starting(),
-        dict(zip(whole.p.names, whole.start_values()[0].tolist(), strict=True)),
-        tuple(recorded),
-        tuple(clock.sample_time for clock in cell.driven.clocks),
-        cell.driven.micro_step,
-        len(cell.given),
-        dict(zip(whole.u.names, whole.start_values()[1].tolist(), strict=True)),
-    )
+    library = replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout")
+    layouts = zip((whole.p, whole.u), whole.start_values(), strict=True)
+    parameters, inputs = (dict(zip(of.names, starts.tolist(), strict=True)) for of, starts in layouts)
+    clocks, given = tuple(clock.sample_time for clock in cell.driven.clocks), tuple(cell.given)
+    made = (library, level, lanes, cell.starting(), parameters, tuple(recorded), clocks)
+    return Rollout(*made, cell.driven.micro_step, given, inputs)
 
 
 class _Held(NamedTuple):
@@ -228,7 +220,8 @@ class _Cell:
         import casadi
 
         outputs = casadi.SX(self.driven.outputs_of(*now))
-        values = {name: outputs[i] for name, i in self.driven.y.index.items()}
+        values = {name: now[0][i] for name, i in self.driven.x.index.items()}
+        values |= {name: outputs[i] for name, i in self.driven.y.index.items()}
         values |= {name: self._table[i] for i, name in enumerate(self.given)}
         return casadi.vertcat(*(values[name] for name in self.recorded), refused)
 

@@ -12,13 +12,14 @@ import hashlib
 import importlib.resources
 import importlib.util
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
 from warmlink.fmus.catalogue import Entry
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.model_description import model_description
 from warmlink.fmus.syntax import parsed
@@ -73,12 +74,7 @@ def build_python_fmu(entry: Entry, folder: Path) -> Path:
 
 
 def python_fmu_files(entry: Entry) -> dict[str, bytes]:
-    """Contents of the Python FMU of a component by path inside the archive.
-
-    Parameters
-    ----------
-    entry : the component and where it is declared
-    """
+    """Contents of the Python FMU of a component by path inside the archive."""
     component = entry.component
     slave = "warmlink.fmus.packaging.python.slave"
     carried = bundle((slave, entry.module), f"warmlink_{component.snake_name}")
@@ -111,13 +107,9 @@ def _libraries(identifier: str) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Bundle:
-    """Modules of one FMU.
+    """Modules of one FMU: the package that holds them, and their names in it by those in this process.
 
-    Attributes
-    ----------
-    package : name of the package that holds them
-    files : contents by path below the package's parent folder
-    modules : their names, by the names that they have in this process
+    The files' contents are by path below the package's parent folder.
     """
 
     package: str
@@ -143,7 +135,7 @@ class _Module:
     @property
     def imported(self) -> Iterator[str]:
         """Names of the modules that it may import: some of them are names of what modules hold."""
-        for statement in (statement for statement, runs in _import_statements(self.source) if runs):
+        for statement in (each for each, runs in _import_statements(self.source).items() if runs):
             parent = ""
             if isinstance(statement, ast.ImportFrom):
                 parent = statement.module or ""
@@ -156,15 +148,8 @@ class _Module:
 def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
     """Collect modules, everything of ours and of pythonfmu that they import, and our data (JSON) beside them.
 
-    Parameters
-    ----------
-    roots : names of importable modules to begin with
-    stem : beginning of the package's name, which the contents' hash completes
-
-    Raises
-    ------
-    ValueError
-        A module says `import a.b` for a module that is to be bundled; its name cannot be rewritten.
+    The contents' hash completes the package's name after the stem. ValueError: a module says `import a.b` for
+    a module that is to be bundled; its name cannot be rewritten.
     """
     own = {_PREFIX.partition(".")[0], _EXPORTER, *(root.partition(".")[0] for root in roots)}
     modules: dict[str, _Module] = {}
@@ -201,11 +186,10 @@ def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
 
 def _located(name: str) -> Path | None:
     """File of the module of a name; None for a namespace package and for what is no module."""
-    try:
+    with suppress(ModuleNotFoundError):
         spec = importlib.util.find_spec(name) if name else None
-    except ModuleNotFoundError:
-        return None
-    return None if spec is None or spec.origin is None else Path(spec.origin)
+        return None if spec is None or spec.origin is None else Path(spec.origin)
+    return None
 
 
 def _unix(file: Path) -> bytes:
@@ -213,17 +197,12 @@ def _unix(file: Path) -> bytes:
 
 
 @cache
-def _import_statements(source: bytes) -> tuple[tuple[ast.Import | ast.ImportFrom, bool], ...]:
+def _import_statements(source: bytes) -> dict[ast.Import | ast.ImportFrom, bool]:
     """Import statements of a module, found once for all FMUs that carry it, and whether they ever run."""
-    return tuple(_imports(parsed(source)))
-
-
-def _imports(tree: ast.AST, runs: bool = True) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
-    if isinstance(tree, ast.Import | ast.ImportFrom):
-        yield tree, runs
-    for child in ast.iter_child_nodes(tree):
-        for_types = isinstance(tree, ast.If) and child in tree.body and ast.unparse(tree.test) in _FOR_TYPES
-        yield from _imports(child, runs and not for_types)
+    every = list(ast.walk(parsed(source)))
+    for_types = [each for each in every if isinstance(each, ast.If) and ast.unparse(each.test) in _FOR_TYPES]
+    idle = {inside for each in for_types for held in each.body for inside in ast.walk(held)}
+    return {each: each not in idle for each in every if isinstance(each, ast.Import | ast.ImportFrom)}
 
 
 def _renamed(name: str, package: str) -> str:
@@ -233,7 +212,7 @@ def _renamed(name: str, package: str) -> str:
 def _rewritten(module: _Module, package: str, own: set[str]) -> bytes:
     """Source whose absolute imports of bundled modules go to the package."""
     lines = module.source.decode("utf-8").split("\n")
-    for statement, _ in _import_statements(module.source):
+    for statement in _import_statements(module.source):
         if isinstance(statement, ast.Import):
             bundled = [alias.name for alias in statement.names if alias.name.partition(".")[0] in own]
             if bundled:

@@ -39,31 +39,22 @@ _known: set[str] = set()
 
 @dataclass
 class _Memory:
-    """All that a slave remembers beside its instance, whose snapshot is part of it where it is handed out.
+    """All that a slave remembers beside its instance, whose snapshot is part of it where it is handed out."""
 
-    Attributes
-    ----------
-    snapshot : of the instance; without one this is the ruin of a state that could not be read
-    unfit : why the instance could not begin
-    refused : what could not be done, for which the next step is discarded
-    discarded : whether the last step was
-    lost : whether the host went on all the same
-    """
-
-    snapshot: Snapshot | None = None
-    unfit: str | None = None
-    refused: list[str] = field(default_factory=list)
-    discarded: bool = False
-    lost: bool = False
+    snapshot: Snapshot | None = None  # without one this is the ruin of a state that could not be read
+    unfit: str | None = None  # why the instance could not begin
+    refused: list[str] = field(default_factory=list)  # for which the next step is discarded
+    discarded: bool = False  # whether the last step was
+    lost: bool = False  # whether the host went on all the same
 
     def is_well(self, component: Component) -> bool:
         """Whether a slave of the component could have remembered this."""
+        assert self.snapshot is not None
+        told = [*self.refused, *([] if self.unfit is None else [self.unfit])]
         return (
-            self.snapshot is not None
-            and is_possible(component, self.snapshot)
-            and isinstance(self.unfit, str | None)
+            is_possible(component, self.snapshot)
             and isinstance(self.refused, list)
-            and all(isinstance(each, str) for each in self.refused)
+            and all(isinstance(each, str) for each in told)
             and type(self.discarded) is type(self.lost) is bool
         )
 
@@ -71,10 +62,7 @@ class _Memory:
 class ComponentSlave(Fmi2Slave):
     """A slave for one component, which a subclass names.
 
-    Attributes
-    ----------
-    component : the declaration
-    form : text that differs between versions of the FMU, so that none takes another's serialised state
+    The form differs between versions of the FMU, so that none takes another's serialised state.
     """
 
     component: ClassVar[Component]
@@ -181,11 +169,11 @@ class ComponentSlave(Fmi2Slave):
             for name in VECTORS:
                 snapshot[name] = np.frombuffer(bytes.fromhex(snapshot[name]), dtype="<f8").tolist()
             found = _Memory(Snapshot(**snapshot), **values)
+            if digest == _digest(content) and found.is_well(cls.component):
+                return found
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            found = _Memory()
-        if digest != _digest(content) or not found.is_well(cls.component):
-            return _Memory(refused=["the serialised state is damaged; serialise it anew"])
-        return found
+            pass
+        return _Memory(refused=["the serialised state is damaged; serialise it anew"])
 
     def _value(self, kind: str, reference: int) -> float:
         self._check_type(kind, reference)
@@ -251,11 +239,8 @@ def _finish_at_exit(resources: str) -> None:
     """Have the library of an FMU give up its hold on the interpreter before the process ends.
 
     On Linux version 0.7.0 does that twice as the process ends, once in a destructor of its own after the
-    held object was destroyed, and corrupts the heap; with nothing held any more, both do nothing.
-
-    Parameters
-    ----------
-    resources : folder `resources` of the extracted FMU, whose library is loaded
+    held object was destroyed, and corrupts the heap; with nothing held any more, both do nothing. The folder
+    is that of the resources beside the library.
     """
     if not sys.platform.startswith("linux"):
         return

@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
-from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, name_of
+from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
@@ -116,28 +116,19 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
 
     assessment = diagnosis.assessment
     search, fit = assessment.search, assessment.best
-    found = {
-        freed: (value, INTERVAL * deviation, deviation)
-        for freed, value, deviation in zip(
-            fit.freed, fit.theta.tolist(), np.sqrt(np.diag(fit.covariance())).tolist(), strict=True
-        )
-    }
+    deviations = np.sqrt(np.diag(fit.covariance())).tolist()
+    found = dict(zip(fit.freed, zip(fit.theta.tolist(), deviations, strict=True), strict=True))
     parameters = {}
     for freed in item.freed:
-        value, half, deviation = found[freed]
         for variable in sorted({assessment.problem.slots[i] for i in freed.slots}):
             factor, unit = in_shown_unit(diagnosis, item, variable)
-            parameters[name_of(item, freed, variable)] = {
-                "value": value * factor,
-                "std": deviation * factor,
-                "low95": max(value - half, freed.lower) * factor,
-                "high95": min(value + half, freed.upper) * factor,
-                "unit": unit,
-            }
+            name = name_of(item, freed, variable)
+            parameters[name] = {**interval(freed, *found[freed], factor), "unit": unit}
     gain, alone = diagnosis.strength(item), search.fits.get(frozenset({item.title}))
     effect = None
     if item.cause.relative:
-        value, half, _ = found[item.freed[0]]
+        value, deviation = found[item.freed[0]]
+        half = INTERVAL * deviation
         ends = {"factor": value, "low95": value - half, "high95": value + half}
         effect = {name: each / item.freed[0].start for name, each in ends.items()}
     return {

@@ -20,9 +20,10 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.catalogue import components, controller
+from warmlink.orchestration.catalogue import components
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.own import extended, shipped_system, with_paths
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -81,17 +82,8 @@ def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuSt
     """Write the system with the extended values bound, and the heat paths that were found wired in."""
     from warmlink.orchestration.system.write import write_ssp
 
-    if rig.own is not None:
-        write_ssp(rig.own.extended(values), path)
-        return
-    none = controller("none").name
-    by_instance: dict[str, dict[str, float]] = {}
-    for name, value in values.items():
-        instance, _, variable = name.partition(".")
-        if instance in rig.blueprint.components:
-            by_instance.setdefault(instance, {})[variable] = value
-    files = store.files(rig.blueprint.components_with(none).values())
-    write_ssp(rig.blueprint.system(files, none, by_instance), path)
+    own = rig.own or with_paths(shipped_system(rig, store), {})
+    write_ssp(extended(own, values), path)
 
 
 def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:

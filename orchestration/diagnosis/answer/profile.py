@@ -47,16 +47,12 @@ class Calibrated:
     unknown: bool
     alike: tuple[str, ...]
 
-    @property
-    def sentence(self) -> str:
-        """Value, interval, and what restricts them."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        text = f"{self.name} = {self.value:.4g}{unit} (95 %: {self.low95:.4g} to {self.high95:.4g})"
-        if self.unknown:
-            text += ", of which the data say nothing"
-        if self.alike:
-            text += f", not told apart from {', '.join(self.alike)}"
-        return f"{text}, at its bound" if self.at_bound else text
+
+def interval(freed: Freed, value: float, std: float, per_si: float = 1.0) -> dict[str, float]:
+    """A fitted number, its deviation and its 95 % interval within its bounds, in a unit of so many per SI."""
+    low, high = max(value - INTERVAL * std, freed.lower), min(value + INTERVAL * std, freed.upper)
+    known = {"value": value, "std": std, "low95": low, "high95": high}
+    return {name: each * per_si for name, each in known.items()}
 
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
@@ -72,14 +68,11 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     return [
         Calibrated(
             names[i],
-            float(fit.theta[i]),
-            float(spreads[i]),
-            max(float(fit.theta[i] - INTERVAL * spreads[i]), freed.lower),
-            min(float(fit.theta[i] + INTERVAL * spreads[i]), freed.upper),
-            rig.unit(freed.variable),
-            fit.at_bound[i],
-            bool(2 * INTERVAL * spreads[i] > freed.span),
-            tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
+            **interval(freed, float(fit.theta[i]), float(spreads[i])),
+            unit=rig.unit(freed.variable),
+            at_bound=fit.at_bound[i],
+            unknown=bool(2 * INTERVAL * spreads[i] > freed.span),
+            alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
         if freed.calibrated and not freed.added

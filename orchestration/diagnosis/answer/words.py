@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
@@ -39,14 +41,14 @@ def summary(diagnosis: Diagnosis) -> str:
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:
-    within = diagnosis.verdict == "adequate"
-    told = diagnosis.judged[1] or (
-        "The calibrated model explains the data to within their noise."
-        if within
-        else "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
-    )
-    lines = [f"{diagnosis.experiment.title}: calibrated", told]
-    lines += [each.sentence for each in calibration(diagnosis)]
+    told = "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
+    if diagnosis.verdict == "adequate":
+        told = "The calibrated model explains the data to within their noise."
+    lines = [f"{diagnosis.experiment.title}: calibrated", diagnosis.judged[1] or told]
+    for each in calibration(diagnosis):
+        text = _number(each.name, "=", asdict(each)) + ", of which the data say nothing" * each.unknown
+        text += f", not told apart from {', '.join(each.alike)}" if each.alike else ""
+        lines.append(text + ", at its bound" * each.at_bound)
     for word, errors in _errors(diagnosis, diagnosis.before):
         low, high = errors["rmse_before_95"]
         error = f"{errors['rmse_before']:.3g} times the noise (95 %: {low:.3g} to {high:.3g})"
@@ -79,12 +81,14 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
 
 def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
     equals = "off by" if item.cause.added else "="
-    values = [
-        f"{variable} {equals} {p['value']:.4g} {p['unit']}".removesuffix(" 1")
-        + f" (95 %: {p['low95']:.4g} to {p['high95']:.4g})"
-        for variable, p in list(cause_entry(diagnosis, item)["parameters"].items())[:2]
-    ]
-    return f"{item.title}: {', '.join(values)}"
+    entries = list(cause_entry(diagnosis, item)["parameters"].items())[:2]
+    return f"{item.title}: {', '.join(_number(name, equals, entry) for name, entry in entries)}"
+
+
+def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:
+    """A number with its unit and interval."""
+    value = f"{name} {equals} {of['value']:.4g} {of['unit']}".removesuffix(" 1")
+    return f"{value} (95 %: {of['low95']:.4g} to {of['high95']:.4g})"
 
 
 def _gain_lines(diagnosis: Diagnosis) -> list[str]:

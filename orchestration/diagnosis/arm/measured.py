@@ -19,8 +19,7 @@ import numpy as np
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
-from warmlink.orchestration.arm.blueprint import axis_name
-from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run

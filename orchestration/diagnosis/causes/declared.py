@@ -1,26 +1,6 @@
-"""Causes that a person declares for a system of their own, in a file `causes.toml`.
+"""Causes that a person declares for a system of their own, in a file as `warmlink init causes` writes it.
 
-```toml
-[[cause]]
-name = "bearing_preload"
-sentence = "The bearing is preloaded more than assumed."
-check = "Measure the run-down time."
-frees = ["spindle.friction"]                       # parameters that take one common value
-between = ["0.2 N.m", "5 N.m"]
-[[cause]]
-name = "motor_heats_column"
-sentence = "The motor heats the column through its flange."
-check = "Put a thermometer on the flange."
-adds = { conductance = "W/K", from = "motor.shaft_temperature", to = "column.base_temperature",
-         into = "column.heat_flow" }
-between = ["0 W/K", "5 W/K"]
-[[cause]]
-name = "slow_sensor"
-sentence = "The table's thermometer follows late."
-check = "Exchange it with another one."
-reading = { of = "table.temperature", lag = "s" }
-between = ["0 s", "300 s"]
-```
+Each frees parameters (`frees`), adds a heat path (`adds`), or is a fault of a reading (`reading`).
 """
 
 from __future__ import annotations
@@ -33,9 +13,8 @@ from typing import Annotated, Any
 from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.causes.catalogue import Cause
+from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
 from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value
-from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.quantity import converter, quantity
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shown
@@ -43,8 +22,7 @@ from warmlink.orchestration.text_files import read_toml, shown
 READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
 """Faults of a reading with their SI units; an offset has that of the reading."""
 
-WITH = "with:"
-_COURSES = {"constant": "heat", "ramp": "heat_rate", WITH: "heat_per_speed"}
+_COURSES = {"constant": "heat", "ramp": "heat_rate", "with": "heat_per_speed"}
 """Courses of a source of heat, and the parameter of a heat path that stands for each."""
 
 _WITH_FROM: Any = {**TABLE, "alias_generator": lambda name: "from" if name == "giver" else name}
@@ -80,34 +58,33 @@ class AddsTable:
     to: Annotated[str | None, Text("column.base_temperature")] = None
     out_of: Ends = None
     heat: Unit = None
-    course: Annotated[str, Text(f"{WITH}spindle.speed")] = "constant"
+    course: Annotated[str, Text("with:spindle.speed")] = "constant"
 
     def __post_init__(self) -> None:
         if (self.conductance is None) == (self.heat is None):
             raise InputError('needs either conductance = "W/K" or heat = "W"')
         if self.conductance is not None and (self.giver is None or self.to is None):
             raise InputError("a conductance lies between two temperatures; give both as from and to")
-        if self.course not in _COURSES and not self.course.startswith(WITH):
-            raise InputError(f"course: {self.course!r} is none; give constant, ramp or {WITH}spindle.speed")
+        course, _, signal = self.course.partition(":")
+        if course not in _COURSES or (course == "with") != bool(signal):
+            raise InputError(f"course: {self.course!r} is none; give constant, ramp or with:spindle.speed")
 
     @property
     def parameter(self) -> str:
         """Parameter of the heat path that the cause frees."""
-        course = WITH if self.course.startswith(WITH) else self.course
-        return "conductance" if self.heat is None else _COURSES[course]
+        return "conductance" if self.heat is None else _COURSES[self.course.partition(":")[0]]
 
     @property
     def sources(self) -> dict[str, str]:
         """Output that feeds each input of the heat path."""
-        ends = {"from_temperature": self.giver, "to_temperature": self.to}
-        if self.heat is not None and self.course.startswith(WITH):
-            ends["speed"] = self.course.removeprefix(WITH)
-        return {name: end for name, end in ends.items() if end is not None}
+        speed = self.course.partition(":")[2]
+        ends = {"from_temperature": self.giver, "to_temperature": self.to, "speed": speed}
+        return {name: end for name, end in ends.items() if end}
 
     @property
     def totals(self) -> dict[str, str]:
         """Input that each end of the heat path goes before, `to` or `from`."""
-        return {"to": self.into, **({} if self.out_of is None else {"from": self.out_of})}
+        return {"to": self.into, **({"from": self.out_of} if self.out_of else {})}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,17 +101,13 @@ class ReadingTable:
     clock: Unit = None
 
     def __post_init__(self) -> None:
-        if len(self._faults) != 1:
+        if len(self.units) != 1:
             raise InputError(f'needs one of {", ".join(READING)}, with its unit, as lag = "s"')
 
     @property
-    def fault(self) -> str:
-        """The fault."""
-        return self._faults[0]
-
-    @property
-    def _faults(self) -> list[str]:
-        return [fault for fault in READING if getattr(self, fault) is not None]
+    def units(self) -> dict[str, str]:
+        """Unit by fault, of which there is one."""
+        return {fault: unit for fault in READING if (unit := getattr(self, fault)) is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,58 +181,53 @@ def causes_of(
         the system has.
     """
     for table in file.cause:
-        place = f"{where}: {table.name}"
-        if table.reading is not None:
-            yield _of_reading(table, table.reading, declared, measured, place)
-        else:
-            yield _of_plant(table, declared, known, place)
+        place, reading = f"{where}: {table.name}", table.reading
+        frees, start, unit, temperature = (
+            _freed(table, declared, known, place)
+            if reading is None
+            else _misread(reading, declared, measured, f"{place}.reading")
+        )
+        lower, upper = (
+            quantity(each, unit, f"{place}.between", difference=not temperature) for each in table.between
+        )
+        if not lower <= start <= upper or lower == upper:
+            of = "" if unit == "1" else f" {unit}"
+            raise InputError(
+                f"{place}.between: {lower:g} to {upper:g}{of} does not contain {start:g}{of}, the value "
+                "without the cause; give a lower and an upper bound about it"
+            )
+        words = table.looks_like, table.check
+        kind: Kind = "plant" if reading is None else "declared reading"
+        cause = Cause(table.name, table.sentence, frees, lower, upper, *words, shown_unit=unit, kind=kind)
+        yield replace(cause, declared=True)
 
 
-def _of_plant(table: CauseTable, declared: Declared, known: Mapping[str, float], place: str) -> Cause:
+_Freed = tuple[tuple[str, ...], float, str, bool]
+"""What a cause frees, the value without it in SI, its unit, and whether it is a temperature."""
+
+
+def _freed(table: CauseTable, declared: Declared, known: Mapping[str, float], place: str) -> _Freed:
     frees, adds = table.frees, table.adds
     if adds is not None:
         frees = (f"{table.name}.{adds.parameter}",)
         # A source's unit is its own, whatever its course.
-        unit = "W" if adds.conductance is None else "W/K"
-        converter(adds.conductance or adds.heat or "W", unit, f"{place}.adds")
+        unit = "W/K" if adds.heat is None else "W"
+        converter(adds.conductance or adds.heat or unit, unit, f"{place}.adds")
     scalars = [declared(name, f"{place}.frees") for name in frees]
     for scalar in scalars:
         if scalar.start is None:
             raise InputError(f"{place}.frees: {scalar.name} is an output; name a parameter")
-    start = known.get(frees[0], scalars[0].start) if adds is None else 0.0
-    lower, upper = (to_si(each, scalars[0], f"{place}.between") for each in table.between)
-    return _bounded(table, frees, (lower, upper), float(start or 0.0), scalars[0].variable.unit, place)
+    first = scalars[0]
+    start = 0.0 if adds else known.get(frees[0], first.start or 0.0)
+    return frees, start, first.variable.unit, first.is_temperature
 
 
-def _of_reading(
-    table: CauseTable, reading: ReadingTable, declared: Declared, measured: Mapping[str, str], place: str
-) -> Cause:
-    scalar = declared(reading.of, f"{place}.reading.of")
+def _misread(reading: ReadingTable, declared: Declared, measured: Mapping[str, str], place: str) -> _Freed:
+    scalar = declared(reading.of, f"{place}.of")
     if reading.of not in measured:
         known = instead(reading.of, list(measured))
-        raise InputError(f"{place}.reading.of: no column of the runs is {reading.of}; {known}")
-    unit = READING[reading.fault] or scalar.variable.unit
-    converter(getattr(reading, reading.fault), unit, f"{place}.reading", difference=True)
-    lower, upper = (quantity(each, unit, f"{place}.between", difference=True) for each in table.between)
-    start = float(reading.fault == "scale")
-    cause = _bounded(table, (reading.of, reading.fault), (lower, upper), start, unit, place)
-    return replace(cause, kind="declared reading")
-
-
-def _bounded(
-    table: CauseTable,
-    frees: tuple[str, ...],
-    between: tuple[float, float],
-    start: float,
-    unit: str,
-    place: str,
-) -> Cause:
-    lower, upper = between
-    if not lower <= start <= upper or lower == upper:
-        shown = "" if unit == "1" else f" {unit}"
-        raise InputError(
-            f"{place}.between: {lower:g} to {upper:g}{shown} does not contain {start:g}{shown}, the value "
-            "without the cause; give a lower and an upper bound about it"
-        )
-    words = table.looks_like, table.check
-    return Cause(table.name, table.sentence, frees, *between, *words, shown_unit=unit, declared=True)
+        raise InputError(f"{place}.of: no column of the runs is {reading.of}; {known}")
+    ((fault, given),) = reading.units.items()
+    unit = READING[fault] or scalar.variable.unit
+    converter(given, unit, place, difference=True)
+    return (reading.of, fault), float(fault == "scale"), unit, False

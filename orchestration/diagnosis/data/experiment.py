@@ -17,8 +17,8 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
+from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.diagnosis.data.rigs import rig_of
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import TABLE, read_table
@@ -218,6 +218,14 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
     return replace(first, title=title, runs=tuple(runs), columns=tuple(columns.values()))
 
 
+def noise_of(rig: Rig, variable: str, text: str | float, where: str) -> float:
+    """Standard deviation in SI of an output's noise, as written; raises InputError where it is none."""
+    noise = to_si(text, rig.scalar(variable, where), where, difference=True)
+    if not noise > 0:
+        raise InputError(f"{where}: {text!r} is not a standard deviation above 0")
+    return noise
+
+
 class _Reader:
     """Reads what an experiment file says of the variables of its system."""
 
@@ -257,7 +265,7 @@ class _Reader:
             known,
             tuple(self._calibrated(name, table) for name, table in file.calibrate.items()),
             file.causes.per,
-            {variable: self._noise(variable, text) for variable, text in file.noise.items()},
+            {n: noise_of(rig, n, text, f"{self.name}: noise.{n}") for n, text in file.noise.items()},
             file.initial == MEASURED,
             declared=tuple(declared),
             with_shipped=file.causes.shipped,
@@ -286,13 +294,6 @@ class _Reader:
         if table.per is not None and table.per != PER_RUN:
             self._check_label(table.per, f"calibrate.{variable}.per")
         return Calibration(variable, lower, upper, start, table.per)
-
-    def _noise(self, variable: str, text: str | float) -> float:
-        place = f"{self.name}: noise.{variable}"
-        noise = to_si(text, self.rig.scalar(variable, place), place, difference=True)
-        if not noise > 0:
-            raise InputError(f"{place}: {text!r} is not a standard deviation above 0")
-        return noise
 
     def _check_label(self, label: str, where: str) -> None:
         for run in self.runs:

@@ -11,7 +11,7 @@ from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_of
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
@@ -48,11 +48,7 @@ def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
     for name, text in given.items():
         variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
         variable = experiment.rig.columns.get(variable, variable)
-        where = f"--noise {name}={text}"
-        value = to_si(text, experiment.rig.scalar(variable, where), where, difference=True)
-        if not value > 0:
-            raise InputError(f"{where}: is not a standard deviation above 0")
-        noise[variable] = value
+        noise[variable] = noise_of(experiment.rig, variable, text, f"--noise {name}")
     return replace(experiment, noise=noise)
 
 

@@ -1,115 +1,189 @@
-"""Anybody's system, and the heat paths that causes add between its FMUs."""
+"""Anybody's system: its rig, from what its FMUs declare, and the heat paths that causes add between them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
+from warmlink.fmus.component import Component, Input, Output, Parameter
+from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
+from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
+from warmlink.orchestration.fmu_store import FmuStore, store
+from warmlink.orchestration.scenarios.own_system import blueprint_of
+from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component as Part
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import Connection, System, Value
+from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.units import Conversion, Unit, meaning
 
-Paths = Mapping[str, AddsTable]
-"""Heat paths by the name of their cause, which is that of their instance."""
 
+def rig_of(
+    name: str,
+    folder: Path = Path(),
+    paths: Paths = MappingProxyType({}),
+    looped: bool = False,
+    replaced: Replacements | None = None,
+) -> Rig:
+    """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
-class Own:
-    """A system of one's own, with the heat paths that causes may add to its `base`.
-
-    `moved` is the input of a heat path that stands for each input before which one was put. InputError is
-    raised where a path does not fit.
+    With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_of_own`.
+    InputError is raised where there is no such system, or something does not fit it.
     """
-
-    def __init__(self, base: System, paths: Paths) -> None:
-        self.base, self.paths, self.system = base, paths, base
-        self.moved: dict[str, str] = {}
-        if paths:
-            fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
-            for name, path in paths.items():
-                self._add(name, path, fmu)
-
-    def _add(self, name: str, path: AddsTable, fmu: Path) -> None:
-        """Put a heat path before the inputs that it changes."""
-        parts, links = dict(self.system.components), list(self.system.connections)
-        if name in parts:
-            raise InputError(f"{name}: {self.base.name} has a component of this name; rename the cause")
-        parts[name] = component(name, fmu)
-        for end, target in path.totals.items():
-            info, variable, value = _variable(parts, target, f"{name}.adds")
-            own, taken = to_si(info, variable), f"{end}_heat_flow"
-            before = next((each for each in links if each.target == target), None)
-            if before is None:
-                parts[name].values[taken] = own(float(value or 0.0))
-            else:
-                whole = Conversion(before.factor, before.offset).then(own.factor, own.offset)
-                moved = replace(before, target_component=name, target_variable=taken)
-                links[links.index(before)] = replace(moved, factor=whole.factor, offset=whole.offset)
-            links.append(connect(parts, f"{name}.total_{taken}", target))
-            self.moved.setdefault(target, f"{name}.{taken}")
-        for end, source in path.sources.items():
-            # A signal may be named by the input that it feeds.
-            fed = next((each.source for each in links if each.target == source), source)
-            info, variable, _ = _variable(parts, fed, f"{name}.adds")
-            if info.variables[variable].causality == "input":
-                raise InputError(
-                    f"{name}.adds: {fed}: is an input that nothing feeds in {self.base.name}, so that "
-                    "nothing passes its signal on; feed it there, from a DutyCycle for example"
-                )
-            links.append(connect(parts, fed, f"{name}.{end}"))
-        self.system = replace(self.system, components=parts, connections=tuple(links))
-
-    def extended(self, values: Mapping[str, float]) -> System:
-        """The system with values in SI by full name, and with those heat paths that carry heat."""
-        used = {name: path for name, path in self.paths.items() if values.get(f"{name}.{path.parameter}")}
-        bare = Own(self.base, used)
-        parts = dict(bare.system.components)
-        back = {path: end for end, path in self.moved.items()}
-        for name, value in values.items():
-            end = back.get(name, name)
-            end = bare.moved.get(end, end)
-            part = _owner(parts, end)
-            if part:
-                held, key = parts[part], end[len(part) + 1 :]
-                own = from_si(read_description(held.fmu), key, value)
-                parts[part] = replace(held, values={**held.values, key: own})
-        checked = {name: component(name, held.fmu, held.values) for name, held in parts.items()}
-        return replace(bare.system, components=checked)
+    changed = replaced or NOTHING_REPLACED
+    if name.lower().endswith((".ssp", ".ssd")):
+        base = read_system(folder / name)
+    elif paths or looped or changed.fmus:
+        base = shipped_system(rig(name))
+    else:
+        return rig(name)
+    return rig_of_own(with_paths(changed.in_system(base), paths), looped)
 
 
-def to_si(info: ModelInfo, name: str) -> Conversion:
-    """Conversion of a variable's values from its own unit to SI."""
+def shipped_system(shipped: Rig, built: FmuStore | None = None) -> System:
+    """System of FMUs of a shipped rig, without a controller; by default of the kind that can be built."""
+    none = controller("none").name
+    kinds = sorted(shipped.blueprint.components_with(none).values())
+    return shipped.blueprint.system((built or store(None, kinds, remark)).files(kinds), none)
+
+
+def rig_of_own(own: Own, looped: bool = False) -> Rig:
+    """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
+    blueprint = blueprint_of(own.system)
+    foreign: dict[str, Component] = {}
+    values: dict[str, dict[str, Value]] = {}
+    for name, part in own.system.components.items():
+        info, kind = read_description(part.fmu), blueprint.components[name]
+        if kind in blueprint.foreign:
+            foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
+        values[name] = {
+            key: value if isinstance(value, str) else _to_si(info, key)(float(value))
+            for key, value in part.values.items()
+        }
+    return Rig(blueprint, values=values, foreign=foreign, looped=looped, own=own)
+
+
+def _declaration(info: ModelInfo) -> Component:
+    """What an FMU says of itself, as a component without equations, in SI units."""
+    found: dict[str, list[Any]] = {"input": [], "parameter": [], "output": []}
+    for name, variable in info.variables.items():
+        kind = "Integer" if variable.kind == "Enumeration" else variable.kind
+        if kind not in ("Real", "Integer", "Boolean") or variable.dimensions:
+            continue
+        own, causality = meaning(own_unit(info, variable) or Unit("1")), variable.causality
+        powers = zip(BASE_UNITS, own.exponents or (), strict=False)
+        plain = ".".join(base if n == 1 else f"{base}{n}" for base, n in powers if n) or "1"
+        unit = own.name if (own.factor, own.offset) == (1.0, 0.0) else plain
+        how: dict[str, Any] = {"description": variable.description, "type": kind}
+        how["display"] = "degC" if unit == "K" and not variable.relative else None
+        start = _to_si(info, name)(float(variable.start or 0.0))
+        if causality == "input":
+            found[causality].append(Input(name, unit, start=start, **how))
+        elif causality == "parameter" and variable.settable:
+            tunable = variable.variability == "tunable"
+            found[causality].append(Parameter(name, unit, start, tunable=tunable, **how))
+        elif causality == "output":
+            found[causality].append(Output(name, unit, **how))
+    inputs, parameters, outputs = map(tuple, found.values())
+    return Component(
+        info.model_name, info.description, lambda x, u, p, t: {}, inputs, parameters, outputs=outputs
+    )
+
+
+def with_paths(base: System, paths: Paths) -> Own:
+    """A system with the heat paths that causes may add; InputError where one does not fit."""
+    found = Own(base, paths, base, {})
+    if paths:
+        fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
+        for name, path in paths.items():
+            found = _with_path(found, name, path, fmu)
+    return found
+
+
+def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
+    """Put a heat path before the inputs that it changes."""
+    system, where, moved = own.system, f"{name}.adds", dict(own.moved)
+    if name in system.components:
+        raise InputError(f"{name}: {own.base.name} has a component of this name; rename the cause")
+    parts = {**system.components, name: component(name, fmu)}
+    links = {each.target: each for each in system.connections}
+    for end, target in path.totals.items():
+        part, info, variable = _located(system, target, where)
+        unit, taken = _to_si(info, variable), f"{end}_heat_flow"
+        if target in links:
+            led = links[target]
+            whole = Conversion(led.factor, led.offset).then(unit.factor, unit.offset)
+            links[f"{name}.{taken}"] = Connection(*led.ends[0], name, taken, whole.factor, whole.offset)
+        else:
+            value = parts[part].values.get(variable, info.variables[variable].start)
+            parts[name].values[taken] = unit(float(value or 0.0))
+        links[target] = connect(parts, f"{name}.total_{taken}", target)
+        moved.setdefault(target, f"{name}.{taken}")
+    for end, source in path.sources.items():
+        # A signal may be named by the input that it feeds.
+        fed = links[source].source if source in links else source
+        _, info, variable = _located(system, fed, where)
+        if info.variables[variable].causality == "input":
+            raise InputError(
+                f"{where}: {fed}: is an input that nothing feeds in {own.base.name}, so that "
+                "nothing passes its signal on; feed it there, from a DutyCycle for example"
+            )
+        links[f"{name}.{end}"] = connect(parts, fed, f"{name}.{end}")
+    extended = replace(system, components=parts, connections=tuple(links.values()))
+    return replace(own, system=extended, moved=moved)
+
+
+def extended(own: Own, values: Mapping[str, float]) -> System:
+    """The system with values in SI by full name, and with those heat paths that carry heat."""
+    used = {name: path for name, path in own.paths.items() if values.get(f"{name}.{path.parameter}")}
+    bare = with_paths(own.base, used)
+    back = {path: end for end, path in own.moved.items()}
+    ends = {back.get(name, name): value for name, value in values.items()}
+    found = with_values(bare.system, {bare.moved.get(end, end): value for end, value in ends.items()})
+    checked = {name: component(name, held.fmu, held.values) for name, held in found.components.items()}
+    return replace(found, components=checked)
+
+
+def with_values(system: System, values: Mapping[str, float]) -> System:
+    """A system with start values in SI by full name; what is of none of its parts is left out."""
+    parts = dict(system.components)
+    for name, value in values.items():
+        if part := owner_of(parts, name):
+            held, key = parts[part], name[len(part) + 1 :]
+            info = read_description(held.fmu)
+            unit, kind = _to_si(info, key), info.variables[key].kind
+            own = (value - unit.offset) / unit.factor
+            given: Value = bool(own) if kind == "Boolean" else own if kind == "Real" else round(own)
+            parts[part] = replace(held, values={**held.values, key: given})
+    return replace(system, components=parts)
+
+
+def unit_of(system: System, name: str) -> Conversion:
+    """Conversion of the values of a variable, by its full name, from its own unit to SI."""
+    return _to_si(*_located(system, name, system.name)[1:])
+
+
+def _to_si(info: ModelInfo, name: str) -> Conversion:
     variable = info.variables[name]
     unit = meaning(own_unit(info, variable) or Unit("1"))
     return Conversion(unit.factor, 0.0 if variable.relative else unit.offset)
 
 
-def from_si(info: ModelInfo, name: str, value: float) -> Value:
-    """A value in SI as the FMU takes it."""
-    given, kind = to_si(info, name), info.variables[name].kind
-    own = (value - given.offset) / given.factor
-    return bool(own) if kind == "Boolean" else own if kind == "Real" else round(own)
-
-
-def _variable(parts: Mapping[str, Part], target: str, where: str) -> tuple[ModelInfo, str, Value | None]:
-    """The FMU of a variable, the variable's name there and its start value."""
-    owner = _owner(parts, target)
-    if not owner:
-        raise InputError(f"{where}: {target}: there is no component of this name; {instead(target, parts)}")
-    info, name = read_description(parts[owner].fmu), target[len(owner) + 1 :]
-    found = variable_of(info, name, f"{where}: {target}")
-    return info, name, parts[owner].values.get(name, found.start)
-
-
-def _owner(parts: Mapping[str, object], name: str) -> str:
-    """Part whose variable a full name is; empty where it is none's."""
-    return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")
+def _located(system: System, name: str, where: str) -> tuple[str, ModelInfo, str]:
+    """Part of a system whose variable a full name is, its FMU, and the variable's name there."""
+    part = owner_of(system.components, name)
+    if not part:
+        known = instead(name, system.components)
+        raise InputError(f"{where}: {name}: there is no component of this name; {known}")
+    info, key = read_description(system.components[part].fmu), name[len(part) + 1 :]
+    variable_of(info, key, f"{where}: {name}")
+    return part, info, key

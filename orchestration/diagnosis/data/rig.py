@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component, Input, Parameter, Scalar
@@ -18,12 +17,10 @@ from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.scenarios.own_system import DRIVER
-from warmlink.orchestration.system.model import StartValues, Value
+from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.diagnosis.data.own import Own
 
 ELONGATION = "link.elongation"
 
@@ -36,15 +33,28 @@ SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
 """Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
 an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
 
-PARTS = {"motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"}
-"""Components by the instance that the shipped systems, and the causes, call them."""
-
 _DEMANDS = {
     "MotorHeatSource": "speed torque|current pad_temperature|pad_power ambient_temperature",
     "Heater": "on",
     "ThermalLink": "ambient_temperature",
 }
 """Inputs of a component that every run should have, each with those that may stand in its place."""
+
+Paths = Mapping[str, AddsTable]
+"""Heat paths by the name of their cause, which is that of their instance."""
+
+
+@dataclass(frozen=True)
+class Own:
+    """A system of FMUs, without and with the heat paths that causes may add to its base.
+
+    `moved` is the input of a heat path that stands for each input before which one was put.
+    """
+
+    base: System
+    paths: Paths
+    system: System
+    moved: Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,14 +171,11 @@ class Rig:
 
     def part_of(self, name: str) -> str:
         """Instance whose variable a full name is; empty where it is none's."""
-        owners = (each for each in self.blueprint.components if name.startswith(f"{each}."))
-        return max(owners, key=len, default="")
+        return owner_of(self.blueprint.components, name)
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        kinds = self.blueprint.components
-        reduced = {i for i, each in self.foreign.items() if part == "link" and each.rates is not None}
-        return [i for i in self.components if kinds[i] == PARTS.get(part) or i in reduced]
+        return [instance for instance in self.blueprint.called(part) if instance in self.components]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
@@ -259,6 +266,11 @@ def rig(name: str, cells: int = CELLS) -> Rig:
     if name not in SHIPPED:
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
     return Rig(SHIPPED[name], cells)
+
+
+def owner_of(parts: Iterable[str], name: str) -> str:
+    """Part whose variable a full name is; empty where it is none's."""
+    return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")
 
 
 def _last(end: str) -> str:

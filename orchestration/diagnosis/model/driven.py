@@ -4,45 +4,38 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
 from functools import cache
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.rig import owner_of
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.batch import Batch, sorted_by_type
+from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.studies.processes import without_main
-from warmlink.orchestration.system.description import Capabilities, Variable, read_description
-from warmlink.orchestration.system.model import Connection, System, Value
+from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
 
 LOG = "measured log"
 """Name of the slave that plays the log."""
 
 
-@dataclass(frozen=True)
-class Driven:
-    """What a run takes.
+class Driven(NamedTuple):
+    """What a run takes: FMUs with start values in the variables' own units, what is wanted, and the log.
 
-    Attributes
-    ----------
-    system : FMUs, connections, and start values in the variables' own units
-    signals : course of each input or tunable parameter that does not stay as it starts, by full name and in
-        its own unit, shape (points,)
-    outputs : full names of what is wanted
-    time : communication points in s, from 0, shape (points,)
+    `signals` are courses of inputs and tunable parameters that do not stay as they start, by full name and in
+    their own units, at communication points in s from 0, shape (points,) each.
     """
 
     system: System
@@ -53,7 +46,7 @@ class Driven:
     def halved(self) -> Driven:
         """The same with half of each step."""
         signals = {name: np.repeat(signal, 2)[:-1] for name, signal in self.signals.items()}
-        return replace(self, signals=signals, time=halved(self.time))
+        return self._replace(signals=signals, time=halved(self.time))
 
 
 def halved(time: Array) -> Array:
@@ -94,10 +87,9 @@ def _course(run: Driven) -> Array:
     unpacked = cache_folder() / "unpacked" / str(os.getpid())
     unpacked.mkdir(parents=True, exist_ok=True)
     try:
-        assembly = assemble(run.system, unpacked=unpacked)
-        log = _Log(run)
+        assembly, log = assemble(run.system, unpacked=unpacked), _Log(run)
         assembly.slaves = [log, *assembly.slaves]
-        assembly.connections = [*log.wires, *assembly.connections]
+        assembly.connections = [*log.wires(), *assembly.connections]
         result = simulate(
             assembly,
             float(run.time[-1]),
@@ -119,17 +111,9 @@ class _Laid(ctypes.Structure):
     """The log as the compiled loop has it, see `Log` in `loop.c`."""
 
     _fields_ = (
-        ("values", ctypes.c_void_p),
-        ("times", ctypes.c_void_p),
-        ("points", ctypes.c_int64),
-        ("width", ctypes.c_int64),
-        ("point", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in ("values", "times")),
+        *((name, ctypes.c_int64) for name in ("points", "width", "point")),
     )
-
-
-_FUNCTIONS = {"DoStep": "log_step", "GetReal": "log_get_real"}
-_TYPES = {"Real": ctypes.c_double, "Integer": ctypes.c_int, "Boolean": ctypes.c_int}
-_OF_KIND: dict[str, Callable[[float], Value]] = {"Real": float, "Integer": round, "Boolean": bool}
 
 
 class _Log:
@@ -142,50 +126,33 @@ class _Log:
 
     def __init__(self, run: Driven) -> None:
         self._run = run
-        self.variables: dict[str, Variable] = {}
-        self.wires = []
-        for target in run.signals:
-            part = max((p for p in run.system.components if target.startswith(f"{p}.")), key=len)
-            info = read_description(run.system.components[part].fmu)
-            variable = target[len(part) + 1 :]
-            self.variables[target] = replace(
-                info.variables[variable],
-                name=target,
-                causality="output",
-                initial=None,
-                value_reference=len(self.variables),
-                element=0,
-                elements=1,
-            )
-            self.wires.append(Connection(LOG, target, part, variable))
-        self.dependencies: dict[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())
+        self.variables = {
+            target: Variable(target, i, "Real", "Real", "output", "continuous")
+            for i, target in enumerate(run.signals)
+        }
+        self.dependencies: Mapping[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())
         self._table = np.column_stack([np.empty((run.time.size, 0)), *run.signals.values()])
         at = self._table.ctypes.data, run.time.ctypes.data
         self._laid = _Laid(*at, run.time.size, len(run.signals), 0)
         self.component = ctypes.cast(ctypes.byref(self._laid), ctypes.c_void_p)
 
+    def wires(self) -> Iterator[Connection]:
+        """Connections to the inputs that follow the log."""
+        for target in self.variables:
+            part = owner_of(self._run.system.components, target)
+            yield Connection(LOG, target, part, target[len(part) + 1 :])
+
     def function(self, name: str) -> Any:
-        return getattr(library(), _FUNCTIONS.get(name, "log_get_integer"))
+        return getattr(library(), {"DoStep": "log_step"}.get(name, "log_get"))
 
     def batches(self, names: Names) -> list[Batch]:
-        def base(variable: Variable) -> tuple[str, Any] | None:
-            kind = variable.kind or ""
-            return (kind, _TYPES[kind]) if kind in _TYPES else None
-
-        return sorted_by_type(LOG, self.variables, names, base)
+        return sorted_by_type(LOG, self.variables, names, lambda variable: ("Real", ctypes.c_double))
 
     def get(self, names: Names) -> list[Value]:
-        values = {name: float(self._run.signals[name][self._laid.point]) for name in names}
-        return [_OF_KIND[self.variables[name].kind or "Real"](value) for name, value in values.items()]
+        return [float(self._run.signals[name][self._laid.point]) for name in names]
 
     def step(self, time: float, step_size: float) -> None:
         self._laid.point = max(int(np.searchsorted(self._run.time, time, side="right")) - 1, 0)
-
-    def _nothing(self, *_: object, **__: object) -> None:
-        """What a log need not do."""
-
-    set = enter_initialization = exit_initialization = terminate = free = _nothing
-    set_input_derivatives = deserialize = _nothing
 
     def state(self, reuse: object = None) -> object:
         return self._laid.point
@@ -195,3 +162,9 @@ class _Log:
 
     def serialize(self) -> bytes:
         return b""
+
+    def _nothing(self, *_: object) -> None:
+        """What a log need not do."""
+
+    set = enter_initialization = exit_initialization = terminate = free = _nothing
+    set_input_derivatives = deserialize = _nothing

@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.own import Own, from_si, to_si
+from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, held_row
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.units import Conversion
+from warmlink.orchestration.system.model import System
 
 Bounds = Callable[[], tuple[Array, Array]]
 """Lower and upper bounds of an ordinary change of each slot, shape (slots,) each."""
@@ -52,24 +52,27 @@ class Loop(Simulation):
         bounds: Bounds | None,
     ) -> None:
         super().__init__(rig, slots, run, known)
-        assert rig.own is not None
-        self._outputs, self._bounds, self._system = outputs, bounds, _needed(rig, rig.own, outputs)
-        self._infos = {name: read_description(part.fmu) for name, part in self._system.components.items()}
-        uneven = all(info.capabilities.variable_step for info in self._infos.values())
-        laid = _communication(run.time, rig.blueprint.step_size, uneven)
-        self._time: Array = laid if finer_than is None else halved(finer_than.time)
+        self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
+        self._system = _needed(rig, outputs)
+        units = [unit_of(self._system, name) for name in outputs]
+        self._factors, self._offsets = (
+            np.array([getattr(u, n) for u in units]) for n in ("factor", "offset")
+        )
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
         self._acting = self._table[:, held_row(run.time, middle)]
-        self._units = [self._unit(name) for name in outputs]
         self._kept: dict[bytes, Array] = {}
         self._at: Array | None = None
         self._columns = np.empty(0)
         self._answers: dict[tuple[object, bytes], Array] = {}
 
-    @property
+    @cached_property
     def time(self) -> Array:
         """Communication points in s."""
-        return self._time
+        if self._finer_than is not None:
+            return halved(self._finer_than.time)
+        infos = [read_description(part.fmu) for part in self._system.components.values()]
+        uneven = all(info.capabilities.variable_step for info in infos)
+        return _communication(self._rows, self.rig.blueprint.step_size, uneven)
 
     def linearise(self, z: Array) -> None:
         """Take all derivatives anew at values of the slots."""
@@ -98,11 +101,10 @@ class Loop(Simulation):
         if key not in self._answers:
             hats = [np.interp(self.time, given.nodes, hat) for hat in np.eye(given.nodes.size)]
             moves = np.abs(self._moves(z))
-            wanted = [
-                (slots, float(moves[list(slots)].min()), hat) for slots in given.added_to for hat in hats
-            ]
-            added = [dict.fromkeys(slots, size * hat) for slots, size, hat in wanted]
-            self._answers[key] = self._derivatives(z, added, [size for _, size, _ in wanted])
+            sizes = [float(moves[list(slots)].min()) for slots in given.added_to]
+            wanted = zip(given.added_to, sizes, strict=True)
+            added = [dict.fromkeys(slots, size * hat) for slots, size in wanted for hat in hats]
+            self._answers[key] = self._derivatives(z, added, np.repeat(sizes, len(hats)))
         return self._interpolated(self._answers[key], times)
 
     def _interpolated(self, values: Array, times: Array) -> Array:
@@ -117,11 +119,12 @@ class Loop(Simulation):
         if key not in self._kept:
             run = self._driven(z)
             if self._bounds is not None:
-                self._kept = {key: self._in_si(courses([run])[0])}
+                (found,) = courses([run])
             else:
                 # The loop's error is of first order in its step, so that it goes out with half of the step.
-                coarse, fine = map(self._in_si, courses([run, run.halved()]))
-                self._kept = {key: 2 * fine[::2] - coarse}
+                coarse, fine = courses([run, run.halved()])
+                found = 2 * fine[::2] - coarse
+            self._kept = {key: self._factors * found + self._offsets}
         return self._kept[key]
 
     def _moves(self, z: Array) -> Array:
@@ -135,50 +138,34 @@ class Loop(Simulation):
         moves = self._moves(z)
         return self._derivatives(z, [{i: moves[[i]]} for i in which], moves[list(which)])
 
-    def _derivatives(
-        self, z: Array, added: Sequence[Mapping[int, Array]], sizes: Sequence[float] | Array
-    ) -> Array:
+    def _derivatives(self, z: Array, added: Sequence[Mapping[int, Array]], sizes: Array) -> Array:
         """Derivatives by the sizes of courses that are added to slots, shape (points, outputs, courses)."""
         if not added:
             return np.empty((self.time.size, len(self._outputs), 0))
         base, *moved = courses([self._driven(z, each) for each in ({}, *added)])
-        self._kept = {z.tobytes(): self._in_si(base)}
-        factors = np.array([unit.factor for unit in self._units])
-        return np.stack([factors * (c - base) / size for c, size in zip(moved, sizes, strict=True)], axis=2)
+        self._kept = {z.tobytes(): self._factors * base + self._offsets}
+        return np.stack([self._factors * (c - base) / size for c, size in zip(moved, sizes, strict=True)], 2)
 
     def _driven(self, z: Array, added: Mapping[int, Array] | None = None) -> Driven:
         """A run with values of the slots, and courses that are added to some of them."""
-        index = {name: i for i, name in enumerate(self.rig.externals)}
-        signals = dict(zip(index, self._acting, strict=True))
-        signals |= {n: np.array([v]) for n, v in self._known.items() if n not in index}
+        signals = dict(zip(self.rig.externals, self._acting, strict=True))
+        logged = set(signals)
+        signals |= {n: np.array([v]) for n, v in self._known.items() if n not in logged}
         for i, slot in enumerate(self.slots):
             value = z[i] + (added or {}).get(i, np.zeros(1))
-            if slot.startswith((SCALE, OFFSET)):
-                for name in (n for n in self.rig.fed_with(slot.partition(":")[2]) if n in index):
-                    logged = signals[name]
-                    signals[name] = logged * value if slot.startswith(SCALE) else logged + value
-            else:
+            kind, _, fed = slot.partition(":")
+            if kind not in (SCALE, OFFSET):
                 signals[slot] = value
-        starts: dict[str, dict[str, Value]] = {n: dict(c.values) for n, c in self._system.components.items()}
-        driven: dict[str, Array] = {}
+                continue
+            for name in logged.intersection(self.rig.fed_with(fed)):
+                signals[name] = signals[name] * value if kind == SCALE else signals[name] + value
+        starts = {name: float(signal[0]) for name, signal in signals.items()}
+        driven = {}
         for name, signal in signals.items():
-            part = self.rig.part_of(name)
-            if part in starts:
-                variable = name[len(part) + 1 :]
-                starts[part][variable] = from_si(self._infos[part], variable, float(signal[0]))
-                if np.ptp(signal) > 0:
-                    own = self._unit(name)
-                    driven[name] = (signal - own.offset) / own.factor
-        parts = {n: replace(c, values=starts[n]) for n, c in self._system.components.items()}
-        return Driven(replace(self._system, components=parts), driven, self._outputs, self.time)
-
-    def _unit(self, name: str) -> Conversion:
-        part = self.rig.part_of(name)
-        return to_si(self._infos[part], name[len(part) + 1 :])
-
-    def _in_si(self, values: Array) -> Array:
-        units = self._units
-        return values * np.array([u.factor for u in units]) + np.array([u.offset for u in units])
+            if np.ptp(signal) > 0 and self.rig.part_of(name) in self._system.components:
+                unit = unit_of(self._system, name)
+                driven[name] = (signal - unit.offset) / unit.factor
+        return Driven(with_values(self._system, starts), driven, self._outputs, self.time)
 
 
 def _communication(rows: Array, longest: float, uneven: bool) -> Array:
@@ -193,15 +180,15 @@ def _communication(rows: Array, longest: float, uneven: bool) -> Array:
     return step * np.arange(np.ceil(rows[-1] / step - 1e-9) + 1)
 
 
-def _needed(rig: Rig, own: Own, outputs: tuple[str, ...]) -> System:
+def _needed(rig: Rig, outputs: tuple[str, ...]) -> System:
     """The parts on which outputs depend, without the connections that the log stands for."""
-    wires = [each for each in own.system.connections if each.source not in rig.cut]
+    assert rig.own is not None
+    system = rig.own.system
+    wires = [each for each in system.connections if each.source not in rig.cut]
     wires = [each for each in wires if each.source_component in rig.components]
     needed = {rig.part_of(name) for name in outputs}
     while more := {w.source_component for w in wires if w.target_component in needed} - needed:
         needed |= more
-    return replace(
-        own.system,
-        components={name: part for name, part in own.system.components.items() if name in needed},
-        connections=tuple(each for each in wires if each.target_component in needed),
-    )
+    parts = {name: part for name, part in system.components.items() if name in needed}
+    kept = tuple(each for each in wires if each.target_component in needed)
+    return replace(system, components=parts, connections=kept)

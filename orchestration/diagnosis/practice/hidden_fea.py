@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
-from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -102,17 +102,16 @@ def simulate(
 
 def _body(truth: hidden.Truth, refinement: int) -> Body:
     """The link of a cell, on a mesh."""
-    materials = load_materials()
     size: dict[str, Any] = {"length": hidden.LENGTH, "width": hidden.WIDTH, "thickness": hidden.THICKNESS}
-    geometry = replace(load_geometry(), **size, shaft_centre=hidden.BASE, diode_centre=hidden.TIP)
+    geometry = replace(GEOMETRY, **size, shaft_centre=hidden.BASE, diode_centre=hidden.TIP)
     link = replace(
-        materials.link,
+        MATERIALS["link"],
         conductivity=truth.conductivity,
-        specific_heat=truth.capacity / materials.link.density,
+        specific_heat=truth.capacity / MATERIALS["link"].density,
         expansion_coefficient=truth.expansion,
         emissivity=truth.emissivity,
     )
-    return bare_link(geometry, replace(materials, link=link), refinement)
+    return bare_link(refinement, geometry, link)
 
 
 class _Cell:

@@ -33,6 +33,9 @@ class Stepper(ABC):
     def recall(self, memory: object) -> None:  # noqa: B027
         """Restore what `memory` returned."""
 
+    def disturb(self) -> None:  # noqa: B027
+        """Forget what says nothing of the next step, before which a parameter has changed."""
+
 
 @dataclass(frozen=True)
 class Schedule:

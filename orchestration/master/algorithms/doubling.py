@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
-from warmlink.orchestration.master.algorithms.structure import continuous_inputs, switching_outputs
+from warmlink.orchestration.master.algorithms.structure import exchanged
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import nominal
@@ -62,7 +62,7 @@ class DoublingStepper(PartsStepper):
     and as long as the variables do not bend more than they did then, as where something begins to move.
     """
 
-    remembered = ("_size", "_compared", "_trusted", "_before")
+    remembered = ("_size", "_compared", "_trusted", "_before", "_still")
 
     def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
         self._order = chosen.inner.order
@@ -71,10 +71,18 @@ class DoublingStepper(PartsStepper):
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
         self._tolerances = np.array(list(tolerances.values()))
-        self._switching = switching_outputs(network)
+        smooth, self._switching = exchanged(network)
+        schedule = chosen.inner.schedule(network)
+        # Where all inputs are held, it shows only in the next step that something begins to move.
+        self._moving = smooth if schedule is not None and schedule.at_once else ()
+        self._still: list[bool] = []  # those that stood still in the part before
+        self._trusted = MOST_TRUSTED
+        self.disturb()
+
+    def disturb(self) -> None:
+        """Compare the next part, whatever the last comparison said."""
         self._compared = 0.0, 0.0, 0.0  # of the last part compared: length in s, error, bend for each second
         self._before: tuple[float, list[float]] = 0.0, []  # of the part before: length in s, rates of change
-        self._trusted = MOST_TRUSTED
 
     def attempt(self, time: float, step_size: float, *, last: bool) -> float:
         """Step once; unless that is known to do, go back, step twice, compare.
@@ -82,32 +90,41 @@ class DoublingStepper(PartsStepper):
         A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
         then bounds how late it is seen.
         """
-        held, start = self._switches(), self._values()
+        held, sent, start = self._sent(self._switching), self._sent(self._moving), self._values()
+
+        def jumped() -> bool:
+            begun = zip(self._still, sent, self._sent(self._moving), strict=False)
+            return held != self._sent(self._switching) or any(s and old != new for s, old, new in begun)
+
+        def accepted(error: float, end: Array) -> float:
+            self._before = step_size, ((end - start) / step_size).tolist()
+            self._still = [old == new for old, new in zip(sent, self._sent(self._moving), strict=True)]
+            return error
+
         self.inner.step(time, step_size)
-        if held != self._switches() and not last:
+        if jumped() and not last:
             return math.inf
         coarse = self._values()
         bend = self._bend(coarse - start, step_size)
         expected = self._expected(step_size, bend)
-        if expected < self._growth and held == self._switches():
+        if expected < self._growth and not jumped():
             self._trusted += 1
-            self._before = step_size, ((coarse - start) / step_size).tolist()
-            return expected
+            return accepted(expected, coarse)
         self.back()
         self.inner.step(time, step_size / 2)
         self.inner.step(time + step_size / 2, step_size / 2)
         self._trusted = 0
         fine = self._values()
-        if held != self._switches():
-            self._compared, self._before = (0.0, 0.0, 0.0), (0.0, [])
+        if jumped():
+            if last:
+                accepted(1.0, fine)
+            self.disturb()
             return 1.0 if last else math.inf
         allowed = self._tolerances * (step_size / self._duration)
         share = float(2**self._order - 1)
         error = float(np.max(np.abs(fine - coarse) / share / allowed, initial=0.0))
         self._compared = step_size, error, bend / (self._before[0] + step_size)
-        if error <= 1.0:
-            self._before = step_size, ((fine - start) / step_size).tolist()
-        return error
+        return accepted(error, fine) if error <= 1.0 else error
 
     def _bend(self, change: Array, step_size: float) -> float:
         """Distance from where the rates of the part before lead, as a fraction of the error allowed.
@@ -128,8 +145,8 @@ class DoublingStepper(PartsStepper):
             return math.inf
         return error * (2.0 * step_size / length) ** self._order
 
-    def _switches(self) -> list[Value]:
-        return [self.network.outputs[k][position] for k, position in self._switching]
+    def _sent(self, places: Sequence[tuple[int, int]]) -> list[Value]:
+        return [self.network.outputs[k][position] for k, position in places]
 
     def _values(self) -> Array:
         return np.array([self.network.slaves[k].get((name,))[0] for k, name in self._places], float)
@@ -138,8 +155,7 @@ class DoublingStepper(PartsStepper):
 def _exchanged(network: Network) -> dict[str, float]:
     """Give a tolerance for every continuous signal that is exchanged."""
     sources = {
-        f"{network.slaves[wire.slave].name}.{network.source(wire).name}": network.source(wire)
-        for k in range(len(network.slaves))
-        for wire in (network.wires[k][position] for position in continuous_inputs(network, k))
+        f"{network.slaves[k].name}.{network.reads[k][p]}": network.slaves[k].variables[network.reads[k][p]]
+        for k, p in exchanged(network)[0]
     }
     return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}

@@ -52,18 +52,18 @@ def continuous_inputs(network: Network, k: int) -> tuple[int, ...]:
     )
 
 
-def switching_outputs(network: Network) -> tuple[tuple[int, int], ...]:
-    """Give slave and position of the outputs that jump and feed slaves which integrate.
+def exchanged(network: Network) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]]:
+    """Give slave and position of outputs that feed slaves which integrate: the continuous, and the others.
 
-    Such a jump within a step is seen only at its end, too late by part of the step.
+    One that jumps within a step is seen only at its end, too late by part of the step.
     """
-    found: dict[tuple[int, int], None] = {}
+    found: tuple[dict[tuple[int, int], None], ...] = {}, {}
     for k, slave in enumerate(network.slaves):
         smooth = continuous_inputs(network, k)
-        if not is_sampled(slave):
-            jumps = (wire for position, wire in enumerate(network.wires[k]) if position not in smooth)
-            found |= {(wire.slave, wire.position): None for wire in jumps}
-    return tuple(found)
+        for position, wire in enumerate(network.wires[k]):
+            if not is_sampled(slave):
+                found[position not in smooth][wire.slave, wire.position] = None
+    return tuple(found[0]), tuple(found[1])
 
 
 @dataclass(frozen=True)

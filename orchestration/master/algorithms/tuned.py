@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
@@ -67,18 +69,23 @@ class TunedStepper(Stepper):
         self.inner, self.remarks = inner, inner.remarks
         self._network = network
         self._changes = sorted(changes, key=lambda change: change.time)
+        self._changed = 0
 
     def step(self, time: float, step_size: float) -> None:
         """Change what is due, then step."""
-        due = {(c.slave, c.parameter): c.value for c in self._changes if c.time <= time + 1e-9 * step_size}
-        for (slave, parameter), value in due.items():
-            self._network.slaves[self._network.index[slave]].set((parameter,), (value,))
+        due = [change for change in self._changes if change.time <= time + 1e-9 * step_size]
+        if len(due) != self._changed:
+            self._changed = len(due)
+            self.inner.disturb()
+        for each in due:
+            self._network.slaves[self._network.index[each.slave]].set((each.parameter,), (each.value,))
         self.inner.step(time, step_size)
 
     def memory(self) -> object:
-        """Return what the inner stepper remembers."""
-        return self.inner.memory()
+        """Return how many changes were made, and what the inner stepper remembers."""
+        return self._changed, self.inner.memory()
 
     def recall(self, memory: object) -> None:
         """Take what `memory` gave."""
-        self.inner.recall(memory)
+        self._changed, carried = cast("tuple[int, object]", memory)
+        self.inner.recall(carried)

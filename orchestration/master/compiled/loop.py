@@ -18,7 +18,7 @@ from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.slaves.batch import Batch
+from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value
@@ -37,11 +37,10 @@ _NOTHING, _STEP, _GET, _SET, _NOT_FINITE, _TERMINATE = range(6)
 
 def stepping_named(name: str) -> Stepping:
     """Give the way to step by its name; InputError where there is none of that name."""
-    kinds: tuple[Stepping, ...] = ("auto", "plain", "compiled")
-    for kind in kinds:
-        if name == kind:
-            return kind
-    raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+    kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
+    if name not in kinds:
+        raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+    return kinds[name]
 
 
 @cache
@@ -94,13 +93,8 @@ def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, 
 
 # By FMI version and base type: the buffer (0 doubles, 1 ints, 2 bytes, 3 long ints).
 _KINDS = {
-    ("fmi2", "Real"): 0,
-    ("fmi2", "Integer"): 1,
-    ("fmi2", "Boolean"): 1,
-    ("fmi3", "Float64"): 0,
-    ("fmi3", "Int32"): 1,
-    ("fmi3", "Boolean"): 2,
-    ("fmi3", "Int64"): 3,
+    **{("fmi2", "Real"): 0, ("fmi2", "Integer"): 1, ("fmi2", "Boolean"): 1},
+    **{("fmi3", "Float64"): 0, ("fmi3", "Int32"): 1, ("fmi3", "Boolean"): 2, ("fmi3", "Int64"): 3},
 }
 Place = tuple[int, int]
 """A buffer and an index in it."""

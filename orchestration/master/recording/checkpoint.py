@@ -62,15 +62,12 @@ class Checkpoints:
         self.path = chosen.folder / FILE
         self._network = network
         self._fingerprint = fingerprint
-        if chosen.every is not None:
-            unable = [s.name for s in network.slaves if not s.capabilities.serialize_state]
-            if unable:
-                raise InputError(
-                    f"{', '.join(unable)}: cannot serialise its state, which checkpoints need; "
-                    "run without them"
-                )
-            if chosen.every < 1:
-                raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
+        unable = ", ".join(s.name for s in network.slaves if not s.capabilities.serialize_state)
+        if unable and chosen.every is not None:
+            told = "cannot serialise its state, which checkpoints need; run without them"
+            raise InputError(f"{unable}: {told}")
+        if chosen.every is not None and chosen.every < 1:
+            raise InputError(f"checkpoints: every {chosen.every} steps is not above 0; give a step count")
         self.found = self._load() if chosen.resume else None
         # The run's values go behind those that the checkpoint found vouches for.
         rows, digest = (0, "") if self.found is None else (self.found.rows, self.found.digest)
@@ -110,13 +107,10 @@ class Checkpoints:
     def _load(self) -> Checkpoint | None:
         if not self.path.exists():
             return None
-        said = unstamped(self.path.read_bytes()) or {}
-        if said.pop("version", None) != _VERSION:
-            raise InputError(
-                f"{self.path}: is not a checkpoint that can be read (it is damaged, or of another version); "
-                "start anew"
-            )
         with self._readable():
+            said = unstamped(self.path.read_bytes()) or {}
+            if said.pop("version", None) != _VERSION:
+                raise ValueError("it is damaged, or of another version")
             found = Checkpoint(**said)
             if not isinstance(found.rows, int) or found.rows < 1:
                 raise ValueError(f"it counts {found.rows!r:.20} rows")
@@ -127,9 +121,10 @@ class Checkpoints:
             )
         return found
 
-    def restore(self, found: Checkpoint, recorder: Recorder, stepper: Stepper) -> None:
-        """Put initialized slaves, network and algorithm where the checkpoint was."""
-        network = self._network
+    def restore(self, recorder: Recorder, stepper: Stepper) -> None:
+        """Put initialized slaves, network and algorithm where the checkpoint found was."""
+        network, found = self._network, self.found
+        assert found is not None
         with self._readable():
             for theirs, ours in ((found.outputs, network.outputs), (found.inputs, network.inputs)):
                 if [(type(each), len(each)) for each in theirs] != [(list, len(each)) for each in ours]:
@@ -150,9 +145,8 @@ class Checkpoints:
         except InputError:
             raise
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
-            raise InputError(
-                f"{self.path}: is not a checkpoint that can be read ({fault}); start anew"
-            ) from None
+            told = f"{self.path}: is not a checkpoint that can be read ({fault}); start anew"
+            raise InputError(told) from None
 
 
 def fingerprint(

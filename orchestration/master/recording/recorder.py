@@ -57,18 +57,15 @@ class Values:
         self.path = folder / VALUES
         self._keep, self._expected = keep, digest
         self._digest = hashlib.sha256()
-        self._file: BinaryIO | None = None
+        self._file: BinaryIO
         self._columns = 0
 
     def open(self, header: Table) -> None:
         """Begin to write; InputError where the folder cannot be written or lacks rows to keep."""
-        about = {
-            "columns": [{"name": name, "unit": header.units[name]} for name in header.names],
-            "start_time_s": header.points.start_time,
-            "step_size_s": header.points.step_size,
-            "steps": header.points.count,
-        }
-        self._columns = len(header.names)
+        points, columns = header.points, [{"name": n, "unit": header.units[n]} for n in header.names]
+        about = {"columns": columns, "start_time_s": points.start_time, "step_size_s": points.step_size}
+        about["steps"] = points.count
+        self._columns = len(columns)
         if self._keep:
             self._check()
         try:
@@ -95,7 +92,6 @@ class Values:
 
     def put(self, first: int, rows: Array) -> None:
         """Write rows to their place, then count them; StoreError where the disk does not take them."""
-        assert self._file is not None
         data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
         with writing(self.path):
             self._file.seek(self._place(first))
@@ -106,14 +102,12 @@ class Values:
 
     def secure(self) -> str:
         """Have everything written reach the disk; give its digest."""
-        assert self._file is not None
         with writing(self.path):
             os.fsync(self._file.fileno())
         return self._digest.hexdigest()
 
     def values(self, first: int, rest: Array) -> Array:
         """Write the last rows, as far as the disk takes them, and map the file."""
-        assert self._file is not None
         with suppress(StoreError, OSError):
             self.put(first, rest)
             self._file.truncate(self._place(first + len(rest)))
@@ -133,11 +127,14 @@ class Values:
         return stream.getvalue()
 
 
+def is_number(variable: Variable) -> bool:
+    """Tell whether a variable is a scalar number, which alone is recorded."""
+    return variable.kind not in (None, "String") and not variable.dimensions
+
+
 def is_recorded(variable: Variable) -> bool:
-    """Tell whether a variable is recorded unasked: an output that is a scalar number."""
-    return (
-        variable.causality == "output" and variable.kind not in (None, "String") and not variable.dimensions
-    )
+    """Tell whether a variable is recorded unasked."""
+    return variable.causality == "output" and is_number(variable)
 
 
 class Recorder:
@@ -169,17 +166,17 @@ class Recorder:
         for name in names:
             k, variable = network.locate(name)
             about = network.slaves[k].variables[variable]
-            if about.kind in (None, "String") or about.dimensions:
+            if not is_number(about):
                 raise InputError(f"{name}: a {about.type} cannot be recorded; choose a scalar number")
             units[name] = about.unit
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
-        late = [
-            [c for c, (j, _, position) in enumerate(self.sources) if j == k and position is None]
-            for k in range(len(network.slaves))
-        ]
-        self.late: list[Names] = [tuple(self.sources[c][1] for c in columns) for columns in late]
-        self._others = [(k, self.late[k], columns) for k, columns in enumerate(late) if columns]
+        late: list[dict[int, str]] = [{} for _ in network.slaves]
+        for c, (k, variable, position) in enumerate(self.sources):
+            if position is None:
+                late[k][c] = variable
+        self.late: list[Names] = [tuple(of.values()) for of in late]
+        self._others = [(k, self.late[k], list(of)) for k, of in enumerate(late) if of]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
         self.header = Table(names, units, points, np.empty((0, len(names))))
         shape = points.count + 1, len(names)

@@ -33,9 +33,7 @@ class Table:
     points: CommunicationPoints
     values: Array = field(repr=False)
 
-    @cached_property
-    def _column(self) -> dict[str, int]:
-        return {name: column for column, name in enumerate(self.names)}
+    _column = cached_property(lambda self: {name: column for column, name in enumerate(self.names)})
 
     @property
     def times(self) -> Array:
@@ -97,14 +95,12 @@ class Audit:
     @property
     def delivered(self) -> float:
         """What was delivered over the run."""
-        column = self.table[self.balance.delivered]
-        return float(column[-1] - column[0]) if len(column) else 0.0
+        return _gained(self.table[self.balance.delivered])
 
     @property
     def total(self) -> float:
         """Delivered minus received over the run."""
-        received = self.table[self.balance.received]
-        return self.delivered - (float(received[-1] - received[0]) if len(received) else 0.0)
+        return self.delivered - _gained(self.table[self.balance.received])
 
     @property
     def per_step(self) -> Array:
@@ -115,6 +111,10 @@ class Audit:
     def largest_step(self) -> float:
         """Largest absolute difference within one step."""
         return float(np.max(np.abs(self.per_step), initial=0.0))
+
+
+def _gained(column: Array) -> float:
+    return float(column[-1] - column[0]) if len(column) else 0.0
 
 
 def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) -> tuple[Balance, ...]:
@@ -185,14 +185,10 @@ class Result(Answer):
 
     Attributes
     ----------
-    table : Table
-        Times and recorded columns.
-    status : str
-        `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`.
-    balances : tuple of Balance
-        Pairs of recorded columns that should grow alike.
-    remarks : tuple of str
-        Sentences that say what the slaves did not allow, and what was done instead.
+    table : times and recorded columns
+    status : `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`
+    balances : pairs of recorded columns that should grow alike
+    remarks : sentences that say what the slaves did not allow, and what was done instead
     """
 
     table: Table

@@ -10,15 +10,22 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 from weakref import WeakValueDictionary
 
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.batch import Batch, held_from_start, sorted_by_type
-from warmlink.orchestration.master.slaves.library import Library, Surroundings
+from warmlink.orchestration.master.slaves.library import (
+    Batch,
+    Library,
+    Surroundings,
+    exchanged_as,
+    held_from_start,
+    sorted_by_type,
+)
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
-from warmlink.orchestration.system.description import ModelInfo, Variable
+from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Value
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -58,15 +65,9 @@ class FmiSlave(ABC):
     InputError where the FMU has no library for this platform, or one that lacks functions of its FMI version;
     SlaveError where it does not instantiate.
 
-    Attributes
-    ----------
-    answers, wants_to_end : ctypes objects
-        What a step tells beside its status, and of that whether the FMU asks to end the simulation.
-    stepping : int
-        What `under_way` calls a step of it.
-    watched : bool
-        Whether the process is looked at after each of its steps: after the first, and always where a step has
-        changed what FMUs share.
+    A step tells its `answers` beside its status, among them whether the FMU `wants_to_end`; `stepping` is
+    what `under_way` calls a step of it. The process is `watched` after the first step, and after each further
+    one as long as they change what FMUs share.
     """
 
     prefix: ClassVar[str]
@@ -111,18 +112,6 @@ class FmiSlave(ABC):
     @abstractmethod
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate with logging into the log, and give the instance's address."""
-
-    @abstractmethod
-    def base_type(self, variable: Variable) -> tuple[str, Any] | None:
-        """Give the type by which a variable is exchanged, or None where it cannot be."""
-
-    @abstractmethod
-    def arguments(self, batch: Batch) -> tuple[Any, ...]:
-        """Give the arguments by which a batch is got and set."""
-
-    @abstractmethod
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Set up the experiment (times in s) and enter initialization mode."""
 
     @abstractmethod
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
@@ -179,6 +168,15 @@ class FmiSlave(ABC):
             self.fail("DoStep", status)
         self.end("DoStep")
 
+    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+        """Set up the experiment (times in s) and enter initialization mode."""
+        self.time = start_time
+        experiment: tuple[Any, ...] = False, 0.0, start_time, stop_time is not None, stop_time or 0.0
+        if self.prefix == "fmi2":
+            self.call("SetupExperiment", self.component, *experiment)
+            experiment = ()
+        self.call("EnterInitializationMode", self.component, *experiment)
+
     def exit_initialization(self) -> None:
         """Leave initialization mode."""
         self.call("ExitInitializationMode", self.component)
@@ -213,10 +211,14 @@ class FmiSlave(ABC):
         self._under_way[under_way.CALL] = self._exchanging
         batches = self._sorted.get(names)
         if batches is None:
-            batches = sorted_by_type(self.name, self.variables, names, self.base_type, self._held)
+            base_type = partial(exchanged_as, self.prefix)
+            batches = sorted_by_type(self.name, self.variables, names, base_type, self._held)
             for batch in batches:
                 batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
-                batch.arguments = self.arguments(batch)
+                references, values = batch.references, batch.values
+                batch.arguments = self.component, references, len(references), values
+                if self.prefix == "fmi3":
+                    batch.arguments += (len(values),)
             self._sorted[names] = batches
         return batches
 
@@ -265,8 +267,7 @@ class FmiSlave(ABC):
 
     def deserialize(self, data: bytes) -> None:
         """Take a serialised state."""
-        state = c_void_p()
-        buffer = (c_char * len(data)).from_buffer_copy(data)
+        state, buffer = c_void_p(), (c_char * len(data)).from_buffer_copy(data)
         self.call("DeserializeFMUState", self.component, buffer, len(data), byref(state))
         self.restore(state)
         self.free(state)

@@ -136,8 +136,7 @@ def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
 class IsolatedSlave:
     """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
-    Every method may raise SlaveError: status `crash` where the process died, `time limit` where it did not
-    answer.
+    Every method may raise SlaveError: a `crash`, or the `time limit` where the process does not answer.
     """
 
     def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:
@@ -170,30 +169,25 @@ class IsolatedSlave:
             raise self._failure
         if method in ("enter_initialization", "step"):
             self._time = arguments[0]
-        try:
-            self._process.ask((method, arguments))
-        except ProcessEndedError as ended:
-            self._died(method, ended)
-        return self._answer(method, self.isolation.time_limit)
+        return self._answer(method, self.isolation.time_limit, (method, arguments))
 
-    def _answer(self, method: str, limit: float) -> Any:
+    def _answer(self, method: str, limit: float, question: object = None) -> Any:
         try:
+            if question is not None:
+                self._process.ask(question)
             answer = self._process.answer(limit, under_way.asked)
         except TimeoutError:
             if under_way.asked():
                 self._fail("interrupted", f"{method} had not returned; its process was ended")
             self._fail("time limit", f"{method} has not returned within {limit:g} s; its process was ended")
         except ProcessEndedError as ended:
-            self._died(method, ended)
+            how = str(ended)
+            if how.endswith(("SIGABRT", "SIGKILL")):  # as where there is no more memory
+                how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
+            self._fail("crash", f"its process died in {method} ({how})")
         if isinstance(answer, SlaveError | InputError):
             raise answer
         return answer
-
-    def _died(self, method: str, ended: ProcessEndedError) -> NoReturn:
-        how = str(ended)
-        if how.endswith(("SIGABRT", "SIGKILL")):  # as where there is no more memory
-            how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
-        self._fail("crash", f"its process died in {method} ({how})")
 
     def _fail(self, status: Any, message: str) -> NoReturn:
         self._failure = SlaveError(self.name, status, self._time, message)

@@ -1,4 +1,4 @@
-"""An FMU's shared library with the functions of FMI 2.0 or 3.0, and what all such libraries share."""
+"""An FMU's shared library with the functions of FMI 2.0 or 3.0, what they exchange, what libraries share."""
 
 from __future__ import annotations
 
@@ -7,18 +7,25 @@ import locale
 import os
 import platform
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from ctypes import c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
+from warmlink.orchestration.master.slaves.slave import Names
+from warmlink.orchestration.system.model import Value, Variable
 
-FMI2_TYPES: dict[str, Any] = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
-FMI3_TYPES: dict[str, Any] = {
-    **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
-    **{f"Int{bits}": getattr(ctypes, f"c_int{bits}") for bits in (8, 16, 32, 64)},
-    **{f"UInt{bits}": getattr(ctypes, f"c_uint{bits}") for bits in (8, 16, 32, 64)},
+_INTEGERS = [f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)]
+_TYPES: dict[str, dict[str, Any]] = {
+    "fmi2": {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p},
+    "fmi3": {
+        **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
+        **{name: getattr(ctypes, f"c_{name.lower()}") for name in _INTEGERS},
+    },
 }
 """Types by which variables are exchanged, by the names that are part of the functions' names."""
 
@@ -32,14 +39,14 @@ _BOTH = {
 _ARGUMENTS = {
     "fmi2": {
         **_BOTH,
-        **{f"{verb}{name}": "ppnp" for name in FMI2_TYPES for verb in ("Get", "Set")},
+        **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi2"] for verb in ("Get", "Set")},
         **{"Instantiate": "sisspii", "SetDebugLogging": "pinp", "SetupExperiment": "piddid"},
         **{"EnterInitializationMode": "p", "DoStep": "pddi", "GetBooleanStatus": "pip"},
         **{"GetDirectionalDerivative": "ppnpnpp", "SetRealInputDerivatives": "ppnpp"},
     },
     "fmi3": {
         **_BOTH,
-        **{f"{verb}{name}": "ppnpn" for name in FMI3_TYPES for verb in ("Get", "Set")},
+        **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
         **{"InstantiateCoSimulation": "sssbbbbpnppp", "SetDebugLogging": "pbnp"},
         **{"EnterInitializationMode": "pbddbd", "DoStep": "pddbpppp"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
@@ -49,6 +56,107 @@ _ARGUMENTS = {
 
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
+
+
+def exchanged_as(prefix: str, variable: Variable) -> tuple[str, Any] | None:
+    """Name and ctypes type by which a variable is exchanged; None where it cannot be."""
+    enumeration = "Integer" if prefix == "fmi2" else "Int64"
+    base, types = enumeration if variable.type == "Enumeration" else variable.type, _TYPES[prefix]
+    return (base, types[base]) if base in types else None
+
+
+Held = dict[int, list[Value]]
+"""All values of an array by its value reference: what its elements were set to, or start from."""
+
+_FLOATS = ("Real", "Float32", "Float64")
+
+
+def held_from_start(variables: Mapping[str, Variable]) -> Held:
+    """Give the start values of everything, by value reference."""
+    held: Held = {}
+    for variable in variables.values():
+        blank: list[Value] = ["" if variable.kind == "String" else 0] * variable.elements
+        values = held.setdefault(variable.value_reference, blank)
+        if variable.start is not None:
+            values[variable.element] = variable.start
+    return held
+
+
+class Batch:
+    """Variables of one base type, as FMI functions name it, chosen by their places in a set of variables.
+
+    `held` are the slave's values of arrays, of which some elements may be set alone. The FMU's functions
+    `get` and `set` take the same `arguments`.
+    """
+
+    def __init__(self, base: str, c_type: Any, chosen: Mapping[int, Variable], held: Held) -> None:
+        self.base, self.positions, self.count = base, list(chosen), len(chosen)
+        self.arrays = any(variable.elements > 1 for variable in chosen.values())
+        self.plain = base in _FLOATS and not self.arrays
+        self._places = [(v.value_reference, v.element) for v in chosen.values()]
+        self._held = held
+        references, size = [reference for reference, _ in self._places], self.count
+        if self.arrays:
+            # FMI exchanges all elements of an array at once.
+            sizes = {v.value_reference: v.elements for v in chosen.values()}
+            starts = dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
+            self._slots = [starts[reference] + element for reference, element in self._places]
+            references, size = list(sizes), sum(sizes.values())
+        self.references = (c_uint * len(references))(*references)
+        self.values: Any = (c_type * size)()
+        self.get: Any = None
+        self.set: Any = None
+        self.arguments: tuple[Any, ...] = ()
+
+    def load(self, values: Sequence[Value]) -> None:
+        """Fill the array from the values of the whole set."""
+        chosen = values if self.count == len(values) else [values[p] for p in self.positions]
+        if self.arrays:
+            for (reference, element), value in zip(self._places, chosen, strict=True):
+                self._held[reference][element] = value
+            chosen = [value for reference in self.references for value in self._held[reference]]
+        if self.base in _FLOATS:
+            self.values[:] = chosen
+        elif self.base == "String":
+            self.values[:] = [str(value).encode() for value in chosen]
+        else:
+            self.values[:] = [int(value) for value in chosen]
+
+    def unload(self) -> list[Value]:
+        """Give the array's values as Python values."""
+        values: list[Value] = self.values[:]
+        if self.base == "Boolean":
+            values = [bool(value) for value in values]
+        if self.base == "String":
+            values = [(value or b"").decode("utf-8", "replace") for value in self.values]
+        return [values[slot] for slot in self._slots] if self.arrays else values
+
+
+def sorted_by_type(
+    slave: str,
+    variables: Mapping[str, Variable],
+    names: Names,
+    base_type: Callable[[Variable], tuple[str, Any] | None],
+    held: Held | None = None,
+) -> list[Batch]:
+    """Sort variables into batches of one base type; InputError where one is unknown or cannot be exchanged.
+
+    `base_type` gives the name and ctypes type by which a variable is exchanged, or None where it cannot be;
+    `held` keeps what arrays were set to.
+    """
+    found: dict[tuple[str, Any], dict[int, Variable]] = {}
+    for position, name in enumerate(names):
+        variable = variables.get(name)
+        if variable is None:
+            raise InputError(f"{slave}.{name}: the FMU has no such variable; {instead(name, variables)}")
+        base = None if variable.dimensions else base_type(variable)
+        if base is None:
+            raise InputError(
+                f"{slave}.{name}: {variable.type} values of this shape cannot be exchanged; "
+                "choose a scalar number, Boolean or String"
+            )
+        found.setdefault(base, {})[position] = variable
+    return [Batch(*base, chosen, held or {}) for base, chosen in found.items()]
 
 
 class Library:

@@ -52,14 +52,10 @@ class Network:
 
     Attributes
     ----------
-    reads, writes : list of tuple of str
-        For each slave the outputs read from it and the inputs written to it.
-    outputs, inputs : list of list
-        For each slave the values last read and last written, in those orders.
-    wires : list of list of Wire
-        For each slave the sources of its inputs, as `writes`.
-    checked : list of tuple of int
-        For each slave the positions of its outputs that must be finite.
+    reads, writes : for each slave the outputs read from it and the inputs written to it
+    outputs, inputs : for each slave the values last read and last written, in those orders
+    wires : for each slave the sources of its inputs, as `writes`
+    checked : for each slave the positions of its outputs that must be finite
     """
 
     def __init__(
@@ -85,10 +81,8 @@ class Network:
             source, target = (self._end(link, end) for end in (0, 1))
             position = reads[source].setdefault(link.source_variable, len(reads[source]))
             if link.target_variable in laid[target]:
-                raise InputError(
-                    f"connection {link.source} -> {link.target}: the input has another source already; an "
-                    "input takes one"
-                )
+                told = "the input has another source already; an input takes one"
+                raise InputError(f"connection {link.source} -> {link.target}: {told}")
             real = self.slaves[target].variables[link.target_variable].kind == "Real"
             laid[target][link.target_variable] = Wire(source, position, link.factor, link.offset, real)
         for component, variable in map(self.locate, watched):
@@ -115,19 +109,16 @@ class Network:
             variable = name.removeprefix(f"{slave.name}.")
             if variable != name and variable in slave.variables:
                 return k, variable
-        raise InputError(
-            f"{name}: no slave has such a variable; give slave.variable as the system names them"
-        )
+        told = "no slave has such a variable; give slave.variable as the system names them"
+        raise InputError(f"{name}: {told}")
 
     def _end(self, link: Connection, end: int) -> int:
         """Give the slave at one end of a connection, 0 or 1."""
         component, variable = link.ends[end]
         if component in self.index and variable in self.slaves[self.index[component]].variables:
             return self.index[component]
-        raise InputError(
-            f"connection {link.source} -> {link.target}: its {('source', 'target')[end]} "
-            f"{component}.{variable} does not exist; correct the name"
-        )
+        told = f"its {('source', 'target')[end]} {component}.{variable} does not exist; correct the name"
+        raise InputError(f"connection {link.source} -> {link.target}: {told}")
 
     def source(self, wire: Wire) -> Variable:
         """Give the output that a wire begins at."""

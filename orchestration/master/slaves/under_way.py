@@ -7,6 +7,11 @@ The figures lie in one piece of memory, so that another process can read them wh
 from __future__ import annotations
 
 import mmap
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 # Places of the figures. The first three are for the compiled loop: what failed, which slave, its status.
 CALL, ROWS, ASKED = 3, 4, 5
@@ -58,3 +63,37 @@ def share(memory: mmap.mmap) -> None:
 def asked() -> bool:
     """Tell whether to stop; a process that guards this one may ask for it too."""
     return bool(here.cells[ASKED])
+
+
+@contextmanager
+def on_ctrl_c(pressed: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Have Ctrl-C call a function, where this is the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    old = signal.signal(signal.SIGINT, pressed)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, old)
+
+
+@contextmanager
+def interruption() -> Iterator[None]:
+    """Turn the first Ctrl-C into a flag that is checked between two steps.
+
+    If it were raised at once, it would interrupt whatever code runs at that moment, even inside a Python FMU.
+    A second Ctrl-C is raised at once, for a step that does not end.
+    """
+    cells = here.cells
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if cells[ASKED]:
+            raise KeyboardInterrupt
+        cells[ASKED] = 1
+
+    try:
+        with on_ctrl_c(note):
+            yield
+    finally:
+        cells[ASKED] = 0

@@ -6,39 +6,19 @@ whenever it asks during a step, along the polynomial that the master gave.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 from collections.abc import Sequence
-from ctypes import (
-    CDLL,
-    CFUNCTYPE,
-    POINTER,
-    Structure,
-    byref,
-    c_bool,
-    c_char_p,
-    c_double,
-    c_int,
-    c_uint,
-    c_void_p,
-    cast,
-)
+from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_uint, c_void_p
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, ClassVar, NoReturn
+from typing import Any, NoReturn
 
-from warmlink.orchestration.master.slaves.batch import Batch
 from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
-from warmlink.orchestration.master.slaves.library import (
-    FMI2_TYPES,
-    FMI3_TYPES,
-    SUFFIX,
-    c_library,
-    platform_name,
-)
+from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.description import Variable
 from warmlink.orchestration.system.model import Value
 
 _CO_SIMULATION = 1  # fmi2Type
@@ -48,7 +28,7 @@ _TERMINATED = 3  # fmi2StatusKind
 class Fmi2Slave(FmiSlave):
     """One instance of an FMI 2.0 FMU."""
 
-    prefix: ClassVar[str] = "fmi2"
+    prefix = "fmi2"
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
@@ -59,22 +39,6 @@ class Fmi2Slave(FmiSlave):
             name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
         )
         return found
-
-    def base_type(self, variable: Variable) -> tuple[str, Any] | None:
-        """Give one of the four base types."""
-        base = "Integer" if variable.type == "Enumeration" else variable.type
-        return (base, FMI2_TYPES[base]) if base in FMI2_TYPES else None
-
-    def arguments(self, batch: Batch) -> tuple[Any, ...]:
-        """Give instance, value references, their count, and values."""
-        return self.component, batch.references, batch.count, batch.values
-
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Set up the experiment and enter initialization mode."""
-        self.time = start_time
-        times = start_time, int(stop_time is not None), stop_time or 0.0
-        self.call("SetupExperiment", self.component, 0, 0.0, *times)
-        self.call("EnterInitializationMode", self.component)
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
         """Set time derivatives of Real inputs for the next step."""
@@ -92,10 +56,10 @@ class Fmi2Slave(FmiSlave):
         super().stop(status)
 
 
-_LOG = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
+_LOG = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 
-class _Callbacks(Structure):
+class _Callbacks(ctypes.Structure):
     """`fmi2CallbackFunctions`."""
 
     _fields_ = (
@@ -109,8 +73,7 @@ def _callbacks() -> _Callbacks:
     """Callback functions that FMPy's proxy knows, kept alive as long as the process.
 
     The proxy, which formats the variadic arguments of a log call, knows one Python callback in the whole
-    process and does not keep it alive. So there is one, and the environment pointer that each instance was
-    given says whose line it is.
+    process. So there is one, and the environment pointer that each instance was given says whose line it is.
     """
 
     def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
@@ -121,25 +84,24 @@ def _callbacks() -> _Callbacks:
             kept.add(status, message)
 
     c = c_library()
-    shared = _Callbacks(_LOG(log), cast(c.calloc, c_void_p), cast(c.free, c_void_p))
+    shared = _Callbacks(_LOG(log), *(ctypes.cast(each, c_void_p) for each in (c.calloc, c.free)))
     # The package itself would take longer to import than an hour of the cell takes to run.
     package = find_spec("fmpy")
     if package is not None and package.origin is not None:
         folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
-        CDLL(str(folder / f"logging{SUFFIX}")).addLoggerProxy(byref(shared))
+        ctypes.CDLL(str(folder / f"logging{SUFFIX}")).addLoggerProxy(byref(shared))
     return shared
 
 
-_LOG3 = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
-_UPDATE = CFUNCTYPE(
-    None, c_void_p, c_double, c_bool, c_bool, c_bool, c_bool, POINTER(c_bool), POINTER(c_double)
-)
+_LOG3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
+_FLAG, _TIME = ctypes.POINTER(c_bool), ctypes.POINTER(c_double)
+_UPDATE = ctypes.CFUNCTYPE(None, c_void_p, c_double, c_bool, c_bool, c_bool, c_bool, _FLAG, _TIME)
 
 
 class Fmi3Slave(FmiSlave):
     """One instance of an FMI 3.0 FMU."""
 
-    prefix: ClassVar[str] = "fmi3"
+    prefix = "fmi3"
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
@@ -158,21 +120,6 @@ class Fmi3Slave(FmiSlave):
             *((c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated),
         )
         return found
-
-    def base_type(self, variable: Variable) -> tuple[str, Any] | None:
-        """Give the type itself; an Enumeration is exchanged as Int64."""
-        base = "Int64" if variable.type == "Enumeration" else variable.type
-        return None if variable.kind is None else (base, FMI3_TYPES[base])
-
-    def arguments(self, batch: Batch) -> tuple[Any, ...]:
-        """Give instance, value references, their count, values, and their count again."""
-        return self.component, batch.references, len(batch.references), batch.values, len(batch.values)
-
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Enter initialization mode."""
-        self.time = start_time
-        times = start_time, stop_time is not None, stop_time or 0.0
-        self.call("EnterInitializationMode", self.component, False, 0.0, *times)
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""

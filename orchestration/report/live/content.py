@@ -12,10 +12,10 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
-from warmlink.orchestration.report.live.form import OWN, drivers_of, vectors_of
+from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.quantity import converter
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element
 from warmlink.orchestration.system.xml import to_bytes
 from warmlink.orchestration.text_files import read_toml
@@ -69,14 +69,22 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     scenario, first, _ = systems[0]
     roles, setup, drivers = scenario.setup.roles, scenario.setup, drivers_of(scenario)
     plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
+    laws = [each.scenario.controller.name for each in systems]
     watched = {*roles.score.variables, *roles.uncompensated.variables}
     watched |= {name for of in plots.values() for name in of.values()}
+    error = {
+        "heading": "Error of the tool point",
+        "label": "error [µm]",
+        "factor": 1e6,
+        "zero": 0,
+        "band": 1e6 * scenario.tolerance,
+        "lines": [(NO_CONTROLLER, "uncompensated", "", ""), *_lines("", "score", laws)],
+    }
     return {
         "name": scenario.name,
         "asked": asked.scenario,
         "given": asked.given,
         "options": asked.options,
-        "mismatched": bool(scenario.mismatches),
         "scenario": _file_content(scenario),
         "ssv": to_bytes(parameter_set_element(scenario.name, {})).decode(),
         "step": scenario.step_size,
@@ -85,28 +93,35 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "uncompensated": roles.uncompensated.javascript,
         "watched": sorted(watched),
         "columns": columns(plots),
-        "controllers": setup.controllers,
-        "plots": [
-            dict(
-                zip(
-                    ("heading", "lines", "label", "factor", "zero"),
-                    (heading, of, *QUANTITIES[unit]),
-                    strict=True,
-                )
-            )
-            for (heading, unit), of in plots.items()
-        ],
-        "drivers": drivers,
-        "vectors": vectors_of(drivers),
+        "plots": [error, *(_plot(*each, of, setup.controllers, laws) for each, of in plots.items())],
+        "words": words_of(drivers),
+        "repeat": f"{drivers[0]}.repeat",
         "most": SEGMENTS,
         "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
     }
 
 
+def _plot(
+    heading: str, unit: str, drawn: Mapping[str, str], controllers: Sequence[str], laws: Sequence[str]
+) -> dict[str, Any]:
+    """A plot of variables; each law draws those of the controllers."""
+    label, factor, zero = QUANTITIES[unit]
+    lines = []
+    for name, variable in drawn.items():
+        own = variable.rpartition(".")[0] in controllers
+        lines += _lines(f"{name}, ", variable, laws) if own else [(name, variable, "", _column(name))]
+    return {"heading": heading, "label": label, "factor": factor, "zero": zero, "lines": lines}
+
+
+def _lines(name: str, variable: str, laws: Sequence[str]) -> list[tuple[str, str, str, str]]:
+    """Lines of a variable, one for each law that compensates: name, variable, law, and no measured column."""
+    return [(f"{name}{law}", variable, law, "") for law in laws if law != NO_CONTROLLER]
+
+
 def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[str, Any]:
     """What a reader should know of a law, its value references, and the scenario's start values by these.
 
-    Whatever is said of the duty cycle of all joints has a reference in each of them.
+    A variable has references by its place in the page's field; what all joints do has one in each of them.
     """
     scalars = {scalar.name: scalar for scalar in system.component.scalars()}
     given = [
@@ -114,33 +129,35 @@ def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[
         for instance, of in system.scenario.values().items()
         for name, value in of.items()
     ]
-    own, first = tuple(f"{drivers[0]}.segment_{word}" for word in OWN), f"{drivers[0]}."
-    references = {}
+    references: dict[str, dict[int, list[int]]] = {}
     for name, scalar in scalars.items():
-        if name in watched or isinstance(scalar.variable, Parameter):
-            shared = name.startswith(first) and not name.startswith(own)
-            same = [f"{each}.{name.removeprefix(first)}" for each in drivers] if shared else [name]
-            references[name] = [scalars[each].reference for each in same]
+        instance, _, variable = scalar.variable.name.rpartition(".")
+        if instance in drivers and isinstance(scalar.variable, Parameter):
+            holder = instance if variable.removeprefix("segment_") in OWN else drivers[0]
+            places = references.setdefault(f"{holder}.{variable}", {})
+            places.setdefault(scalar.element, []).append(scalar.reference)
+        elif name in watched or isinstance(scalar.variable, Parameter):
+            references[name] = {0: [scalar.reference]}
     advice, ideal = judged(system.scenario)
     return {"references": references, "values": given, "note": advice or (IDEAL if ideal else "")}
 
 
-def columns(plots: Plots) -> dict[str, dict[str, Any]]:
-    """Columns of a measured run by name: units with factor and offset into SI, and what they measure."""
-    lines = {
-        name.removeprefix("link, "): (unit, variable)
-        for (_, unit), of in plots.items()
-        for name, variable in of.items()
-    }
-    known: dict[str, dict[str, Any]] = {n: {"units": _units(u)} for n, u in RECORDED.items()}
-    for name in MEASURED:
-        if line := lines.get(name.removesuffix("_temperature")):
-            known[name] = {"units": _units(line[0]), "variable": line[1]}
-    return known
+def columns(plots: Plots) -> dict[str, dict[str, tuple[float, float]]]:
+    """Columns of a measured run by name: factor and offset of each unit into what is shown."""
+    drawn = {_column(line): unit for (_, unit), of in plots.items() for line in of}
+    known = {**RECORDED, **{name: drawn[name] for name in MEASURED if name in drawn}}
+    return {name: _units(unit) for name, unit in known.items()}
+
+
+def _column(line: str) -> str:
+    """Column of a measured run that is drawn over a line; empty where there is none."""
+    label = line.removeprefix("link, ")
+    return next((name for name in MEASURED if name.removesuffix("_temperature") == label), "")
 
 
 def _units(unit: str) -> dict[str, tuple[float, float]]:
-    found = {spelled: converter(spelled, unit) for spelled in UNITS[unit]}
+    _, factor, zero = QUANTITIES.get(unit, ("", 1.0, 0.0))
+    found = {each: converter(each, unit).then(factor, -factor * zero) for each in UNITS[unit]}
     return {spelled: (each.factor, each.offset) for spelled, each in found.items()}
 
 

@@ -8,7 +8,7 @@
  * refuses something.
  */
 export async function engine(bytes) {
-  const { reset, set, initialize, room, run, fault, memory, _initialize } = (await WebAssembly.instantiate(bytes)).instance.exports;
+  const { _initialize, reset, set, initialize, get, step, fault, memory } = (await WebAssembly.instantiate(bytes)).instance.exports;
   _initialize();
 
   function check(well) {
@@ -17,16 +17,15 @@ export async function engine(bytes) {
     throw new Error(new TextDecoder().decode(text.subarray(0, text.indexOf(0))));
   }
 
-  return (watched, steps, step, values) => {
+  return (watched, steps, size, values) => {
     reset();
     for (const [reference, value] of values) check(set(reference, value));
     check(initialize());
-    const [points, width] = [steps + 1, watched.length];
-    const place = room((8 * points + 4) * width);
-    const references = place + 8 * points * width;
-    new Uint32Array(memory.buffer, references, width).set(watched);
-    check(run(steps, step, references, width, place));
-    const found = new Float64Array(memory.buffer, place, points * width);
-    return watched.map((_, i) => found.slice(points * i, points * (i + 1)));
+    const found = watched.map(() => new Float64Array(steps + 1));
+    for (let i = 0; i <= steps; i++) {
+      if (i) check(step((i - 1) * size, size));
+      for (let k = 0; k < watched.length; k++) found[k][i] = get(watched[k]);
+    }
+    return found;
   };
 }

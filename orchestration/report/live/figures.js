@@ -4,11 +4,10 @@ const SMALLEST_SHOWN = 0.05; // µm; below it an error is printed as 0.0, so tha
 
 /** Figures of an error history in m, taken every `step` s: in µm, and in s (0: always within, null: never). */
 export function errorFigures(error, step, tolerance) {
-  const size = error.map(Math.abs);
-  const last = size.length - 1;
-  const outside = size.findLastIndex((each) => !(each <= tolerance));
+  const sorted = Float64Array.from(error, Math.abs).sort();
+  const last = error.length - 1;
+  const outside = error.findLastIndex((each) => !(Math.abs(each) <= tolerance));
   const squares = error.reduce((sum, each) => sum + each * each, 0) - (error[0] ** 2 + error[last] ** 2) / 2;
-  const sorted = Float64Array.from(size).sort();
   const [below, above] = [sorted[Math.floor(0.95 * last)], sorted[Math.ceil(0.95 * last)]];
   return {
     largest: 1e6 * sorted[last],

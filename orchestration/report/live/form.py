@@ -13,7 +13,7 @@ from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMET
 from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import THERMOMETERS
-from warmlink.orchestration.system.units import IDENTITY, Conversion, conversion, parse_unit
+from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 
 SPAN = 3.0
 """A slider goes from a value divided by this to the value times this."""
@@ -36,8 +36,8 @@ class Field(NamedTuple):
 
     shown: dict[str, Any]
     about: str
-    slider: Mapping[str, Any] = {}
-    texts: Sequence[str] = ()
+    slider: Mapping[str, Any]
+    texts: Sequence[str]
 
 
 def drivers_of(scenario: Scenario) -> list[str]:
@@ -45,75 +45,69 @@ def drivers_of(scenario: Scenario) -> list[str]:
     return [name for name, kind in scenario.setup.blueprint.components.items() if kind == DRIVER]
 
 
-def vectors_of(drivers: Sequence[str]) -> list[dict[str, str]]:
-    """The vectors of the duty's segments, durations first: `name`, `word`, and `driver` if only of that."""
-    first = {"name": f"{drivers[0]}.duration", "word": "duration", "driver": ""}
-    return [first] + [
-        {"name": f"{each}.segment_{word}", "word": word, "driver": each if word in OWN else ""}
-        for word in DEMANDS
-        for each in (drivers if word in OWN else drivers[:1])
-    ]
+def words_of(drivers: Sequence[str]) -> dict[str, list[str]]:
+    """Vectors that hold the duty's segments by what they hold, one for each joint that has its own."""
+    demands = {w: [f"{each}.segment_{w}" for each in drivers[: None if w in OWN else 1]] for w in DEMANDS}
+    return {"duration": [f"{drivers[0]}.duration"], **demands}
 
 
-def form(scenario: Scenario, whole: Component, laws: Sequence[str]) -> dict[str, Any]:
-    """Fields of the page by their place in it, for its template; `laws` are the names of the controllers."""
-    drivers, values, stop = drivers_of(scenario), scenario.values(), scenario.stop_time
-    vectors = vectors_of(drivers)
-    fields = {
-        scalar.name: _field(scalar, values, scalar.name.rpartition(".")[0] in drivers)
-        for scalar in whole.scalars()
-        if isinstance(scalar.variable, Parameter)
-        and scalar.name.rpartition(".")[0] not in scenario.setup.controllers
-    }
-    faults = {label: _fault(kind, fields, stop) for kind, label in _thermometers(scenario)}
+def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
+    """Fields of the page by name or by their place in it, for its template."""
+    drivers, values = drivers_of(scenario), scenario.values()
+    fields, kept = {}, bool(scenario.mismatches)  # only a file says what a mismatch would change once more
+    for scalar in whole.scalars():
+        instance, _, name = scalar.name.rpartition(".")
+        if isinstance(scalar.variable, Parameter) and instance not in scenario.setup.controllers:
+            value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
+            fields[scalar.name] = _field(scalar, value, instance in drivers, kept)
+    durations = [fields[f"{drivers[0]}.duration[{i}]"] for i in range(1, SEGMENTS + 1)]
+    faults = {label: _fault(kind, fields, scenario.stop_time) for kind, label in _thermometers(scenario)}
     known = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
-    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.called(kind)]
+    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.blueprint.called(kind)]
     others = {field.shown["name"] for of in faults.values() for field in of}
     return {
-        "laws": [Field(_shown(f"law:{law}", "page", checked=""), law) for law in laws],
-        "stop": Field(
-            _shown("stop", "page", f"{stop:.12g}", "s", min=scenario.step_size, max=LONGEST), "stop time"
-        ),
-        "repeat": fields[f"{drivers[0]}.repeat"],
-        "vectors": vectors,
-        "segments": [
-            [(vector, fields[f"{vector['name']}[{i}]"]) for vector in vectors] for i in range(1, SEGMENTS + 1)
+        "fields": fields,
+        "columns": [
+            (word, name, f"{name.partition('.')[0]}." if len(names) > 1 else "")
+            for word, names in words_of(drivers).items()
+            for name in names
         ],
+        "used": max(i for i, each in enumerate(durations, start=1) if each.shown["value"] != "0"),
         "parameters": [
             fields[name]
             for name in dict.fromkeys((*first, *fields))
             if name in fields and fields[name].slider and name not in others
         ],
         "faults": faults,
+        "stop": _stop(scenario),
     }
 
 
-def _shown(
-    name: str, kind: str, text: str = "", unit: str = "1", to: Conversion = IDENTITY, **more: Any
-) -> dict[str, Any]:
-    """Attributes of a field; it must not be emptied where it begins with a text."""
-    data = {"data-kind": kind, "data-unit": unit, "data-factor": to.factor, "data-offset": to.offset}
-    return {"name": name, "value": text, "required": "" if text else None, **data, **more}
+def _stop(scenario: Scenario) -> Field:
+    shown = {"name": "stop", "value": f"{scenario.stop_time:.12g}", "min": scenario.step_size, "max": LONGEST}
+    given = {"data-kind": "page", "data-unit": "s", "data-factor": 1, "data-offset": 0}
+    return Field(shown | given, "stop time", {}, ())
 
 
-def _field(scalar: Scalar, values: Mapping[str, Mapping[str, Any]], duty: bool) -> Field:
-    """Field of a variable of the system, of its duty cycle or not."""
-    variable, (instance, _, name) = scalar.variable, scalar.name.rpartition(".")
-    value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
+def _field(scalar: Scalar, value: float, duty: bool, mismatched: bool) -> Field:
+    """Field of a variable; those of a vector of the duty cycle share a name."""
+    variable, texts = scalar.variable, scalar.variable.choice.items if scalar.variable.choice else ()
     unit = variable.display or variable.unit
-    to = conversion(parse_unit(variable.unit), parse_unit(unit), False)
-    about = variable.description
+    to = conversion(parse_unit(variable.unit), parse_unit(unit))
+    shown = {
+        "name": variable.name if duty else scalar.name,
+        "value": f"{to(value):.{12 if duty else 6}g}",
+        "data-kind": "duty" if duty else "parameter",
+        "data-unit": unit,
+        "data-factor": to.factor,
+        "data-offset": to.offset,
+        "data-file": "" if duty or mismatched else None,
+    }
     if not duty:
-        text = f"{to(value):.6g}"
-        slider = _slider(scalar, value, to)
-        texts = variable.choice.items if variable.choice else ()
-        return Field(_shown(scalar.name, "parameter", text, unit, to), about, slider, texts)
-    lasts = name.startswith("duration")
-    bounds = {"min": SHORTEST if lasts else None if variable.display else scalar.lower}
-    checked = {"checked": ""} if variable.type == "Boolean" and value else {}
-    text = f"{to(value):.12g}" if value or not lasts else ""
-    shown = _shown(scalar.name, "duty", text, unit, to, **bounds, **checked)
-    return Field(shown, about, texts=variable.choice.items if variable.choice else ())
+        return Field(shown, variable.description, _slider(scalar, value, to), texts)
+    lasts = variable.name.endswith(".duration")
+    shown["min"] = SHORTEST if lasts else None if variable.display else scalar.lower
+    return Field(shown, variable.description, {}, ("no", "yes") if variable.type == "Boolean" else texts)
 
 
 def _slider(scalar: Scalar, value: float, to: Conversion) -> dict[str, Any]:
@@ -145,11 +139,10 @@ def _thermometers(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _fault(kind: str, fields: Mapping[str, Field], stop: float) -> list[Field]:
-    """Fields of a thermometer's fault; where the scenario has none, they begin with one that is felt."""
+    """Fields of a thermometer's fault; where it has none, one that is felt, which is disabled."""
     found = [fields[kind]]
     for word, felt in FELT.items():
         field = fields[kind.replace("fault_kind", f"fault_{word}")]
-        start, text = field.shown["value"], f"{felt * stop if word == 'time' else felt:.0f}"
-        felt_anew = {"value": text, "data-start": start} if found[0].shown["value"] == "0" else {}
-        found.append(field._replace(shown=field.shown | felt_anew))
+        unused = {"value": f"{felt * stop if word == 'time' else felt:.0f}", "disabled": ""}
+        found.append(field._replace(shown=field.shown | (unused if found[0].shown["value"] == "0" else {})))
     return found

@@ -1,99 +1,90 @@
-// What the reader has changed, and the runs that follow from it. A form is the state of the page: each field is named after
-// a variable, and shows it in a unit of its own.
+// The form is the state of the page. Each field is named after a variable, and shows it in a unit of its own; the fields in
+// a column of the duty's table share a name, and what they show is one text with commas.
 
-import { digits } from "./figures.js";
+export const at = (id) => document.getElementById(id);
+export const content = JSON.parse(at("content").textContent);
+export const engines = {}; // what runs the system, by law
+export const measured = { rows: [] }; // a measured run: its file's name, and its rows
 
+const form = at("form");
+const [duration] = content.words.duration;
+const [rows, row] = [at("segments").innerHTML, at("segments").rows[0].outerHTML];
 const unseen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
 unseen.fillStyle = "#0008";
+const expressions = ["score", "uncompensated"].map((name) => [name, new Function("v", `return ${content[name]}`)]);
 
-export class Model {
-  /** `engines` run the system with each law; `onchange` is called after every change. */
-  constructor(form, content, engines, onchange) {
-    Object.assign(this, { content, engines, onchange, vectors: content.vectors, measured: null });
-    this.fields = new Map([...form.elements].filter(({ dataset }) => dataset.unit).map((field) => [field.name, field]));
-    this.start = new Map([...this.fields].map(([name, { dataset }]) => [name, dataset.start ?? this.text(name)]));
-    this.rows = Array.from({ length: content.most }, (_, i) => this.vectors.map(({ name }) => `${name}[${i + 1}]`));
-    this.score = new Function("v", `return ${content.score}`);
-    this.uncompensated = new Function("v", `return ${content.uncompensated}`);
-  }
+/** The fields with a name. */
+export const fields = (name) => form.querySelectorAll(`[name="${CSS.escape(name)}"]`);
 
-  /** What a field shows. */
-  text(name) {
-    const { type, checked, value } = this.fields.get(name);
-    return type === "checkbox" ? String(Number(checked)) : value;
-  }
+/** What the fields show, by name. */
+export function texts() {
+  const shown = {};
+  for (const [name, text] of new FormData(form)) shown[name] = name in shown ? `${shown[name]},${text}` : text;
+  return shown;
+}
 
-  /** What a field shows, with its unit. */
-  quantity(name) {
-    const { unit } = this.fields.get(name).dataset;
-    return unit === "1" ? this.text(name) : `${this.text(name)} ${unit}`;
-  }
+export const start = texts();
 
-  /** A variable in its SI unit; `text` is what its field shows, by default now. */
-  get(name, text = this.text(name)) {
-    const { factor, offset } = this.fields.get(name).dataset;
-    return (Number(text) - offset) / factor;
-  }
+/** What the fields show that were changed: of a kind ("parameter", "duty" or "page") or of all. */
+export function changed(kind) {
+  const all = Object.entries(texts()).filter(([name, text]) => text !== start[name]);
+  return Object.fromEntries(all.filter(([name]) => !kind || fields(name)[0].dataset.kind === kind));
+}
 
-  /** What a field shows for a value in SI units. */
-  shown(name, value) {
-    const { factor, offset } = this.fields.get(name).dataset;
-    return digits(factor * value + Number(offset), 12);
-  }
+/** A text with its unit. */
+export function quantity(name, text) {
+  const { unit } = fields(name)[0].dataset;
+  return unit === "1" ? text : `${text} ${unit}`;
+}
 
-  /** Change variables, in SI units. */
-  set(values) {
-    this.put(Object.fromEntries(Object.entries(values).map(([name, value]) => [name, this.shown(name, value)])));
-  }
+/** A text's value in the SI unit. */
+export function inSi(name, text) {
+  const { factor, offset } = fields(name)[0].dataset;
+  return (text - offset) / factor;
+}
 
-  /** Change what fields show; null stands for the scenario's value. */
-  put(texts) {
-    for (const [name, given] of Object.entries(texts)) {
-      const [field, text] = [this.fields.get(name), given ?? this.start.get(name)];
-      if (field.type === "checkbox") field.checked = text === "1";
-      else field.value = text;
-    }
-    this.onchange();
-  }
+/** Let whoever follows the form know that it changed. */
+export const tell = () => form.dispatchEvent(new Event("change"));
 
-  /** Names of what was changed, of a kind ("parameter", "duty" or "page") or at all. */
-  changed(kind) {
-    const all = [...this.fields].filter(([, { disabled, dataset }]) => !disabled && (kind ?? dataset.kind) === dataset.kind);
-    return all.map(([name]) => name).filter((name) => Number(this.text(name)) !== Number(this.start.get(name)));
+/** Show texts; those of the duration say how many segments there are. */
+export function put(given) {
+  const count = Math.min(given[duration]?.split(",").length ?? at("segments").rows.length, content.most);
+  if (count !== at("segments").rows.length) at("segments").innerHTML = row.repeat(count);
+  for (const [name, text] of Object.entries(given)) {
+    const each = text.split(",");
+    fields(name).forEach((field, i) => {
+      if (field.type === "checkbox") field.checked = each.includes(field.value);
+      else field.value = each[i];
+    });
   }
+  tell();
+}
 
-  get laws() {
-    return Object.keys(this.content.laws).filter((law) => this.get(`law:${law}`));
-  }
+/** Show what the page began with. */
+export function reset() {
+  at("segments").innerHTML = rows;
+  form.reset();
+  tell();
+}
 
-  /** What the fields of each segment show, in the order of the vectors; an unused one has no duration. */
-  get segments() {
-    return this.rows.map((names) => names.map((name) => this.text(name))).filter(([duration]) => duration);
-  }
-
-  set segments(segments) {
-    if (!segments.length || segments.length > this.rows.length) return;
-    const unused = ["", ...this.vectors.slice(1).fill(null)];
-    this.rows.forEach((names, i) => this.put(Object.fromEntries(names.map((name, k) => [name, (segments[i] ?? unused)[k]]))));
-  }
-
-  /** Values of a law's run by watched variable; `more` are values of variables, in SI units. */
-  run(law, more = {}) {
-    const { watched, step, laws } = this.content;
-    const { references, values } = laws[law];
-    const changed = [...this.changed().map((name) => [name, this.get(name)]), ...Object.entries(more)];
-    const set = changed.flatMap(([name, value]) => (references[name] ?? []).map((each) => [each, value]));
-    const wanted = watched.map((name) => references[name][0]);
-    // In Firefox 140 a search in a text or an array leaves the registers of some processors (those with AVX-512) so that
-    // WebAssembly runs a hundred times slower, until something translucent is drawn.
-    unseen.fillRect(0, 0, 8, 8);
-    unseen.getImageData(0, 0, 1, 1);
-    const columns = this.engines[law](wanted, Math.round(this.get("stop") / step), step, [...values, ...set]);
-    return Object.fromEntries(watched.map((name, i) => [name, columns[i]]));
-  }
-
-  /** An expression at every communication point, in m. */
-  evaluate(expression, values) {
-    return Object.values(values)[0].map((_, i) => expression((name) => values[name][i]));
-  }
+/** Values of a law's run: of the watched variables, and both errors in m, `score` and `uncompensated`. */
+export function run(law, shown = texts()) {
+  const { watched, step, laws } = content;
+  const { references, values } = laws[law];
+  const set = Object.entries(shown).filter(([name, text]) => name in references && text !== start[name]);
+  const more = set.flatMap(([name, text]) => {
+    const each = text.split(",").map((one) => inSi(name, one));
+    const unused = name === duration ? 0 : each[0]; // in segments beyond those of the table
+    const places = Object.entries(references[name]);
+    return places.flatMap(([place, all]) => all.map((reference) => [reference, each[place] ?? unused]));
+  });
+  // In Firefox 140 a search in a text or an array leaves the registers of some processors (those with AVX-512) so that
+  // WebAssembly runs a hundred times slower, until something translucent is drawn.
+  unseen.fillRect(0, 0, 8, 8);
+  unseen.getImageData(0, 0, 1, 1);
+  const wanted = watched.map((name) => references[name][0][0]);
+  const columns = engines[law](wanted, Math.round(shown.stop / step), step, [...values, ...more]);
+  const found = Object.fromEntries(watched.map((name, i) => [name, columns[i]]));
+  const evaluated = expressions.map(([name, at]) => [name, columns[0].map((_, i) => at((each) => found[each][i]))]);
+  return { ...found, ...Object.fromEntries(evaluated) };
 }

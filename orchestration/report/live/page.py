@@ -20,7 +20,7 @@ from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
-SCRIPTS = ("engine", "figures", "plot", "model", "sliders", "duty", "measured", "share", "page")
+SCRIPTS = ("engine", "figures", "plot", "measured", "model", "sliders", "duty", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
 
 BESIDE = "observer"
@@ -59,7 +59,7 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
     laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}
     systems = []
     for one in (replace(scenario, controller=law) for law in laws.values()):
-        module = None if scenario.setup.foreign else kept_before(MODULES, _made_from(one))
+        module = None if scenario.setup.blueprint.foreign else kept_before(MODULES, _made_from(one))
         if module is not None:
             systems.append(Whole(one, one.joined({}), module))
         elif not systems:
@@ -77,13 +77,12 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         title=scenario.title,
         kind="live",
         lead="This page needs a browser of 2023 or later with JavaScript switched on.",
-        name=scenario.name,
-        plots=known["plots"],
+        known=known,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: _packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
-        **form(scenario, whole, list(known["laws"])),
+        **form(scenario, whole),
     )
 
 

@@ -1,21 +1,15 @@
-// Drawings over time. Their SVG is in seconds and values, and stretched over its figure, so that what is dragged in it is
-// in seconds and values too; the texts at its axes are HTML.
+// Drawings over time. What is inside the axes is in seconds and values and stretched, so that what is dragged in it is in
+// seconds and values too.
 
 import { digits } from "./figures.js";
 
 const MOST_GROUPS = 500; // of a line's points; the lowest and the highest of each are drawn
+const MOST_MARKS = 150; // of a line; of more, every so manieth is drawn
 const DASHES = ["", "8 4", "2 3", "10 3 2 3", "14 4", "14 3 2 3 2 3"];
 
 const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
-function extent(values) {
-  let [low, high] = [Infinity, -Infinity];
-  for (const value of values) {
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return [low, high];
-}
+const ends = (values) => [Math.min(...values), Math.max(...values)];
 
 /** Round numbers from `low` to `high`, some six of them. */
 function ticks(low, high) {
@@ -26,53 +20,53 @@ function ticks(low, high) {
 }
 
 /** Draw SVG over axes: `label` of the values, `stop` in s, `low` and `high`; `told` is for those who do not see it. */
-export function draw(figure, { label, stop, low, high }, told, drawn) {
+export function draw(figure, { label, stop, low, high, told, keys = "" }, drawn) {
   const [unit, seconds] = stop > 3 * 3600 ? ["h", 3600] : ["min", 60];
-  const rows = ticks(low, high);
-  const texts = [
-    ...rows.map((value) => `<span style="top: ${(100 * (high - value)) / (high - low)}%">${digits(value)}</span>`),
-    ...ticks(0, stop / seconds).map((time) => `<b style="left: ${(100 * seconds * time) / stop}%">${digits(time)}</b>`),
-  ];
-  const grid = rows.map((value) => `<path class="grid" d="M0 ${value}H${stop}"/>`);
-  figure.querySelector(".frame").innerHTML = `<i>${escaped(label)}</i><i>time [${unit}]</i>${texts.join("")}
-    <svg role="img" aria-label="${escaped(told)}" viewBox="0 ${-high} ${stop} ${high - low}" preserveAspectRatio="none">
-    <g transform="scale(1 -1)">${[...grid, ...drawn].join("")}</g></svg>`;
+  const rows = ticks(low, high).map((value) => {
+    const place = `y="${(100 * (high - value)) / (high - low)}%"`;
+    return `<text ${place} dx="-.5em" dy=".35em" text-anchor="end">${digits(value)}</text><rect ${place} width="100%" height="1"/>`;
+  });
+  const columns = ticks(0, stop / seconds).map((time) =>
+    `<text x="${(100 * seconds * time) / stop}%" y="100%" dy="1.3em" text-anchor="middle">${digits(time)}</text>`);
+  figure.innerHTML = `<svg role="img" aria-label="${escaped(told)}">${rows.join("")}${columns.join("")}
+    <text dx="-3.7em" dy="-.8em">${escaped(label)}</text><text x="100%" y="100%" dy="2.6em" text-anchor="end">time [${unit}]</text>
+    <svg viewBox="0 ${-high} ${stop} ${high - low}" preserveAspectRatio="none"><g transform="scale(1 -1)">${drawn.join("")}</g></svg>
+    </svg><figcaption>${keys}</figcaption>`;
 }
 
-/** Path through values at every `step` s. */
-function path(values, step) {
+/** Points of a line with values at every `step` s. */
+function pointsOf(values, step) {
   const size = Math.ceil(values.length / MOST_GROUPS);
-  const points = [];
-  for (let first = 0; first < values.length; first += size) {
-    const group = values.subarray(first, first + size);
-    const [low, high] = extent(group);
-    const kept = low === high ? [low] : group[0] > group.at(-1) ? [high, low] : [low, high];
-    points.push(...kept.map((value) => `${first * step} ${value.toPrecision(6)}`));
-  }
-  return `M${points.join("L")}`;
+  return Array.from({ length: Math.ceil(values.length / size) }, (_, i) => {
+    const group = values.subarray(i * size, (i + 1) * size);
+    const kept = group[0] > group.at(-1) ? ends(group).reverse() : ends(group);
+    return kept.map((value) => [i * size * step, value]);
+  }).flat();
 }
 
 /**
- * Draw lines, and a legend. `lines` have a name, values, and perhaps a style (a number, by which colour and dashes go) and
- * `marks`, pairs of time in s and value that are drawn as dots. `band` is half the height of the tolerance band.
+ * Draw lines of `name`, `values`, and `marks`, pairs of time in s and value that are drawn as dots; a line without values
+ * is left out, and the others keep their colours and dashes. `band` is half the height of the tolerance band.
  */
 export function drawLines(figure, { heading, label, step, lines, band = 0 }) {
-  const stop = step * (lines[0].values.length - 1);
-  const marked = lines.flatMap(({ marks = [] }) => marks.map(([, value]) => value));
-  const ends = lines.map(({ values }) => extent(values));
-  const [low, high] = extent([...ends.flat(), ...marked, ...(band ? [-1.2 * band, 1.2 * band] : [])]);
-  const pad = high - low < 1e-9 ? 1 : 0.04 * (high - low);
+  const all = lines.map((line, i) => ({ ...line, style: i % DASHES.length })).filter(({ values }) => values);
+  const stop = step * (all[0].values.length - 1);
   const drawn = [`<path class="band" d="M0 ${-band}H${stop}V${band}H0Z"/>`];
-  const keys = lines.map(({ name, values, marks = [], style }, i) => {
-    const number = (style ?? i) % DASHES.length;
-    const look = `style="stroke: var(--line-${number})"`;
-    const dashed = `${look} stroke-dasharray="${DASHES[number]}"`;
-    const dots = marks.map(([time, value]) => `M${time} ${value}h0`).join("");
-    drawn.push(`<path ${dashed} d="${path(values, step)}"/>`);
-    if (dots) drawn.push(`<path class="dots" ${look} d="${dots}"/><path class="within" d="${dots}"/>`);
-    return `<span><svg width="34" height="10" aria-hidden="true"><path ${dashed} d="M1 5H33"/></svg>${escaped(name)}</span>`;
-  });
-  const told = lines.map(({ name }, i) => `${name} from ${ends[i].map((each) => digits(each, 3)).join(" to ")}`);
-  draw(figure, { label, stop, low: low - pad, high: high + pad }, `${heading}: ${label} over time; ${told.join(", ")}`, drawn);
-  figure.querySelector("figcaption").innerHTML = keys.join("");
+  const heights = [-1.2 * band, 1.2 * band].filter((each) => each);
+  const [keys, told] = [[], []];
+  for (const { name, values, marks, style } of all) {
+    const [points, every] = [pointsOf(values, step), Math.ceil(marks.length / MOST_MARKS)];
+    const dots = marks.filter(([time], i) => i % every === 0 && time <= stop);
+    heights.push(...[...points, ...dots].map(([, value]) => value));
+    const look = `style="stroke: var(--line-${style})" stroke-dasharray="${DASHES[style]}"`;
+    drawn.push(`<path ${look} d="M${points.map(([time, value]) => `${time} ${value.toPrecision(6)}`).join("L")}"/>`);
+    const d = `d="${dots.map(([time, value]) => `M${time} ${value}h0`).join("")}"`;
+    if (dots.length) drawn.push(`<path class="dots" ${look} ${d}/><path class="within" ${d}/>`);
+    keys.push(`<span><svg width="34" height="10" aria-hidden="true"><path ${look} d="M1 5H33"/></svg>${escaped(name)}</span>`);
+    told.push(`${name} from ${ends(points.map(([, value]) => value)).map((each) => digits(each, 3)).join(" to ")}`);
+  }
+  const [low, high] = ends(heights);
+  const pad = high - low < 1e-9 ? 1 : 0.04 * (high - low);
+  const axes = { label, stop, low: low - pad, high: high + pad, keys: keys.join("") };
+  draw(figure, { ...axes, told: `${heading}: ${label} over time; ${told.join(", ")}` }, drawn);
 }

@@ -1,76 +1,66 @@
 // What takes the page's state elsewhere: its address, the commands that compute the same, files.
 
+import { changed, content, fields, inSi, measured, put, quantity, reset, texts } from "./model.js";
+
 /** What was changed as the part of an address after #. */
-export const address = (model) => `#${new URLSearchParams(model.changed().map((name) => [name, model.text(name)]))}`;
+export const address = () => `#${new URLSearchParams(changed())}`;
 
 /** Take over the changes of an address; throws an Error with a sentence where they do not fit this page. */
-export function restore(hash, model) {
+export function restore(hash) {
   const given = Object.fromEntries(new URLSearchParams(hash.slice(1)));
-  const fits = ([name, text]) => {
-    const field = model.fields.get(name)?.cloneNode(true) ?? {};
-    field.value = text;
-    return field.checkValidity?.() && Number.isFinite(Number(text));
-  };
-  const shown = Object.keys(model.content.laws).some((law) => given[`law:${law}`] !== "0");
-  if (!shown || !Object.entries(given).every(fits))
-    throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
-  model.put(given);
+  put(given);
+  const set = Object.keys(given).map((name) => [...fields(name)]);
+  if (set.every((all) => all.length && all.every(({ validity }) => validity.valid)) && texts().law) return;
+  reset();
+  throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
 }
 
 /** Parameters as they are written: given ones, and those set on the page. */
-function settings(model, given) {
-  const set = model.changed("parameter").map((name) => [name, model.quantity(name)]);
+function settings(given) {
+  const set = Object.entries(changed("parameter")).map(([name, text]) => [name, quantity(name, text)]);
   return { ...given, ...Object.fromEntries(set) };
 }
 
 /** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
-export function needsFile(model) {
-  const kinds = model.content.mismatched ? ["duty", "parameter"] : ["duty"];
-  return kinds.some((kind) => model.changed(kind).length);
-}
-
-/** A command with options as a shell takes them. */
-function line(program, file, options) {
-  const word = (text) => (/^[\w./-]+$/.test(text) ? text : `"${text}"`);
-  return [`warmlink ${program} ${word(file)}`, ...options.map(([option, value]) => `${option} ${word(value)}`)].join(" ");
-}
+export const needsFile = () => Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
 
 /** The commands that compute the figures of each law and, in the cell as it is set, diagnose a measured run. */
-export function commands(model) {
-  const { name, asked, given, options } = model.content;
-  const sets = Object.entries(settings(model, given)).map(([each, value]) => ["--set", `${each}=${value}`]);
-  const stop = model.changed("page").includes("stop") ? [["--stop", model.quantity("stop")]] : [];
-  const others = options.filter(([option]) => option !== "--stop" || !stop.length);
-  const [file, more] = needsFile(model) ? [`${name}_live.toml`, []] : [asked, [...others, ...stop, ...sets]];
-  const runs = model.laws.map((law) => line("run", file, [["--controller", law], ...more]));
-  return model.measured ? [...runs, line("diagnose", model.measured.name, sets)] : runs;
+export function commands() {
+  const { name, asked, given, options } = content;
+  const word = (text) => (/^[\w./-]+$/.test(text) ? text : `"${text}"`);
+  const line = (...words) => ["warmlink", ...words].map(word).join(" ");
+  const sets = Object.entries(settings(given)).flatMap(([each, value]) => ["--set", `${each}=${value}`]);
+  const stop = "stop" in changed() ? ["--stop", quantity("stop", texts().stop)] : [];
+  const others = options.filter(([option]) => !stop.includes(option)).flat();
+  const more = needsFile() ? [`${name}_live.toml`] : [asked, ...others, ...stop, ...sets];
+  const runs = texts().law.split(",").map((law) => line("run", ...more, "--controller", law));
+  return measured.name ? [...runs, line("diagnose", measured.name, ...sets)] : runs;
 }
 
 /** The scenario with the first law as a TOML file, as the page has it. */
-export function scenarioText(model) {
-  const { scenario: { top, tables, parameters }, drivers } = model.content;
+export function scenarioText() {
+  const { scenario: { top, tables, parameters }, repeat, words } = content;
+  const shown = texts();
   const segment = (_, i) => {
-    const told = {};
-    for (const { name, word } of model.vectors) told[word] = [...(told[word] ?? []), model.quantity(`${name}[${i + 1}]`)];
-    const { duration, pad_mode, pad_power, pad_temperature, ...demands } = told;
-    const pad = [{}, { pad_power }, { pad_temperature }][pad_mode];
-    const each = Object.entries({ duration, ...demands, ...pad }).map(([word, all]) => [word, all.length > 1 ? all : all[0]]);
-    return ["[[segment]]", Object.fromEntries(each)];
+    const of = (name) => quantity(name, shown[name].split(",")[i]);
+    const told = Object.entries(words).map(([word, names]) => [word, names.length > 1 ? names.map(of) : of(names[0])]);
+    const { pad_mode, pad_power, pad_temperature, ...demands } = Object.fromEntries(told);
+    return ["[[segment]]", { ...demands, ...[{}, { pad_power }, { pad_temperature }][pad_mode] }];
   };
-  const repeat = model.get(`${drivers[0]}.repeat`) ? { repeat: true } : {};
+  const [controller] = shown.law.split(",");
   const parts = [
-    ["", { ...top, controller: model.laws[0], stop_time: model.quantity("stop"), ...repeat }],
-    ...model.segments.map(segment),
+    ["", { ...top, controller, stop_time: quantity("stop", shown.stop), repeat: shown[repeat] === "1" }],
+    ...shown[words.duration[0]].split(",").map(segment),
     ...tables,
-    ["[parameters]", settings(model, parameters)],
+    ["[parameters]", settings(parameters)],
   ];
   const entry = ([key, value]) => `${/^\w+$/.test(key) ? key : JSON.stringify(key)} = ${JSON.stringify(value)}`;
   return parts.map(([heading, table]) => [heading, ...Object.entries(table).map(entry)].join("\n")).join("\n\n");
 }
 
 /** The parameters set on the page as an SSP parameter set. */
-export function parameterSet(model) {
-  const each = (name) => `<ssv:Parameter name="${name}"><ssv:Real value="${model.get(name)}"/></ssv:Parameter>`;
-  const parameters = model.changed("parameter").map(each).join("\n");
-  return model.content.ssv.replace("<ssv:Parameters/>", `<ssv:Parameters>${parameters}</ssv:Parameters>`);
+export function parameterSet() {
+  const each = ([name, text]) => `<ssv:Parameter name="${name}"><ssv:Real value="${inSi(name, text)}"/></ssv:Parameter>`;
+  const parameters = Object.entries(changed("parameter")).map(each).join("\n");
+  return content.ssv.replace("<ssv:Parameters/>", `<ssv:Parameters>${parameters}</ssv:Parameters>`);
 }

@@ -1,16 +1,17 @@
-"""A system as its description declares it, made flat: components and systems, and who drives whom."""
+"""A system as its description declares it: components and systems in systems, and who drives whom."""
 
 from __future__ import annotations
 
 from dataclasses import field, replace
 from functools import cached_property
+from itertools import takewhile
 from pathlib import Path as File
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, ConnectorKind, ModelInfo
+from warmlink.orchestration.system.model import Connection, ConnectorKind, ModelInfo, System
 from warmlink.orchestration.system.units import Conversion, Unit
 
 Path = tuple[str, ...]
@@ -73,10 +74,10 @@ class DeclaredConnector:
 class Element:
     """A component with its FMU, or a system with the connections inside it; connectors by name."""
 
-    connectors: dict[str, DeclaredConnector]
+    connectors: dict[str, DeclaredConnector] = field(default_factory=dict)
     fmu: File | None = None
     info: ModelInfo | None = None
-    connections: tuple[Edge, ...] = ()
+    connections: list[Edge] = field(default_factory=list)
 
 
 @dataclass
@@ -199,3 +200,64 @@ class Net:
                 f"{edge}: {owner} has no connector {node.connector}; declare it or correct the name"
             )
         return declared.kind
+
+
+def net_of(system: System, nested: bool = False) -> Net:
+    """Net of a system: the reverse of making it flat.
+
+    In a `nested` one each name before a dot is that of a system, and InputError if that of a component too. A
+    connection from one inner system into another is a chain through connectors of the systems on the way.
+    """
+    net = Net()
+    net.add((), Element())
+    for name, held in system.components.items():
+        path = _path(name, nested)
+        for outer in (path[:depth] for depth in range(1, len(path))):
+            if net.elements.setdefault(outer, Element()).fmu is not None:
+                raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
+        if path in net.elements:
+            raise InputError(f"{name}: is a component and a system; rename one")
+        shown = {
+            c.name: DeclaredConnector(
+                c.kind, c.type, system.units.get(c.unit, Unit(c.unit)) if c.unit else None
+            )
+            for c in held.connectors
+        }
+        net.add(path, Element(shown, held.fmu))
+    for link in system.connections:
+        _lay(net, link, _path(link.source_component, nested), _path(link.target_component, nested))
+    return net
+
+
+def _path(name: str, nested: bool) -> Path:
+    return tuple(name.split(".")) if nested else (name,)
+
+
+def _lay(net: Net, link: Connection, start: Path, end: Path) -> None:
+    """Lay a connection through the net: out of the source's systems, across, into the target's."""
+    steps = zip(start[:-1], end[:-1], strict=False)
+    shared, giving = (
+        len(list(takewhile(lambda pair: pair[0] == pair[1], steps))),
+        Node(start, link.source_variable),
+    )
+    for depth in range(len(start) - 1, shared, -1):
+        name = "_".join((*start[depth:], link.source_variable))
+        giving = _passed(net, giving, start[:depth], start[:depth], "output", name)
+    for depth in range(shared, len(end) - 1):
+        name = "_".join((*end[depth + 1 :], link.target_variable))
+        giving = _passed(net, giving, end[:depth], end[: depth + 1], "input", name)
+    last = replace(edge_of(link), source=giving, target=Node(end, link.target_variable))
+    net.elements[end[:-1]].connections.append(last)
+
+
+def _passed(net: Net, giving: Node, within: Path, to: Path, kind: ConnectorKind, name: str) -> Node:
+    """Connector of the system `to` that passes a value on, connected in another one where it is not yet."""
+    connections, known = net.elements[within].connections, net.elements[to].connectors
+    for edge in connections:
+        if edge.source == giving and edge.target.path == to:
+            return edge.target
+    while name in known:
+        name += "_"
+    known[name] = replace(net.elements[giving.path].connectors[giving.connector], kind=kind)
+    connections.append(Edge(giving, Node(to, name)))
+    return connections[-1].target

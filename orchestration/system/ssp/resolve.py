@@ -153,7 +153,7 @@ class Resolver:
     def _started(self, parameter: Parameter, way: Sequence[Edge]) -> tuple[Variable, Value]:
         """Give the variable at the end of a way, and the start value that it gets."""
         node = way[-1].target
-        variable, own = self._variable(node)
+        variable, own = self.variable(node)
         if not alike(parameter.type, variable.kind):
             raise InputError(
                 f"{node}: is given a value of type {parameter.type}, but is of type {variable.type}; "
@@ -183,7 +183,7 @@ class Resolver:
             )
         return [Node(node.path, name) for name in names]
 
-    def _variable(self, node: Node) -> tuple[Variable, Unit | None]:
+    def variable(self, node: Node) -> tuple[Variable, Unit | None]:
         """Give a component's scalar variable and the unit of its values."""
         info, declared = self.net.info(node), self.net.declared(node)
         assert info is not None
@@ -192,7 +192,7 @@ class Resolver:
 
     def _connector(self, node: Node, declared: DeclaredConnector) -> Connector:
         where = str(node)
-        variable, unit = self._variable(node)
+        variable, unit = self.variable(node)
         kind = check_connector(variable, declared.kind, declared.type, where)
         remedy = "declare the connector in a unit of its variable"
         _Carried(where, remedy, unit, variable.relative).into(declared.unit)
@@ -205,17 +205,17 @@ class Resolver:
         declared = self.net.declared(node)
         if declared is not None and declared.unit is not None:
             return declared.unit
-        return None if self.net.info(node) is None else self._variable(node)[1]
+        return None if self.net.info(node) is None else self.variable(node)[1]
 
     def _carry(self, value: _Carried, way: Sequence[Edge]) -> Conversion:
         """Give what becomes of a value along connected connectors, up to the variable at their end."""
         for edge in way:
             value = value.into(self._shown_unit(edge.target), edge)
-        return value.into(self._variable(way[-1].target)[1]).so_far
+        return value.into(self.variable(way[-1].target)[1]).so_far
 
     def _connection(self, way: Sequence[Edge]) -> Connection:
         source, target = way[0].source, way[-1].target
-        (giving, unit), (taking, target_unit) = self._variable(source), self._variable(target)
+        (giving, unit), (taking, target_unit) = self.variable(source), self.variable(target)
         between = f"{source} -> {target}"
         both = giving.kind == taking.kind == "Enumeration"
         if not alike(giving.kind, taking.kind) or (both and giving.items != taking.items):

@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.system import archive
+from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, DefaultExperiment
 from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
@@ -22,18 +22,6 @@ from warmlink.orchestration.system.ssp.parameter_values import (
 )
 from warmlink.orchestration.system.ssp.resolve import Binding
 from warmlink.orchestration.system.units import Unit, definitions_of_units
-from warmlink.orchestration.system.xml import (
-    check_root,
-    children,
-    integer,
-    local,
-    number,
-    only_child,
-    optional,
-    refuse_other_children,
-    required,
-    root_of_file,
-)
 from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
@@ -45,10 +33,9 @@ _DEEPEST = 8
 
 @dataclass
 class Reader:
-    """What is read of an SSD that lies in an unpacked SSP, and of all SSDs that it refers to.
+    """What is read of an SSD in an unpacked SSP, and of all that it refers to, never outside its folder.
 
-    Relative sources are looked up from the SSD's folder, and never outside; packages inside the package are
-    unpacked into `workdir`.
+    Packages inside the package are unpacked into `workdir`.
     """
 
     workdir: File
@@ -67,14 +54,14 @@ class Reader:
             raise InputError(f"{where}: holds itself as a component; take it out")
         if len(enclosing) > _DEEPEST:
             raise InputError(f"{where}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
-        root = root_of_file(path, "SystemStructureDescription", where)
-        refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
-        top = only_child(root, "System")
+        root = xml.root_of_file(path, "SystemStructureDescription", where)
+        xml.refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
+        top = xml.only_child(root, "System")
         if top is None:
             raise InputError(f"{where}: holds no System; there is nothing to simulate")
-        units = definitions_of_units(only_child(root, "Units"), where)
+        units = definitions_of_units(xml.only_child(root, "Units"), where)
         document = _Document(self, path, units, (*enclosing, path))
-        experiment = _experiment(only_child(root, "DefaultExperiment"), where)
+        experiment = _experiment(xml.only_child(root, "DefaultExperiment"), where)
         document.system(top, at)
         return root.get("name") or top.get("name") or path.stem, experiment
 
@@ -94,28 +81,28 @@ class _Document:
     def system(self, element: Any, at: Path) -> None:
         where = self.where(at)
         parts = ("Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections")
-        refuse_other_children(element, (*parts, "SystemGeometry", "GraphicalElements"), where)
-        connections = tuple(self.connection(c, at) for c in _items(element, "Connections", "Connection"))
+        xml.refuse_other_children(element, (*parts, "SystemGeometry", "GraphicalElements"), where)
+        connections = [self.connection(c, at) for c in _items(element, "Connections", "Connection")]
         self.reader.net.add(at, Element(self.connectors(element, at), connections=connections))
         readers = {"System": self.system, "Component": self.component}
         for child in _items(element, "Elements"):
-            name = required(child, "name", where)
+            name = xml.required(child, "name", where)
             inner = (*at, name)
             if not name or inner in self.reader.net.elements:
                 raise InputError(
                     f"{where}: holds two elements named {name!r}, or one without name; rename one"
                 )
-            if local(child) not in readers:
+            if xml.local(child) not in readers:
                 raise InputError(
-                    f"{'.'.join(inner)}: {local(child)} is not supported; connect the components directly"
+                    f"{'.'.join(inner)}: {xml.local(child)} is not supported; connect the components directly"
                 )
-            readers[local(child)](child, inner)
+            readers[xml.local(child)](child, inner)
         self.reader.bindings += self.bindings(element, at)
 
     def component(self, element: Any, at: Path) -> None:
         """Read a component, or a system from another SSD or SSP; bindings here come after its own."""
         where = self.where(at)
-        refuse_other_children(element, ("Connectors", "ElementGeometry", "ParameterBindings"), where)
+        xml.refuse_other_children(element, ("Connectors", "ElementGeometry", "ParameterBindings"), where)
         implementation = element.get("implementation", "any")
         if implementation not in ("any", "CoSimulation"):
             raise InputError(f"{where}: implementation {implementation} is not supported; use CoSimulation")
@@ -150,33 +137,31 @@ class _Document:
     def connectors(self, element: Any, at: Path) -> dict[str, DeclaredConnector]:
         found: dict[str, DeclaredConnector] = {}
         for child in _items(element, "Connectors", "Connector"):
-            name = required(child, "name", self.where(at))
+            name = xml.required(child, "name", self.where(at))
             where = str(Node(at, name))
             if name in found:
                 raise InputError(f"{where}: is declared twice; connectors of one element differ in name")
-            kind = required(child, "kind", where)
+            kind = xml.required(child, "kind", where)
             known = next((k for k in CONNECTOR_KINDS if k == kind), None)
             if known is None:
                 raise InputError(f"{where}: connectors of kind {kind} are not supported; use input or output")
             untyped = ("ConnectorGeometry", "Dimension", "Annotations", "MetaData")
-            typed = [each for each in child if local(each) not in untyped]
+            typed = [each for each in child if xml.local(each) not in untyped]
             if len(typed) > 1:
                 raise InputError(f"{where}: clocked connectors are not supported; connect others")
-            sizes = tuple(integer(required(d, "size", where), where) for d in children(child, "Dimension"))
-            unit = typed[0].get("unit") if typed else None
-            found[name] = DeclaredConnector(
-                known,
-                local(typed[0]) if typed else None,
-                self.units.get(unit, Unit(unit)) if unit else None,
-                sizes,
+            sizes = tuple(
+                xml.integer(xml.required(d, "size", where), where) for d in xml.children(child, "Dimension")
             )
+            named = typed[0].get("unit") if typed else None
+            unit = self.units.get(named, Unit(named)) if named else None
+            found[name] = DeclaredConnector(known, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
     def connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
-            connector = required(element, f"{end}Connector", self.where(at))
             owner = element.get(f"{end}Element")
+            connector = xml.required(element, f"{end}Connector", self.where(at))
             ends.append(Node(at if owner is None else (*at, owner), connector))
         edge = Edge(ends[0], ends[1])
         for name in ("startIndices", "endIndices"):
@@ -189,11 +174,13 @@ class _Document:
 
     def binding(self, element: Any, at: Path) -> Binding:
         where = self.where(at)
-        refuse_other_children(element, ("ParameterValues", "ParameterMapping"), where)
-        values, where = self.content(element, only_child(element, "ParameterValues"), "ParameterSet", where)
+        xml.refuse_other_children(element, ("ParameterValues", "ParameterMapping"), where)
+        values, where = self.content(
+            element, xml.only_child(element, "ParameterValues"), "ParameterSet", where
+        )
         prefix = element.get("prefix", "")
         parameters = {prefix + name: each for name, each in parameter_set(values, where).items()}
-        mapping = only_child(element, "ParameterMapping")
+        mapping = xml.only_child(element, "ParameterMapping")
         entries = None
         if mapping is not None:
             entries = parameter_mapping(*self.content(mapping, mapping, "ParameterMapping", where))
@@ -210,11 +197,11 @@ class _Document:
             raise InputError(f"{where}: sourceBase {base} is not supported; move it to the SSP")
         if source:
             there = f"{where}: {source}"
-            return root_of_file(self.file(source, where), root, there), there
-        held = only_child(inline, root)
+            return xml.root_of_file(self.file(source, where), root, there), there
+        held = xml.only_child(inline, root)
         if held is None:
             raise InputError(f"{where}: a parameter binding has neither a source nor a {root} inside")
-        check_root(held, root, where)
+        xml.check_root(held, root, where)
         return held, f"{where}: {root}"
 
     def file(self, source: str, where: str) -> File:
@@ -244,18 +231,18 @@ def _relative(source: str, where: str) -> str | None:
 
 def _items(element: Any, holder: str, name: str | None = None) -> list[Any]:
     """Give the children of an optional holder, which may be of one name only."""
-    held = only_child(element, holder)
-    return [] if held is None else [child for child in held if local(child) == (name or local(child))]
+    held = xml.only_child(element, holder)
+    return [] if held is None else [child for child in held if xml.local(child) == (name or xml.local(child))]
 
 
 def _experiment(element: Any, where: str) -> DefaultExperiment:
-    start = optional(element, "startTime", number, where) or 0.0
-    stop = optional(element, "stopTime", number, where)
+    start = xml.optional(element, "startTime", xml.number, where) or 0.0
+    stop = xml.optional(element, "stopTime", xml.number, where)
     if stop is not None and stop <= start:
         raise InputError(f"{where}: stopTime {stop:g} s is not after startTime {start:g} s; give a later one")
     notes = () if element is None else element.iter()
-    algorithm = next((each for each in notes if local(each) == "FixedStepAlgorithm"), None)
-    step = optional(algorithm, "baseStepSize", number, where)
+    algorithm = next((each for each in notes if xml.local(each) == "FixedStepAlgorithm"), None)
+    step = xml.optional(algorithm, "baseStepSize", xml.number, where)
     if step is not None and step <= 0:
         raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")
     return DefaultExperiment(start, stop, step)

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.catalogue import Entry, catalogue
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
-from warmlink.fmus.packaging.archive import write_archive
 from warmlink.fmus.packaging.documentation import documentation_page
 from warmlink.fmus.packaging.python.fmu import build_python_fmus, bundle
-from warmlink.orchestration.check.validity import validity_problems
+from warmlink.orchestration.check.fmu import validity_problems
 
 ROOT = Path(__file__).parents[3]
 every = pytest.mark.parametrize("entry", catalogue(), ids=lambda entry: entry.component.name)

@@ -10,7 +10,7 @@ from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.join import join
-from warmlink.fmus.packaging.flags import flag_of, flagged
+from warmlink.fmus.packaging.views import flag_of, flagged
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 SENSORS, CAMERA = COMPONENTS["TemperatureSensors"], COMPONENTS["DriftCamera"]

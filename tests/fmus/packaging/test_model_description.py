@@ -20,12 +20,12 @@ from warmlink.fmus.component.dependencies import TIME, dependencies
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
-from warmlink.fmus.packaging.exchange import opened
 from warmlink.fmus.packaging.model_description import (
     instantiation_token,
     model_description,
     time_reference,
 )
+from warmlink.fmus.packaging.views import opened
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 COMPONENTS = [entry.component for entry in catalogue()]

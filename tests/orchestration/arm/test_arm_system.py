@@ -12,8 +12,7 @@ from benchmarks.rollout import demand_table
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source import equations as motor_equations
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axis_name, write_arm
-from warmlink.orchestration.arm.geometry import axes, axis
+from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axes, axis, axis_name, write_arm
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
@@ -21,8 +20,8 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacob
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import DefaultExperiment
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 from .conftest import MakeArm, load_program

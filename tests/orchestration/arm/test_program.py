@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.geometry import axes, joint_angles, program_names
+from warmlink.orchestration.arm.blueprint import axes, joint_angles, program_names
 from warmlink.orchestration.arm.program import Program, ProgramFile
 from warmlink.orchestration.closed_loop.load import of_tables
 from warmlink.orchestration.scenarios.written import read_table

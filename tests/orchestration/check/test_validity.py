@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 from fmpy import validation
 
-from warmlink.fmus.packaging.archive import write_archive
-from warmlink.orchestration.check.validity import PLAIN_NAME, validity_problems
+from warmlink.fmus.files import write_archive
+from warmlink.orchestration.check.fmu import PLAIN_NAME, validity_problems
 
 FORMS = [
     "speed",

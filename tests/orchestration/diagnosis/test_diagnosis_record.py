@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.practice.hide import (
     hide,
     write_csv,
 )
-from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, about_effects, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
 
-FOLDER = "warmlink.orchestration.report.diagnosis_folder"
+FOLDER = "warmlink.orchestration.report.diagnosis"
 DUTY = (
     "time [s],speed [rad/s],torque [N.m],pad_temperature [degC]\n0,3,2,\n613,0,0,40\n1801,1,4,\n3600,1,4,\n"
 )

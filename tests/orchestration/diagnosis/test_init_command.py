@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.orchestration.catalogue import load_own_law
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.init import KINDS, NEXT, TEMPLATES, WRITERS
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import read
-from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.studies.study import load_study
 
 

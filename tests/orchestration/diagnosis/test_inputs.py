@@ -16,9 +16,9 @@ from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
-from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 
-FOLDER = "warmlink.orchestration.report.diagnosis_folder"
+FOLDER = "warmlink.orchestration.report.diagnosis"
 
 Columns = dict[str, np.ndarray]
 INPUTS = ("speed", "torque", "pad_temperature", "ambient_temperature")

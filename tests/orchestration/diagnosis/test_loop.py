@@ -26,7 +26,7 @@ from benchmarks.own_systems import (
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibrating
-from warmlink.orchestration.diagnosis.data.own import Own
+from warmlink.orchestration.diagnosis.data.own import with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model import driven, loop
@@ -73,7 +73,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A run of a cell with a hidden tube."""
     monkeypatch.setattr(driven, "_pool", Here)
     (tmp_path / "causes.toml").write_text(CAUSES, "utf-8")
-    own = Own(cell(), read_causes(tmp_path / "causes.toml").paths)
+    own = with_paths(cell(), read_causes(tmp_path / "causes.toml").paths)
     truth = with_values(own.system, {"tube": {"conductance": 0.1}})
     write_csv(measured(truth, COLUMNS, 0.05, 1), tmp_path / "run.csv")
     return tmp_path

@@ -30,11 +30,10 @@ from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
-from warmlink.orchestration.diagnosis.data.own import Own
-from warmlink.orchestration.diagnosis.data.rigs import rig_of_own
+from warmlink.orchestration.diagnosis.data.own import rig_of_own, with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 
 FLANGE = """
 [[cause]]
@@ -70,7 +69,7 @@ between = ["0 s", "10 min"]
 @pytest.mark.slow
 def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: Path) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE + OTHERS)
-    own = Own(chain(), read_causes(tmp_path / "causes.toml").paths)
+    own = with_paths(chain(), read_causes(tmp_path / "causes.toml").paths)
     truth = with_values(own.system, {"flange": {"conductance": 0.3}})
     columns = measured(truth, {**INPUTS, **CHANNELS}, 0.05, 1)
     write_csv(columns, tmp_path / "run.csv")
@@ -94,7 +93,7 @@ def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: 
 
 
 def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
-    rig = rig_of_own(Own(chain(), {}))
+    rig = rig_of_own(with_paths(chain(), {}))
     assert rig.component.u.names == rig.externals
     assert rig.component.p.names == rig.parameters
     assert rig.fed_with("motor1.speed") == ("motor1.speed", "link1.speed", "motor2.speed", "link2.speed")
@@ -129,8 +128,12 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
             "motor2.neighbour_temperature: is an input that nothing feeds in Chain",
         ),
         (FLANGE + FLANGE, "two causes are called flange; rename one"),
+        (
+            OTHERS.replace("with:motor1.speed", "with:"),
+            "course: 'with:' is none; give constant, ramp or with:",
+        ),
     ],
-    ids=range(12),
+    ids=range(13),
 )
 def test_what_does_not_fit_is_said(tmp_path: Path, causes: str, sentence: str) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, causes)

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
-from warmlink.orchestration.arm.geometry import axis
+from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run

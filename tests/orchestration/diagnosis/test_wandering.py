@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Smoothing, Wander
 from warmlink.orchestration.diagnosis.practice.hidden import Course, Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
-from warmlink.orchestration.report.diagnosis_folder import write_diagnosis
+from warmlink.orchestration.report.diagnosis import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 

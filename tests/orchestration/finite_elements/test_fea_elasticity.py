@@ -11,12 +11,11 @@ from tests import closed_forms
 from tests.bars import bar
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import Body, Support, ThermoElasticity
-from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.data import MATERIALS
 from warmlink.orchestration.paper.mesh import paper_assembly
 
-MATERIALS, GEOMETRY = load_materials(), load_geometry()
 SIZE = (0.3302, 0.0254, 0.00635)
-ALPHA = MATERIALS.link.expansion_coefficient
+ALPHA = MATERIALS["link"].expansion_coefficient
 
 
 def at(points: Array, point: tuple[float, float, float] | Array) -> int:
@@ -34,14 +33,14 @@ def on_points(body: Body) -> Body:
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_uniform_rise_expands_a_free_bar_by_alpha_dt_in_every_direction(order: int) -> None:
-    body = on_points(bar(SIZE, (23, 4, 1), MATERIALS.link))
+    body = on_points(bar(SIZE, (23, 4, 1), MATERIALS["link"]))
     displacement = ThermoElasticity(body, order).displacement(np.full(body.mesh.nvertices, 14.0))
     np.testing.assert_allclose(displacement, ALPHA * 14.0 * body.mesh.p, atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_clamped_bar_grows_by_alpha_l_dt_but_for_its_clamped_end(order: int) -> None:
-    model = ThermoElasticity(bar(SIZE, (23, 4, 1), MATERIALS.link), order)
+    model = ThermoElasticity(bar(SIZE, (23, 4, 1), MATERIALS["link"]), order)
     elongation = model.elongation_row @ np.full(model.body.mesh.nvertices, 14.0)
     # By Saint-Venant the clamp is felt over about one width, a thirteenth of the length.
     assert elongation == pytest.approx(ALPHA * SIZE[0] * 14.0, rel=0.02)
@@ -68,13 +67,13 @@ def rigid_motion(field: Array, p: Array) -> Array:
 
 
 def test_20_node_elements_bend_exactly_with_one_through_the_thickness() -> None:
-    computed, exact = bent(bar(SIZE, (23, 4, 1), MATERIALS.link), order=2)
+    computed, exact = bent(bar(SIZE, (23, 4, 1), MATERIALS["link"]), order=2)
     np.testing.assert_allclose(computed, exact, atol=1e-8 * np.abs(exact).max())
 
 
 def test_deflection_of_the_free_link_is_that_of_the_bar_formula() -> None:
     """Between its ends, both at zero deflection, constant curvature bows by kappa x (L - x) / 2."""
-    body = bar(SIZE, (23, 4, 1), MATERIALS.link)
+    body = bar(SIZE, (23, 4, 1), MATERIALS["link"])
     computed, _ = bent(body, order=2)
     middle = computed[2, at(body.mesh.p, (SIZE[0] * 12 / 23, 0, 0))]
     bow = closed_forms.thermal_bending(SIZE[0], 1000.0, ALPHA) * (12 / 23) * (11 / 23)
@@ -82,7 +81,7 @@ def test_deflection_of_the_free_link_is_that_of_the_bar_formula() -> None:
 
 
 def bending_error(size: tuple[float, float, float], elements: tuple[int, int, int]) -> float:
-    computed, exact = bent(bar(size, elements, MATERIALS.link), order=1)
+    computed, exact = bent(bar(size, elements, MATERIALS["link"]), order=1)
     return float(np.abs(computed - exact).max() / np.abs(exact).max())
 
 
@@ -97,7 +96,7 @@ def test_8_node_elements_recover_from_locking_with_order_2() -> None:
 
 
 def test_adjoint_elongation_equals_that_of_the_displacement_field() -> None:
-    body = paper_assembly(GEOMETRY, MATERIALS)
+    body = paper_assembly()
     model = ThermoElasticity(body)
     rise = 14.0 * np.exp(-3 * body.mesh.p[0]) + 100 * body.mesh.p[2]
     displacement = model.displacement(rise)
@@ -106,7 +105,7 @@ def test_adjoint_elongation_equals_that_of_the_displacement_field() -> None:
 
 
 def test_order_of_the_displacement_hardly_changes_the_elongation_of_the_assembly() -> None:
-    body = paper_assembly(GEOMETRY, MATERIALS)
+    body = paper_assembly()
     rise = 14.0 * np.exp(-3 * body.mesh.p[0])
     both = [ThermoElasticity(body, order).elongation_row @ rise for order in (1, 2)]
     assert both[0] == pytest.approx(both[1], rel=2e-3)

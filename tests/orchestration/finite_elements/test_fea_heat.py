@@ -14,11 +14,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
 from warmlink.orchestration.finite_elements.body import HeatModel
 from warmlink.orchestration.finite_elements.transient import Drive, Fea, HeatStepper, graded, held, within
-from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
 
-MATERIALS, GEOMETRY = load_materials(), load_geometry()
-LINK = MATERIALS.link
+LINK = MATERIALS["link"]
 SIZE = (0.3302, 0.0254, 0.00635)
 AMBIENT = 295.15
 
@@ -92,7 +91,7 @@ def test_stepping_damps_what_it_cannot_resolve() -> None:
 @pytest.mark.parametrize("radiation", [False, True])
 def test_energy_balance_with_quantities_integrated_apart_from_the_solver(radiation: bool) -> None:
     """Heat given (known) = heat stored (from the final field) + heat lost (Simpson over the times)."""
-    body = paper_assembly(GEOMETRY, MATERIALS)
+    body = paper_assembly()
     model = HeatModel(body)
     drive = Drive(7.75, AMBIENT, heat_flow=3.0, radiation=radiation)
     stepper = HeatStepper(model, drive)
@@ -138,7 +137,7 @@ def test_radiation_balances_a_black_plate_at_the_stefan_boltzmann_temperature() 
 
 
 def test_assembly_has_the_counts_of_the_paper() -> None:
-    mesh = paper_assembly(GEOMETRY, MATERIALS).mesh
+    mesh = paper_assembly().mesh
     # Each of the two holes takes the place of 2 x 2 elements of 23 x 4 x 1.
     assert len(mesh.subdomains["link"]) == 23 * 4 * 1 - 2 * 4
     assert len(mesh.subdomains["shaft"]) == 7 * 8
@@ -150,7 +149,7 @@ def test_assembly_surface_and_volume_converge_to_the_exact_ones() -> None:
     holes = np.pi / 4 * np.array([g.shaft_diameter**2, g.diode_diameter**2])
     exact = (g.length * g.width - holes.sum()) * g.thickness
     for n, slack in ((1, 5e-3), (2, 1.3e-3), (4, 4e-4)):
-        model = HeatModel(paper_assembly(g, MATERIALS, Assembly(refinement=n, only_link_cooled=True)))
+        model = HeatModel(paper_assembly(Assembly(refinement=n, only_link_cooled=True)))
         volume = model.basis.dx[model.body.mesh.subdomains["link"]].sum()
         faces = 2 * (g.length * g.width - holes.sum()) + 2 * g.thickness * (g.length + g.width)
         assert volume == pytest.approx(exact, rel=slack)

@@ -16,9 +16,9 @@ from system.ssp_text import component, connection, connector, ssd, system
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System
-from warmlink.orchestration.system.read import read_system
 
 from .pairs import wire
 

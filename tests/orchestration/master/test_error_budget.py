@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
-from warmlink.orchestration.master.error_budget import coupling_error
+from warmlink.orchestration.master.error_budget import attempted, coupling_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 from .motor_link import monolithic, motor_link
 
@@ -48,3 +50,28 @@ def test_a_run_that_stopped_has_no_bound() -> None:
         coarse = run(50.0, 7200.0, 1.0, Jacobi())
     assert coarse.status == "stopped"
     assert coupling_error(coarse, coarse, 1, [E]) == {E: np.inf}
+
+
+def failing(name: str) -> SlaveError:
+    return SlaveError(name, "error", 0.0, "initialization failed")
+
+
+@pytest.mark.parametrize("half", [False, True], ids=["at once", "at half the step"])
+def test_a_later_attempt_that_fails_costs_no_earlier_one(half: bool) -> None:
+    def once(by: Algorithm, halved: bool) -> Result:
+        if by != GaussSeidel() and halved == half:
+            raise failing("link")
+        return run(1.0, 300.0, 4.0 / (1 + halved), by)
+
+    found = attempted(GaussSeidel(), {E: 1e-12}, [E], once)
+    assert found.result.status == "completed"
+    assert (found.algorithm == GaussSeidel(), found.broken is None) == (not half, not half)
+    assert list(found.missed) == [E]
+
+
+def test_a_first_attempt_that_fails_is_told() -> None:
+    def once(by: Algorithm, halved: bool) -> Result:
+        raise failing("link")
+
+    with pytest.raises(SlaveError, match="initialization failed"):
+        attempted(GaussSeidel(), {E: 1e-12}, [E], once)

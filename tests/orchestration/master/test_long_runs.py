@@ -239,7 +239,7 @@ def test_what_is_no_pace_is_refused(pace: float) -> None:
 def test_pacing_keeps_to_the_wall_clock(monkeypatch: pytest.MonkeyPatch, hold_up: float, lag: float) -> None:
     # A step is due every 0.02 s; where each takes 0.03 s, the run falls behind by 0.01 s a step.
     wall = HandDrivenTime(hold_up)
-    monkeypatch.setattr("warmlink.orchestration.master.pacing.time", wall)
+    monkeypatch.setattr("warmlink.orchestration.master.communication.time", wall)
     began = wall.now
     result = simulate(assembly([counter("x")]), 10.0, 1.0, pacing=50.0)
     assert wall.now - began >= 0.2 - 1e-9

@@ -14,12 +14,17 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
+from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
+from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import BENCH_ROD
 from warmlink.orchestration.system.write import write_ssp
+
+from .mock import MockSlave, real
+from .pairs import assembly, counter, wire
 
 STEPS, AT = 60, 30
 LATER = 12.0
@@ -111,3 +116,18 @@ def test_what_cannot_be_tuned_is_refused(bench: System, change: Change, sentence
     with pytest.raises(InputError) as refusal:
         simulate(bench, 2.0, 1.0, Tuned(GaussSeidel(), (change,)))
     assert str(refusal.value).startswith(sentence)
+
+
+def test_step_doubling_compares_anew_after_a_change() -> None:
+    # Until then a ramp, which no comparison finds an error in; from then on with an oscillation.
+    source = MockSlave(
+        "source",
+        inputs={"size": 0.0},
+        outputs={"y": lambda x, u, t: 50.0 * t + u["size"] * np.sin(6.0 * t)},
+        variables=[replace(real("size", "parameter", variability="tunable"), initial="exact")],
+    )
+    chosen = Tuned(StepDoubling(FixedPoint(), {"x.y": 1e-2}), (Change(AT, "source", "size", 1.0),))
+    result = simulate(assembly([source, counter("x", 1.0)], wire("source.y -> x.u")), 45.0, 1.0, chosen)
+    late = np.maximum(result.times, AT)
+    exact = 25.0 * result.times**2 + (np.cos(6.0 * AT) - np.cos(6.0 * late)) / 6.0
+    assert np.max(np.abs(result["x.y"] - exact)) <= 1e-2

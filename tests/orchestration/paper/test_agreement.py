@@ -6,7 +6,6 @@ import pytest
 pytest.importorskip("skfem", reason="scikit-fem is not installed: pip install 'warmlink[fea]'")
 
 from warmlink.orchestration.finite_elements.transient import Fea
-from warmlink.orchestration.paper.data import load_geometry, load_materials
 from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.paper.reproduce import Reproduction
 from warmlink.orchestration.paper.tried import AMBIENT, DUTY_CYCLES, Agreement, duty_drive
@@ -57,6 +56,6 @@ def test_diode_adds_less_than_one_percent_and_a_third_of_a_kelvin(found, run: st
 def test_finite_elements_meet_the_independent_figures_of_the_cell() -> None:
     """100 % duty from cold: 14.07, 49.95, 75.77 um by other finite elements and fine finite volumes."""
     drive, link = duty_drive(DUTY_CYCLES["continuous"])
-    history = Fea(bare_link(load_geometry(), load_materials(), 2), 1).run(drive, link.time, AMBIENT)
+    history = Fea(bare_link(2), 1).run(drive, link.time, AMBIENT)
     ours = np.interp([600.0, 1800.0, 3600.0], history.time, history.elongation) * 1e6
     np.testing.assert_allclose(ours, [14.07, 49.95, 75.77], rtol=1e-3)

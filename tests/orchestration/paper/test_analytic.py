@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import quad
 
 from tests import closed_forms
-from warmlink.orchestration.paper.data import load_geometry, load_materials
+from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 
-LINK = load_materials().link
-SPAN = load_geometry().span
+LINK = MATERIALS["link"]
+SPAN = GEOMETRY.span
 DIFFUSIVITY, EXPANSION = LINK.diffusivity, LINK.expansion_coefficient
 
 

@@ -11,10 +11,10 @@ from tests.fmus.reduced_bar import bar_link, bar_model
 from tests.referees import ecos, libcosim
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component.reference import Phase, integrate
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
-from warmlink.fmus.reduced_link.model import STORED, stored
+from warmlink.fmus.reduced_link.equations import STORED, stored
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario

@@ -6,9 +6,9 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.closed_loop.run import changed
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
+from warmlink.orchestration.scenarios.scenario import changed
 from warmlink.orchestration.studies.design import plant_in
 
 IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("none"))

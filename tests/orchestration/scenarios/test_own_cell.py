@@ -19,7 +19,7 @@ from warmlink.orchestration.closed_loop.load import read_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import materials
-from warmlink.orchestration.studies.plan import plan_on
+from warmlink.orchestration.studies.compare import plan_on
 from warmlink.orchestration.studies.study import load_study
 
 CELL = """

@@ -197,9 +197,7 @@ def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
     """Its figures are those of the command, within the coupling error that the command states."""
     pytest.importorskip("ziglang", reason='ziglang is not installed: pip install "warmlink[live]"')
     assert warmlink("live", "chain.toml", "--controller", "lag") == 0
-    figures = (
-        "const result = Object.fromEntries(results(model).figures.map(([law, of]) => [law, of.largest]));"
-    )
+    figures = "const result = Object.fromEntries(figuresOf(results()).map(([law, of]) => [law, of.largest]));"
     with Chromium.started(tmp_path) as browser:
         shown = browser.browse(Path("chain.html"), figures)
     outcome = run_("chain.toml")

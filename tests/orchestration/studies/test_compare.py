@@ -16,15 +16,15 @@ from warmlink.orchestration.command_line.studies import table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import Mismatch
-from warmlink.orchestration.scenarios.overrides import StartValueSet
+from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, reached_controllers
 from warmlink.orchestration.studies.case import Case, Outcome, failed
 from warmlink.orchestration.studies.compare import (
     COLUMNS,
     Comparison,
+    plan,
     run_comparison,
     write_csv,
 )
-from warmlink.orchestration.studies.plan import assigned, plan, reached_controllers
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
@@ -101,7 +101,9 @@ def made(scores: dict[str, float], budget: float, tolerance: float = 5e-6) -> Co
 
 def test_scores_within_the_budget_are_equal() -> None:
     found = made({"none": 50.0, "a": 3.00, "b": 3.05, "c": 3.2}, 0.1)
-    equal = {name: found.equal_to_best(found.row(name, "work")) for name in found.controllers}
+    equal = {
+        name: found.row(name, "work").equals(found.best_um("work", "nominal")) for name in found.controllers
+    }
     assert equal == {"none": False, "a": True, "b": True, "c": False}
 
 

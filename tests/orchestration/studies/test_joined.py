@@ -104,6 +104,19 @@ def test_runs_of_one_duty_share_its_table(folder: Path, fmus: FmuSet, rollouts: 
     assert rollout_module._table.cache_info().misses == 2  # work and pause, each under three mismatches
 
 
+def test_the_table_of_a_duty_has_a_row_for_each_change(
+    folder: Path, rollouts: dict[str, Rollout], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not for each instant of a long run, of which many would not fit into memory."""
+    made: list[np.ndarray] = []
+    table = rollout_module._table
+    monkeypatch.setattr(rollout_module, "_table", lambda *given: made.append(table(*given)) or made[-1])
+    (case,) = (each for each in planned(folder, "lag") if each.label == ("lag", "pause", "nominal"))
+    (outcome,) = joined_outcomes([replace(case, stop_time=86400.0)], rollouts[case.law])
+    assert outcome is not None
+    assert all(each.nbytes < 1000 for each in made)
+
+
 def test_processes_give_what_this_one_gives(
     folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,7 +182,8 @@ def test_what_cannot_be_joined_runs_on_fmus(folder: Path) -> None:
     duty = scenario(folder)
     said: list[str] = []
     assert joined_systems([replace(duty, master="jacobi")], said.append) == {}
-    foreign = replace(duty.setup, foreign={"ThermalLink": Path("theirs.fmu")})
+    theirs = replace(duty.setup.blueprint, foreign={"ThermalLink": Path("theirs.fmu")})
+    foreign = replace(duty.setup, blueprint=theirs)
     assert joined_systems([replace(duty, setup=foreign)], said.append) == {}
     assert said == []
 

@@ -7,10 +7,10 @@ import pytest
 from warmlink.controllers.own import Law, component_of
 from warmlink.fmus.component import State
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import load_own_law
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
-from warmlink.orchestration.own_law import load_own_law
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
 from warmlink.orchestration.studies.workers import FmuSet
 

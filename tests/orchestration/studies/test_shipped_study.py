@@ -53,7 +53,7 @@ class Followed:
                 unpacked=fmus.unpacked,
             )
             self.growth[case.label[1]] = np.asarray(result["link.elongation"])
-            outcome = figures(case.setup, result, case.tolerance)
+            outcome = figures(case, result)
             assert self.outcome(case).max_abs_um == pytest.approx(outcome.max_abs_um, abs=1e-6)
 
     def outcome(self, case: Case) -> Outcome:

@@ -6,8 +6,8 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
 
 BASE_UNITS = {
     "K": 'K="1"',

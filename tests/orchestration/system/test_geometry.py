@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import combinations
 
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.system.drawing import Box, boxes, places
 from warmlink.orchestration.system.shipped import BENCH_ROD, WARMUP_CELL
-from warmlink.orchestration.system.tree import Box, boxes, places
 
 
 def apart(one: Box, other: Box) -> bool:

@@ -13,8 +13,7 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component.reference import integrate
 from warmlink.fmus.packaging.native.fmu import FmiVersion, build_native_fmus
 from warmlink.fmus.plant import demand, plant
-from warmlink.orchestration.arm.program import Program
-from warmlink.orchestration.arm.setup import arm
+from warmlink.orchestration.arm.program import Program, arm
 from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario

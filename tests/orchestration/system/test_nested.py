@@ -9,10 +9,9 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
-from warmlink.orchestration.system.read import read_system
-from warmlink.orchestration.system.write import write_nested_ssp
+from warmlink.orchestration.system.write import write_ssp
 
 from .ssp_text import LINK, MOTOR, Lab, fmi2
 from .test_write_system import schema, without_places
@@ -51,20 +50,20 @@ def document(path: Path) -> etree._Element:
 
 
 def test_what_is_nested_reads_back_flat(arm: System, tmp_path: Path) -> None:
-    write_nested_ssp(arm, tmp_path / "arm.ssp")
+    write_ssp(arm, tmp_path / "arm.ssp", nested=True)
     read = read_system(tmp_path / "arm.ssp", tmp_path / "work")
     assert without_places(read) == without_places(arm)
     assert set(read.connections) == set(arm.connections)
     assert len(read.connections) == len(arm.connections)
     assert read.default_experiment == arm.default_experiment
     assert read.remarks == ()
-    write_nested_ssp(read, tmp_path / "again.ssp")
+    write_ssp(read, tmp_path / "again.ssp", nested=True)
     again = read_system(tmp_path / "again.ssp", tmp_path / "work")
     assert set(again.connections) == set(arm.connections)
 
 
 def test_it_stands_in_systems_and_meets_the_schema(arm: System, tmp_path: Path) -> None:
-    write_nested_ssp(arm, tmp_path / "arm.ssp")
+    write_ssp(arm, tmp_path / "arm.ssp", nested=True)
     root = document(tmp_path / "arm.ssp")
     schema("SystemStructureDescription.xsd").assertValid(root)
     systems = {
@@ -82,7 +81,7 @@ def test_it_stands_in_systems_and_meets_the_schema(arm: System, tmp_path: Path) 
 def test_one_connector_passes_a_source_into_a_system_however_many_take_it(
     arm: System, tmp_path: Path
 ) -> None:
-    write_nested_ssp(arm, tmp_path / "arm.ssp")
+    write_ssp(arm, tmp_path / "arm.ssp", nested=True)
     root = document(tmp_path / "arm.ssp")
     shown = {
         each.get("name"): [(c.get("name"), c.get("kind")) for c in each.findall("{*}Connectors/{*}Connector")]
@@ -106,5 +105,5 @@ def test_a_name_cannot_be_a_component_and_a_system(lab: Lab, tmp_path: Path) -> 
     for names in (("one", "one.link"), ("one.link", "one")):
         parts = {name: component(name, link) for name in names}
         with pytest.raises(InputError, match="rename one"):
-            write_nested_ssp(System("arm", parts), tmp_path / "arm.ssp")
+            write_ssp(System("arm", parts), tmp_path / "arm.ssp", nested=True)
     assert not (tmp_path / "arm.ssp").exists()

@@ -14,8 +14,8 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.shipped import BENCH_MOTOR, BENCH_ROD, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import write_ssp
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment
-from warmlink.orchestration.system.read import read_system
 
 from .ssp_text import (
     LINEAR,

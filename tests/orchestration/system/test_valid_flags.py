@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.flags import flagged
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
+from warmlink.fmus.packaging.views import flagged
 from warmlink.orchestration.catalogue import components, entries
 from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.own_system import is_ours
-from warmlink.orchestration.system.read import read_system
+from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 

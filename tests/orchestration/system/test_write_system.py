@@ -11,7 +11,7 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import check_system, component, connect
+from warmlink.orchestration.system.assemble import check_system, component, connect, read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
     Component,
@@ -20,7 +20,6 @@ from warmlink.orchestration.system.model import (
     DefaultExperiment,
     System,
 )
-from warmlink.orchestration.system.read import read_system
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
 from warmlink.orchestration.system.write import write_ssp

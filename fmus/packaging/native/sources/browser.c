@@ -1,8 +1,7 @@
-/* A web page around the shared model part: one instance, which runs many steps in one call. */
+/* A web page around the shared model part: one instance. */
 #include "identity.h"
 #include "model.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define EXPORTED(name) __attribute__((export_name(#name))) name
@@ -41,31 +40,15 @@ int EXPORTED(initialize)(void)
     return model_initialize(&model);
 }
 
-/* The values at a communication point, each in its own row of `points` values. */
-static void record(const unsigned *references, int count, int points, double *values)
+double EXPORTED(get)(unsigned reference)
 {
-    for (int i = 0; i < count; i++)
-        model_get(&model, references[i], WL(variables)[references[i]].kind, &values[(size_t)i * (size_t)points]);
+    double value;
+    model_get(&model, reference, WL(variables)[reference].kind, &value);
+    return value;
 }
 
-/* `values` takes a row for each reference, with one value for the start and one for each step. Returns whether all steps
-   were done. */
-int EXPORTED(run)(int steps, double step, const unsigned *references, int count, double *values)
+int EXPORTED(step)(double time, double size)
 {
     double reached;
-    record(references, count, steps + 1, values);
-    for (int i = 0; i < steps; i++) {
-        if (model_step(&model, i * step, step, NULL, &reached) != DONE)
-            return 0;
-        record(references, count, steps + 1, values + i + 1);
-    }
-    return 1;
-}
-
-/* Room for what the page exchanges; the one given before is gone. */
-void *EXPORTED(room)(size_t bytes)
-{
-    static void *given;
-    free(given);
-    return given = malloc(bytes);
+    return model_step(&model, time, size, NULL, &reached) == DONE;
 }

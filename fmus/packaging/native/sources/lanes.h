@@ -9,6 +9,8 @@ typedef long long masks __attribute__((vector_size(8 * LANES)));
 #define EACH(number) ((lanes){0} + (number))
 #define TRUTH(condition) ((lanes)((masks)(condition) & (masks)EACH(1.0)))
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
+#define EITHER(condition, one, other) \
+    ((lanes)(((masks)((condition) != 0.0) & (masks)(one)) | ((masks)((condition) == 0.0) & (masks)(other))))
 /* Whether a condition holds in any lane: what is idle at 0 is run for all of them. */
 static inline int any_of(lanes condition)
 {
@@ -18,7 +20,7 @@ static inline int any_of(lanes condition)
     return any;
 }
 /* Rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
-static inline lanes lanes_floor(lanes x)
+static inline lanes quick_floor(lanes x)
 {
     const masks sign = (masks){0} + (-0x7fffffffffffffffLL - 1);
     lanes whole = (x + 0x1.8p52) - 0x1.8p52, size = (lanes)((masks)x & ~sign);
@@ -32,41 +34,9 @@ static inline lanes lanes_floor(lanes x)
 #define LANE_BY_LANE_2(name) \
     static inline lanes lanes_##name(lanes x, lanes y) \
     { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
-#define floor lanes_floor
-LANE_BY_LANE(fabs)
-#define fabs lanes_fabs
-LANE_BY_LANE(sqrt)
-#define sqrt lanes_sqrt
-LANE_BY_LANE(ceil)
-#define ceil lanes_ceil
-LANE_BY_LANE(exp)
-#define exp lanes_exp
+/* lanes.py has a line of these for each function that CasADi calls. */
 LANE_BY_LANE(log)
-#define log lanes_log
-LANE_BY_LANE(sin)
-#define sin lanes_sin
 LANE_BY_LANE(cos)
-#define cos lanes_cos
-LANE_BY_LANE(tan)
-#define tan lanes_tan
-LANE_BY_LANE(tanh)
-#define tanh lanes_tanh
-LANE_BY_LANE(erf)
-#define erf lanes_erf
-LANE_BY_LANE(atan)
-#define atan lanes_atan
-LANE_BY_LANE_2(pow)
-#define pow lanes_pow
-LANE_BY_LANE_2(fmod)
-#define fmod lanes_fmod
-LANE_BY_LANE_2(atan2)
-#define atan2 lanes_atan2
-LANE_BY_LANE_2(copysign)
-#define copysign lanes_copysign
-LANE_BY_LANE_2(fmin)
-#define fmin lanes_fmin
-LANE_BY_LANE_2(fmax)
-#define fmax lanes_fmax
 
 /* The two functions that noise needs for each reading; what they are not made for is done lane by lane. */
 static int all_between(lanes x, double low, double high)
@@ -94,7 +64,7 @@ static lanes quick_cos(lanes x)
 {
     if (!all_between(x, -1e3, 1e3))
         return lanes_cos(x);
-    lanes whole = floor(x * 0x1.45f306dc9c883p-1 + 0.5);
+    lanes whole = quick_floor(x * 0x1.45f306dc9c883p-1 + 0.5);
     lanes r = x - whole * 0x1.921fb544p+0 - whole * 0x1.0b4611a626331p-34, z = r * r;
     lanes c = EACH(1), s = EACH(1);
 #pragma GCC unroll 16
@@ -105,7 +75,3 @@ static lanes quick_cos(lanes x)
     masks n = __builtin_convertvector(whole, masks), odd = -(n & 1);
     return (lanes)((((masks)c & ~odd) | ((masks)(r * s) & odd)) ^ (((n + 1) & 2) << 62));
 }
-#undef log
-#undef cos
-#define log quick_log
-#define cos quick_cos

@@ -10,16 +10,17 @@ __attribute__((visibility("default"))) void table(long blocks, const lanes *time
         given_of(settled, times + i, result + GIVEN * i);
 }
 
-/* Whether any run is given something else than an instant before. */
-static int renewed(const double *const *tables, long instant, lanes *given)
+/* Whether any run is given something else from an instant on; each run's next row begins with its instant. */
+static int renewed(const double **rows, long instant, lanes *given)
 {
-    const long now = GIVEN * instant;
-    int other = instant == 0;
-    for (int run = 0; run < LANES && !other; run++)
-        other = memcmp(tables[run] + now, tables[run] + now - GIVEN, GIVEN * sizeof **tables);
-    for (int i = 0; other && i < GIVEN; i++)
-        for (int run = 0; run < LANES; run++)
-            given[i][run] = tables[run][now + i];
+    int other = 0;
+    for (int run = 0; run < LANES; run++)
+        if (rows[run][0] == instant) {
+            for (int i = 0; i < GIVEN; i++)
+                given[i][run] = rows[run][1 + i];
+            rows[run] += 1 + GIVEN;
+            other = 1;
+        }
     return other;
 }
 
@@ -41,7 +42,7 @@ static void advance(int rare, int anew, lanes *x, const lanes *u, const lanes *d
 
 /* Tasks: 0 takes a micro step, 1 records, 2 and so on are the clocks. */
 __attribute__((visibility("default"))) void rollout(long count, long points, const signed char *tasks,
-    const double *times, const double *steps, const double *const *tables, const lanes *d, lanes *x,
+    const double *times, const double *steps, const double **tables, const lanes *d, lanes *x,
     double *rows, lanes *refused)
 {
     lanes given[GIVEN + 1], u[INPUTS], view[VIEW], held[HELD], sampled[SAMPLED], row[RECORDED + 1], standing;

@@ -182,18 +182,10 @@ __attribute__((visibility("default"))) int log_step(Log *log, double time, doubl
     return 0;
 }
 
-__attribute__((visibility("default"))) int log_get_real(
+__attribute__((visibility("default"))) int log_get(
     Log *log, const uint32_t *references, size_t count, double *values)
 {
     for (size_t i = 0; i < count; i++)
         values[i] = log->values[log->point * log->width + references[i]];
-    return 0;
-}
-
-__attribute__((visibility("default"))) int log_get_integer(
-    Log *log, const uint32_t *references, size_t count, int32_t *values)
-{
-    for (size_t i = 0; i < count; i++)
-        values[i] = (int32_t)log->values[log->point * log->width + references[i]];
     return 0;
 }

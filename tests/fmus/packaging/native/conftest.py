@@ -12,7 +12,7 @@ from time import sleep
 import pytest
 
 from warmlink.fmus.catalogue import catalogue
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import Compiler, compilers, platforms_named
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 

@@ -13,7 +13,7 @@ from fmpy import calloc, extract, fmi2, fmi3, free, read_model_description
 from fmpy.fmi1 import FMICallException
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.packaging.exchange import opened
+from warmlink.fmus.packaging.views import opened
 
 # FMPy loads a library from within its folder, and the process has but one working directory.
 _LOADING = threading.Lock()

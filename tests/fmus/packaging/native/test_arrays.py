@@ -13,11 +13,10 @@ import pytest
 from fmpy.fmi3 import FMU3Slave
 
 from warmlink.fmus.catalogue import catalogue
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
-from warmlink.orchestration.check.fmu import check_fmu
-from warmlink.orchestration.check.validity import validity_problems
+from warmlink.orchestration.check.fmu import check_fmu, validity_problems
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate

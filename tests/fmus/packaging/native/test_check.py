@@ -11,7 +11,7 @@ import pytest
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.archive import write_archive
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native import fmu as native_fmu
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion

@@ -1,6 +1,7 @@
 """CasADi's C in vectors: every lane computes what the plain function computes."""
 
 import ctypes
+import re
 
 import casadi
 import numpy as np
@@ -46,7 +47,9 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
         casadi.if_else(given > 0.5, given, kind.zeros(2)),
     ]
     whole = function("all", [given], casadi.vertcat(*found, *vectors))
-    text = in_lanes(functions_text("tried", [whole], ()), LANES) + CALL
+    text = functions_text("tried", [whole], ())
+    assert kind is casadi.MX or re.search(r"\(\w+\?\w+:\w+\)", text), "a choice is one expression"
+    text = in_lanes(text, LANES) + CALL
     try:
         (compiler,) = compilers(platforms_named(None))
     except InputError as fault:
@@ -68,9 +71,10 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
 def test_a_system_whose_parts_are_all_driven_goes_through_a_run() -> None:
     shaft, heat = "motor.shaft_temperature", "motor.heat_flow"
     try:
-        rollout = compiled(join("Alone", {"motor": MOTOR}, []), (shaft, heat))
+        compilers(platforms_named(None))
     except InputError as fault:
         pytest.skip(str(fault))
+    rollout = compiled(join("Alone", {"motor": MOTOR}, []), (shaft, heat))
     runs: list[dict[str, dict[str, float]]] = [{}, {"motor": {"initial_shaft_temperature": 310.0}}]
     values, well = rollout.run(runs, 100, 1.0)
     assert well.all()

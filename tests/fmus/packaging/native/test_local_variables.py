@@ -11,11 +11,11 @@ import pytest
 from fmpy import read_model_description
 
 from warmlink.fmus.catalogue import Entry, catalogue
-from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.exchange import exchanged_states, opened
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.codegen import output_groups
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
+from warmlink.fmus.packaging.views import exchanged_states, opened
 from warmlink.fmus.thermal_link.equations import stretches
 
 from .conftest import BuildNative
@@ -82,9 +82,9 @@ def test_flows_into_each_node_of_the_link_warm_it(version: FmiVersion, native_fm
         for name, count in (("conducted_heat_flow", 39), ("surface_heat_flow", 40))
     )
     gain = np.concatenate([[0.0], conducted]) - np.concatenate([conducted, [0.0]]) - lost
-    parts = stretches(40)
-    gain[parts.base_node] += native.get("heat_flow") - native.get("hub_heat_flow")
-    gain[parts.tip_node] -= native.get("tip_sink_heat_flow")
+    base, tip = stretches(40)
+    gain[base] += native.get("heat_flow") - native.get("hub_heat_flow")
+    gain[tip] -= native.get("tip_sink_heat_flow")
     assert min(native.get("hub_heat_flow"), native.get("tip_sink_heat_flow")) > 0
     capacity = link.d.values(link.settled(link.start_values()[0]))["heat_capacity"]
     np.testing.assert_allclose(rates(native, "ThermalLink")[:40] * capacity, gain, rtol=1e-9, atol=1e-12)

@@ -15,12 +15,12 @@ from fmpy.fmi3 import FMU3Model
 
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
-from warmlink.fmus.packaging.archive import write_archive
-from warmlink.fmus.packaging.exchange import exchanged_states, opened
+from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
+from warmlink.fmus.packaging.views import exchanged_states, opened
 from warmlink.fmus.plant import plant
-from warmlink.orchestration.check.validity import validity_problems
+from warmlink.orchestration.check.fmu import validity_problems
 
 from .conftest import BuildNative
 

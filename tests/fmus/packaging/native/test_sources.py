@@ -24,7 +24,7 @@ from warmlink.fmus.packaging.native.compile import (
     universal_binary,
 )
 from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_fmu_files, native_sources
-from warmlink.orchestration.check.validity import validity_problems
+from warmlink.orchestration.check.fmu import validity_problems
 
 from .conftest import BuildNative
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.setup import arm
+from warmlink.orchestration.arm.program import arm
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm, possible_effe
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.report.diagnosis_folder import SSV, write_diagnoses
+from warmlink.orchestration.report.diagnosis import SSV, write_diagnoses
 
 ELBOW = 3
 RESISTANCE = 0.6
@@ -30,7 +30,7 @@ RESISTANCE = 0.6
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     store = FmuStore("native")
     try:
-        store.files(arm().kinds | shipped("none").kinds)
+        store.files(arm().blueprint.kinds | shipped("none").kinds)
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("arm") / "arm.csv"
