@@ -9,9 +9,9 @@ pointers.
 import re
 from itertools import pairwise
 
-from warmlink.fmus.packaging.native.straight_code import number_at
+from warmlink.fmus.packaging.native.straight_code import number_at, wanted_in_part
 
-_FUNCTION = re.compile(r"^static int casadi_f\d+\(.*?^\}\n", re.DOTALL | re.MULTILINE)
+_FUNCTION = re.compile(r"^static int (casadi_f\d+)\(.*?^\}\n", re.DOTALL | re.MULTILINE)
 
 _IDLE = re.compile(
     r"^/\* \w+:\((?P<given>\S*)\)->\((?P<taken>\S*)\) \*/\n"
@@ -37,12 +37,22 @@ _CALL = re.compile(
 def without_copies(text: str) -> str:
     """CasADi's C with fewer copies."""
     idle = {}
+    in_part = wanted_in_part(text)
     for found in _IDLE.finditer(text):
         skip = re.search(_SKIP.format(found["skip"]), text, re.DOTALL | re.MULTILINE)
         if skip:
             idle[found["name"]] = found["run"], [_size(each) for each in found["taken"].split(",")]
             text = text.replace(found[0], "").replace(skip[0], "")
-    return _FUNCTION.sub(lambda found: _exchanging(_found_in_place(_read_in_place(found[0])), idle), text)
+            if found["name"] in in_part:
+                in_part.add(found["run"])
+
+    def copying_less(found: re.Match[str]) -> str:
+        function = _read_in_place(found[0])
+        if found[1] not in in_part:  # else a result may have no place where it could be put at once
+            function = _found_in_place(function)
+        return _exchanging(function, idle)
+
+    return _FUNCTION.sub(copying_less, text)
 
 
 def _size(described: str) -> int:
@@ -91,15 +101,20 @@ def _exchanging(function: str, idle: dict[str, tuple[str, list[int]]]) -> str:
     order = sorted(starts, key=lambda name: starts[name])
     room = {name: starts[after] - starts[name] for name, after in pairwise(order)}
 
-    def left(given: str, taken: str, size: int, rest: str) -> str:
-        """C that leaves a result as it was given, before the rest of the function."""
+    def left(given: str, taken: str, size: int, once: bool, rest: str) -> str:
+        """C that leaves a result as it was given, before the rest of the function.
+
+        Only a vector that was given `once`, not for other results too, can be exchanged.
+        """
+        if taken == "0":
+            return ""
         if size == 1:
             return f"    {number_at(taken)}={number_at(given)};\n"
         later = next(
             (line for line in rest.splitlines(keepends=True) if re.search(rf"\b{given}\b", line)), ""
         )
         aliased = re.search(rf"^  wr\d+ ?= ?{given}\b", function, re.MULTILINE)
-        done_with = not later or _writes(later, given)
+        done_with = once and (not later or _writes(later, given))
         if aliased or not done_with or given not in room or room[given] != room.get(taken):
             return f"    casadi_copy({given}, {size}, {taken});\n"
         return f"    {{ casadi_real *other={given}; {given}={taken}; {taken}=other; }}\n"
@@ -110,7 +125,11 @@ def _exchanging(function: str, idle: dict[str, tuple[str, list[int]]]) -> str:
         run, sizes = idle[found[3]]
         given, taken = (re.findall(r"=(.*);", part) for part in found.groups()[:2])
         rest = function[found.end() :]
-        moves = [left(*each, rest) for each in zip(given[1:], taken, sizes, strict=False)]
+        kept = given[1 : len(sizes) + 1]
+        moves = [
+            left(vector, place, size, kept.count(vector) == 1, rest)
+            for vector, place, size in zip(kept, taken, sizes, strict=True)
+        ]
         return (
             f"  if ({number_at(given[0])} != 0) {{\n{found[1]}{found[2]}"
             f"    if ({run}(arg1+1, res1, iw, w, 0)) return 1;\n  }} else {{\n{''.join(moves)}  }}\n"

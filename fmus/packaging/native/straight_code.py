@@ -28,6 +28,9 @@ _CALL = re.compile(
 )
 """A call as CasADi writes it."""
 
+_LEFT_OUT = re.compile(r"  res1\[\d+\]=0;\n(?:  res1\[\d+\]=.*;\n)* +if \((casadi_f\d+)\(")
+"""A call that gives no place for one of the results."""
+
 _FUNCTION = re.compile(r"^static int (casadi_f\d+)\(.*?^\}\n", re.DOTALL | re.MULTILINE)
 
 _HELPER = re.compile(
@@ -40,14 +43,19 @@ _Operation = tuple[int, list[int], str]
 
 
 def with_straight_code(text: str, functions: Iterable[Any]) -> str:
-    """C as CasADi writes it for functions, with the functions of plain numbers among them written anew."""
+    """C as CasADi writes it for functions, with the functions of plain numbers among them written anew.
+
+    A function stays as it is where some call does not want all its results: it must ask for each whether it
+    is wanted.
+    """
     known = _by_description(functions)
+    in_part = wanted_in_part(text)
     written: dict[str, _Written] = {}
 
     def anew(found: re.Match[str]) -> str:
         above, described, name, parameters = found.groups()
         function = known.get(described)
-        if function is None or not _writable(function):
+        if function is None or name in in_part or not _writable(function):
             return found[0]
         code = _Written.of(function, name)
         written[name] = code
@@ -69,13 +77,18 @@ def with_straight_code(text: str, functions: Iterable[Any]) -> str:
     return _without_idle_helpers(_FUNCTION.sub(used, text))
 
 
+def wanted_in_part(text: str) -> set[str]:
+    """Names of the functions that some call gives no place for one of their results."""
+    return set(_LEFT_OUT.findall(text))
+
+
 def _by_description(functions: Iterable[Any]) -> dict[str, Any]:
-    """Functions of plain numbers by name and sizes, but for those of which several share these."""
+    """Functions of plain numbers by name and sizes, but for those that share these with any other."""
     found: dict[str, dict[int, Any]] = {}
     for each in _all(functions):
-        if each.is_a("SXFunction"):
-            found.setdefault(str(each).rpartition(" ")[0], {})[each.__hash__()] = each
-    return {described: next(iter(those.values())) for described, those in found.items() if len(those) == 1}
+        found.setdefault(str(each).rpartition(" ")[0], {})[each.__hash__()] = each
+    alone = {described: next(iter(those.values())) for described, those in found.items() if len(those) == 1}
+    return {described: function for described, function in alone.items() if function.is_a("SXFunction")}
 
 
 def _all(functions: Iterable[Any]) -> Iterator[Any]:
