@@ -93,8 +93,9 @@ class Predictions:
         It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
         number is a property of the model.
         """
-        for readings, z in zip(self._finest, values, strict=True):
-            readings.forward.lay(z[: len(self._inner)])
+        for simulated in (self._readings, self._finest):
+            for readings, z in zip(simulated, values, strict=True):
+                readings.forward.lay(z[: len(self._inner)])
         changes = self._changes(self._halved(self._cells), values)
         self._beyond_finest = tuple(4 / 3 * change for change in changes)
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
+import numpy as np
+
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
@@ -28,6 +30,9 @@ _SEEDS = 4
 
 _GRID = 100.0
 """Chi-square that the grid's error at the values of another set may cost a set."""
+
+_ARRIVED, _MOST_REFINED = 1.0, 3
+"""Standard deviations that a fit may move once the grid's error is taken out anew, and how often it is."""
 
 _LIKE_STATED = 0.7
 """Ratio of the scatter to the stated noise above which the stated figure adds nothing."""
@@ -104,7 +109,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         if lack_of_fit_p(tolerant, best) >= UNEXPLAINED:
             search, best = _searched_again(search, best, progress, liked=TOLERATED)
     word, rivals = _judge(search, best)
-    problem.refine(problem.values_by_run(best.freed, best.theta))
+    best = _refined(search.fitter, best)
     return Assessment(word, problem, search.fitter, search, best, rivals, artefact)
 
 
@@ -142,6 +147,18 @@ def _searched_again(
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
+
+
+def _refined(fitter: Fitter, fit: Fit) -> Fit:
+    """A fit again, until the grid's error and what is linear are those where it ends."""
+    problem = fitter.problem
+    for _ in range(_MOST_REFINED):
+        problem.refine(problem.values_by_run(fit.freed, fit.theta))
+        before, fit = fit.theta, fitter.fit(fit.items, fit.values)
+        if not np.any(np.abs(fit.theta - before) > _ARRIVED * np.sqrt(np.diag(fit.covariance()))):
+            break
+        problem.resolve(problem.values_by_run(fit.freed, fit.theta))
+    return fit
 
 
 def _with_fewer(search: Search, best: Fit) -> Fit | None:

@@ -53,6 +53,8 @@ class Forward(Simulation):
 
     def lay(self, z: Array) -> None:
         """Lay the steps anew where they are short enough with these values."""
+        if np.array_equal(z, self._laid_for):
+            return
         if isinstance(self._grid, Forward):
             self._grid.lay(z)
         self._laid_for = z.copy()

@@ -28,6 +28,9 @@ MOST_LEVELS = 20_000
 _CUTS = 5
 """How often a step may be cut in two."""
 
+_AHEAD = 32
+"""Steps that are taken at once, where nothing changes."""
+
 _ORDINARY = 300.0
 """K; the tolerance of a larger state, such as a heat in J, grows in proportion to it."""
 
@@ -113,11 +116,13 @@ class Levels:
         """Times in s at which an input that is not noisy changes by much, shape (events,)."""
         return self.starts[1:][_large(self.table.T)]
 
+    def steps(self, points: Array) -> Steps:
+        """Steps between points in s, and every level as it is."""
+        return Steps(points, self.table, tuple(self.within(a, b) for a, b in pairwise(points.tolist())))
+
     def halved(self, points: Array) -> Steps:
         """Two steps for each between points in s, and every level as it is."""
-        time = np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2)
-        shares = tuple(self.within(a, b) for a, b in pairwise(time.tolist()))
-        return Steps(time, self.table, shares)
+        return self.steps(np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2))
 
 
 def layout(levels: Levels, resolution: Resolution) -> Array:
@@ -167,8 +172,15 @@ def controlled(integrator: Integrator, levels: Levels, x: Array, resolution: Res
     resolution : first steps and tolerance
     """
     control = _Control(integrator, levels, resolution.tolerance)
-    for start, end in pairwise(layout(levels, resolution).tolist()):
-        x = control.settle(control.step(x, start, end), _CUTS)
+    points = layout(levels, resolution)
+    ahead = 1
+    while points.size > 1:
+        passed, x = control.run(x, points[: ahead + 1])
+        ahead = min(2 * ahead, _AHEAD) if passed == ahead else 1
+        points = points[passed:]
+        if ahead == 1 and points.size > 1:
+            x = control.settle(control.step(x, *points[:2].tolist()), _CUTS)
+            points = points[1:]
     inputs = np.vstack([levels.table, *control.means])
     return Steps(np.array(control.time), inputs, tuple(control.shares))
 
@@ -226,17 +238,34 @@ class _Control:
         self.means: list[Array] = []
         self.shares: list[Shares] = []
 
+    def run(self, x: Array, points: Array) -> tuple[int, Array]:
+        """Add steps up to the first that may err, or whose inputs change; gives number and states."""
+        several = self._levels.starts[np.searchsorted(self._levels.starts, points[0], "right") :][:1]
+        count = int(np.searchsorted(points, several[0], "right") if several.size else points.size) - 1
+        if count == 0:
+            return 0, x
+        steps = self._levels.steps(points[: count + 1])
+        states, first, last, _ = self._integrator(steps, x[:, None])
+        ends = states[:, :, 0]
+        length = np.diff(steps.time)[:, None]
+        bend = np.diff(ends, axis=0) - length / 2 * (first + last)[:, :, 0]
+        count = int(np.argmin(np.append(self._small(bend, ends[:-1]), False)))
+        self.time += steps.time[1 : count + 1].tolist()
+        self.shares += steps.shares[:count]
+        return count, ends[count]
+
     def settle(self, step: _Step, cuts: int) -> Array:
         """Add a step, or several shorter ones in its place; gives the states at its end."""
         x, start, end, shares = step.x, step.start, step.end, step.shares
         if cuts > 0 and (len(shares) > 1 or not self._small(step.bend, x)):
             cut = self._levels.cut(start, end)
-            half = self.step(x, start, cut)
-            there = self.step(half.reached, cut, end).reached
-            between = step.settled(step.at(cut) - half.reached)
+            halves = self._levels.steps(np.array([start, cut, end]))
+            _, half, there = self._integrator(halves, x[:, None])[0][:, :, 0]
+            between = step.settled(step.at(cut) - half)
             wrong = np.maximum(np.abs(step.reached - there), np.abs(between))
             if not self._small(wrong, x):
-                return self.settle(self.step(self.settle(half, cuts - 1), cut, end), cuts - 1)
+                half = self.settle(self.step(x, start, cut), cuts - 1)
+                return self.settle(self.step(half, cut, end), cuts - 1)
         mean = self._levels.mean(shares) if len(shares) > 1 else None
         if mean is not None:
             leaning = self.step(x, start, end, mean).reached - step.reached
@@ -247,15 +276,13 @@ class _Control:
         self.shares.append(shares)
         return step.reached
 
-    def _small(self, error: Array, x: Array) -> bool:
-        return bool(np.all(np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)))
+    def _small(self, error: Array, x: Array) -> NDArray[np.bool_]:
+        within = np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)
+        return np.asarray(np.all(within, axis=-1))
 
     def step(self, x: Array, start: float, end: float, mean: Array | None = None) -> _Step:
         """A step on the inputs as they were logged, or on their mean."""
-        if mean is None:
-            inputs, shares = self._levels.table, self._levels.within(start, end)
-        else:
-            inputs, shares = mean[None], ((0, 1.0),)
-        one = Steps(np.array([start, end]), inputs, (shares,))
+        ends = np.array([start, end])
+        one = self._levels.steps(ends) if mean is None else Steps(ends, mean[None], (((0, 1.0),),))
         states, first, last, inverse = self._integrator(one, x[:, None])
-        return _Step(start, end, shares, x, states[1, :, 0], first[0, :, 0], last[0, :, 0], inverse)
+        return _Step(start, end, one.shares[0], x, states[1, :, 0], first[0, :, 0], last[0, :, 0], inverse)

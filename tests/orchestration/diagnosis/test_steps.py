@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
 from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
@@ -18,6 +19,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.steps import FINAL, SEARCH, Levels, Resolution
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
@@ -195,3 +197,18 @@ def test_a_cause_is_named_whatever_the_logger(
     assert found.word == "named"
     assert found.best.key == {name}
     assert found.artefact < 1.0
+
+
+def test_values_that_are_found_are_those_where_the_grid_errs_no_more(tmp_path: Path) -> None:
+    """The pad is reached at another time than in the model as it stands: a first search ends far away."""
+    random = np.random.default_rng([241201, 50])
+    effects = over_a_decade(KNOWN[int(random.integers(len(KNOWN)))], random)
+    duty = drawn_duty(random, 5400.0)
+    write_csv(hide(effects, duty, interval=15.0, seed=int(random.integers(2**31))), tmp_path / "run.csv")
+    (tmp_path / "run.toml").write_text('system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n', "utf-8")
+    found = assess(read_experiment(tmp_path / "run.toml"))
+    problem, best = found.problem, found.best
+    assert best.name == "friction_temperature_dependence"
+    problem.refine(problem.values_by_run(best.freed, best.theta))
+    again = found.fitter.fit(best.items, best.values)
+    assert abs(again.theta[0] - best.theta[0]) < 0.05 * np.sqrt(best.covariance()[0, 0])
