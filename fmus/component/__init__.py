@@ -147,8 +147,10 @@ class Component:
                     f"least {SHORTEST_SAMPLE_TIME:g} s"
                 )
 
-    sampled = property(lambda self: bool(self.clocks))
-    """Whether anything in the component is sampled."""
+    @property
+    def sampled(self) -> bool:
+        """Whether anything in the component is sampled."""
+        return bool(self.clocks)
 
     @cached_property
     def continuous(self) -> Layout:

@@ -190,10 +190,11 @@ def _axis(
 
 
 def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
-    """Angles in rad, shape (n, 6), that bring the tool point to places; NaN where the arm does not reach.
+    """Angles in rad, shape (n, 6), that bring the tool point to places.
 
-    The tool stays in the arm's own vertical plane, elbow up: a turn, and a planar arm of two links, in closed
-    form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapter 4.
+    NaN where the arm does not reach, or a joint would pass its limit. The tool stays in the arm's own
+    vertical plane, elbow up: a turn, and a planar arm of two links, in closed form as in J. J. Craig,
+    *Introduction to Robotics*, 3rd ed., chapter 4.
 
     Parameters
     ----------

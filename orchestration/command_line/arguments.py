@@ -93,8 +93,6 @@ def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = 
     """A command as typer takes it; `call` takes the values of its parameters in its place."""
     import typer
 
-    from warmlink.orchestration.command_line.arguments import EXPLAINED, proposals
-
     about, _, section = inspect.cleandoc(command.__doc__ or "").partition("\nParameters\n----------\n")
     entries = re.findall(r"^(\w+) : (.*(?:\n +.*)*)", section, re.MULTILINE)
     explained = {**EXPLAINED, **{name: " ".join(text.split()) for name, text in entries}}

@@ -102,7 +102,9 @@ def run(
         if statistics:
             arguments.print_statistics(outcome.result.statistics)
         answer(f"report  {folder / 'report.html'}" if report else f"results  {folder}")
-    arguments.finish(folder, lost, outcome.cut_short, "the figures above describe that part only")
+    # Where a further run ended early, which only tells of the error, the figures are those of a whole one.
+    part = () if outcome.result.reason is None else ("the figures above describe that part only",)
+    arguments.finish(folder, lost, outcome.cut_short, *part)
 
 
 def _write(

@@ -44,7 +44,7 @@ class Attempt:
     Attributes
     ----------
     bounds : by variable, in its unit; none where there was no second run, infinite where that ended early
-    broken : why the run at half the step ended early; None where it did not
+    broken : why the run at half the step, or a later attempt, ended early; None where none did
     missed : variables whose bounds exceed their tolerances
     """
 
@@ -70,8 +70,8 @@ def attempted(
 ) -> Attempt:
     """Run until the bounds of the coupling errors are within the tolerances, or nothing is left to try.
 
-    SlaveError where the first attempt fails before its first value; a later one that fails costs no earlier
-    one.
+    SlaveError where the first attempt fails before its first value; a later one that fails or is interrupted
+    costs no earlier one.
 
     Parameters
     ----------
@@ -89,6 +89,10 @@ def attempted(
             if kept is None:
                 raise
             return kept
+        if kept is not None and result.status != "completed" and kept.result.status == "completed":
+            if result.error is None:  # Ctrl-C, or a full disk
+                return replace(kept, broken=f"{result.reason} in a run with smaller steps")
+            continue
         bounds, broken = dict[str, float](), None
         if repeats and result.status == "completed":
             names = watched or result.table.names
@@ -101,8 +105,7 @@ def attempted(
                 bounds, broken = dict.fromkeys(names, np.inf), str(fault)
         missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
         broken = broken and f"{broken} in the run at half the step"
-        if kept is None or result.status == "completed" or kept.result.status != "completed":
-            kept = Attempt(whole, result, bounds, broken, missed)
+        kept = Attempt(whole, result, bounds, broken, missed)
         if broken is not None or (not missed and result.error is None):
             break
     assert kept is not None

@@ -40,7 +40,10 @@ def facts(part: Part) -> list[Section]:
     met = "not met: the order was given" if part.error > 1 else "met"
     orders = [(str(tried.basis.shape[1]), f"{tried.error:.3g}") for tried in part.search]
     elongations = [
-        *((str(n), *(f"{1e6 * x:.4f}" for x in row)) for n, row in zip(*mesh[:2], strict=True)),
+        *(
+            (str(count), *(f"{1e6 * length:.4f}" for length in row))
+            for count, row in zip(mesh.unknowns, mesh.elongation, strict=True)
+        ),
         ("error [nm]", *(f"{1e9 * each:.2g}" for each in mesh.error)),
     ]
     return [

@@ -25,8 +25,18 @@ from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
 # What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
-_ZIP_FAULTS = (zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error, EOFError, OSError)
-_READING_FAULTS = (RuntimeError, ValueError, ArithmeticError, LookupError)
+_ZIP_FAULTS = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    RuntimeError,
+    ValueError,
+    OverflowError,
+    IndexError,
+    OSError,
+)
 
 _CHUNK = 1 << 20
 
@@ -64,7 +74,7 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
             yield archive
     except InputError:
         raise
-    except (*_ZIP_FAULTS, *_READING_FAULTS) as fault:
+    except _ZIP_FAULTS as fault:
         raise InputError(f"{path.name}: not a readable zip archive ({brief(fault)}); make it anew") from fault
 
 

@@ -208,6 +208,18 @@ def pressing(share: float, times: int) -> Callable[[str], object]:
     return bar
 
 
+def test_ctrl_c_in_the_run_at_half_the_step_costs_the_bound_alone(
+    warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.5, 1))
+    short = ("--stop", "4 min", "--no-report", "--fmus", "python")
+    code, printed = warmlink("run", NOMINAL, *short, "--out", "o")
+    assert code == 1
+    assert "in the run at half the step; what was computed up to there is kept" in printed
+    assert "describe that part" not in printed
+    assert float(str(metrics("o")["simulated_s"])) == 240
+
+
 @pytest.mark.parametrize("times", [1, 2])
 def test_ctrl_c_keeps_what_was_computed(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch, times: int

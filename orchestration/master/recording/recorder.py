@@ -72,6 +72,8 @@ class Values:
             self.folder.mkdir(parents=True, exist_ok=True)
             with fresh_file(self.folder / COLUMNS) as scratch:
                 scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
+            if not self._keep:  # the values of a run before may be in use still
+                self.path.unlink(missing_ok=True)
             # Without a buffer, which would try to write again on closing what the disk did not take.
             self._file = self.path.open("r+b" if self._keep else "w+b", buffering=0)
             if not self._keep:

@@ -33,7 +33,9 @@ class Table:
     points: CommunicationPoints
     values: Array = field(repr=False)
 
-    _column = cached_property(lambda self: {name: column for column, name in enumerate(self.names)})
+    @cached_property
+    def _column(self) -> dict[str, int]:
+        return {name: column for column, name in enumerate(self.names)}
 
     @property
     def times(self) -> Array:

@@ -236,10 +236,8 @@ def _path(name: str, nested: bool) -> Path:
 def _lay(net: Net, link: Connection, start: Path, end: Path) -> None:
     """Lay a connection through the net: out of the source's systems, across, into the target's."""
     steps = zip(start[:-1], end[:-1], strict=False)
-    shared, giving = (
-        len(list(takewhile(lambda pair: pair[0] == pair[1], steps))),
-        Node(start, link.source_variable),
-    )
+    shared = len(list(takewhile(lambda pair: pair[0] == pair[1], steps)))
+    giving = Node(start, link.source_variable)
     for depth in range(len(start) - 1, shared, -1):
         name = "_".join((*start[depth:], link.source_variable))
         giving = _passed(net, giving, start[:depth], start[:depth], "output", name)

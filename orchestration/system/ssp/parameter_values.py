@@ -65,10 +65,11 @@ def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> 
         raise InputError(
             f"{where}: values of type {kind} are not supported; use Real, Integer, Boolean or String"
         )
-    value = (
-        readers[kind](text, f"{where}: value" if kind == "Boolean" else where) if kind in readers else text
-    )
-    return Parameter(name, kind, value, units.get(unit, Unit(unit)) if unit and kind == "Real" else None)
+    value: Value = text
+    if kind in readers:
+        value = readers[kind](text, f"{where}: value" if kind == "Boolean" else where)
+    known = units.get(unit, Unit(unit)) if unit and kind == "Real" else None
+    return Parameter(name, kind, value, known)
 
 
 def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,22 @@ def test_a_later_attempt_that_fails_costs_no_earlier_one(half: bool) -> None:
     assert found.result.status == "completed"
     assert (found.algorithm == GaussSeidel(), found.broken is None) == (not half, not half)
     assert list(found.missed) == [E]
+
+
+def test_a_later_attempt_that_is_interrupted_costs_no_earlier_one_and_is_told() -> None:
+    tried = list[Algorithm]()
+
+    def once(by: Algorithm, halved: bool) -> Result:
+        found = run(1.0, 300.0, 4.0 / (1 + halved), by)
+        tried.append(by)
+        if by == GaussSeidel():
+            return found
+        return replace(found, status="stopped", reason="interrupted at 20 s")
+
+    found = attempted(GaussSeidel(), {E: 1e-12}, [E], once)
+    assert found.result.status == "completed"
+    assert found.stopped == "interrupted at 20 s in a run with smaller steps"
+    assert len(tried) == 3
 
 
 def test_a_first_attempt_that_fails_is_told() -> None:

@@ -60,6 +60,15 @@ def test_streamed_values_are_those_of_a_run_in_memory(tmp_path: Path) -> None:
     assert isinstance(streamed.table.values, np.memmap)
 
 
+def test_another_run_into_the_folder_leaves_the_values_of_the_one_before(tmp_path: Path) -> None:
+    folder = LongRun(tmp_path / "run", every=None)
+    first = simulate(motor_link(1.0), 300.0, 1.0, GaussSeidel(), long_run=folder)
+    before = np.array(first.table.values)
+    second = simulate(motor_link(0.5), 300.0, 1.0, GaussSeidel(), long_run=folder)
+    np.testing.assert_array_equal(first.table.values, before)
+    assert not np.array_equal(second.table.values, before)
+
+
 class Failing:
     """Raises once at a time of its own choosing: a run that dies there."""
 
