@@ -13,7 +13,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.studies.points import Judged
-from warmlink.orchestration.studies.study import Point, Study
+from warmlink.orchestration.studies.study import Axis, Point, Study
 
 if TYPE_CHECKING:
     import optuna
@@ -196,14 +196,14 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
     """What Optuna chooses from, by the axis' name."""
     from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
-    return {
-        axis.name: CategoricalDistribution(axis.choice)
-        if axis.choice
-        else IntDistribution(int(axis.low), int(axis.high), log=axis.log)
-        if axis.integer
-        else FloatDistribution(axis.low, axis.high, log=axis.log)
-        for axis in study.axes
-    }
+    def of(axis: Axis) -> BaseDistribution:
+        if axis.choice:
+            return CategoricalDistribution(axis.choice)
+        if axis.integer:
+            return IntDistribution(int(axis.low), int(axis.high), log=axis.log)
+        return FloatDistribution(axis.low, axis.high, log=axis.log)
+
+    return {axis.name: of(axis) for axis in study.axes}
 
 
 def _internal(point: Point, study: Study) -> dict[str, float]:

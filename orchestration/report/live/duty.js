@@ -24,7 +24,6 @@ export function drawDuty() {
   });
   draw(at("duty"), { ...axes, told: `${label} over time: ${values.length} segments, which the table below lists` }, bars);
   for (const cell of document.querySelectorAll("[data-joint]")) cell.hidden = !name.startsWith(cell.dataset.joint);
-  [...at("segments").rows].forEach(({ cells: [heading] }, i) => { heading.textContent = i + 1; });
 }
 
 /** Put so many copies in a segment's place, which share its time: none removes it, two split it. */

@@ -46,10 +46,15 @@ export function inSi(name, text) {
 /** Let whoever follows the form know that it changed. */
 export const tell = () => form.dispatchEvent(new Event("change"));
 
+/** The HTML of a segment's row: the first one's with another number in its heading and labels. */
+const rowOf = (number) => row.replaceAll(/(?<=<th scope="row">|segment )1/g, number);
+
 /** Show texts; those of the duration say how many segments there are. */
 export function put(given) {
-  const count = Math.min(given[duration]?.split(",").length ?? at("segments").rows.length, content.most);
-  if (count !== at("segments").rows.length) at("segments").innerHTML = row.repeat(count);
+  const table = at("segments");
+  const count = Math.min(given[duration]?.split(",").length ?? table.rows.length, content.most);
+  while (table.rows.length > count) table.deleteRow(-1);
+  while (table.rows.length < count) table.insertAdjacentHTML("beforeend", rowOf(table.rows.length + 1));
   for (const [name, text] of Object.entries(given)) {
     const each = text.split(",");
     fields(name).forEach((field, i) => {

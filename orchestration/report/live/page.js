@@ -13,6 +13,8 @@ const ADDRESS_AFTER = 400; // ms without a change; browsers refuse an address th
 
 const waiting = {}; // timers
 
+let accepted = start; // what the fields showed before the last change
+
 /** What a line of a plot shows, where its law is chosen: a function of variable and law. */
 function results() {
   const runs = Object.fromEntries(texts().law.split(",").map((law) => [law, run(law)]));
@@ -119,8 +121,9 @@ function listen() {
   at("form").addEventListener("change", ({ target }) => {
     if (target.files) return load(target);
     at("fault").textContent = "";
-    if (!target.checkValidity()) target.value = target.defaultValue;
+    if (target.validity?.valid === false) return put(accepted);
     if (!texts().law) target.checked = true;
+    accepted = texts();
     for (const fault of at("faults").querySelectorAll("input"))
       fault.disabled = fault.closest("tr").querySelector("select").value === "0";
     clearTimeout(waiting.show);

@@ -9,8 +9,9 @@ export const address = () => `#${new URLSearchParams(changed())}`;
 export function restore(hash) {
   const given = Object.fromEntries(new URLSearchParams(hash.slice(1)));
   put(given);
-  const set = Object.keys(given).map((name) => [...fields(name)]);
-  if (set.every((all) => all.length && all.every(({ validity }) => validity.valid)) && texts().law) return;
+  const shown = texts();
+  const fits = ([name, text]) => text === shown[name] && [...fields(name)].every(({ validity }) => validity.valid);
+  if (Object.entries(given).every(fits)) return;
   reset();
   throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
 }

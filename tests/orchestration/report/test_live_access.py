@@ -75,3 +75,44 @@ def test_a_slider_is_moved_by_the_keyboard_and_says_its_value(browser: Browser, 
     assert before[0] == "2.36e-05 1/K"
     assert after[0] != before[0]
     assert after[1] != before[1]
+
+
+def test_each_segment_says_its_number_and_keeps_its_value_where_an_entry_is_refused(
+    browser: Browser, page: Path
+) -> None:
+    script = """
+        const labels = (row) => [...row.querySelectorAll("[aria-label]")].map(({ ariaLabel }) => ariaLabel);
+        const rows = () => [...document.querySelectorAll("#segments tr")];
+        const told = () => rows().map((row) => [row.cells[0].textContent, labels(row)]);
+        const labelled = (label) => document.querySelector(`[aria-label="${label}"]`);
+        const press = (label) => {
+          labelled(label).focus();
+          labelled(label).click();
+        };
+        for (const each of document.querySelectorAll("details")) each.open = true;
+        const first = told();
+        press("split segment 1");
+        press("split segment 1");
+        const focused = document.activeElement.ariaLabel;
+        const speed = labelled("segment 2: speed [rad/s]");
+        for (const text of ["1.5", "", "-1"]) {
+          speed.value = text;
+          speed.dispatchEvent(new Event("change", { bubbles: true }));
+        }
+        const grown = told();
+        press("remove segment 1");
+        const speeds = [...document.getElementsByName("duty.segment_speed")].map(({ value }) => value);
+        return { first, grown, focused, left: told(), speeds };
+    """
+    browser.open(page)
+    found = browser.value(script)
+    ((number, labels),) = found["first"]
+    assert (number, labels[0], labels[-1]) == ("1", "segment 1: duration [s]", "remove segment 1")
+    for name, count in (("grown", 3), ("left", 2)):
+        expected = [
+            [str(i), [each.replace("segment 1", f"segment {i}") for each in labels]]
+            for i in range(1, count + 1)
+        ]
+        assert found[name] == expected
+    assert found["focused"] == "split segment 1"
+    assert found["speeds"] == ["1.5", "3.43"]

@@ -104,11 +104,11 @@ def test_everything_on_the_page_moves_the_answer(browser: Browser, page: Path) -
         await wait();
         seen.push(told());
         const speed = Number(texts()["duty.segment_speed"]);
-        document.querySelector('button[aria-label="split segment"]').click();
+        document.querySelector('button[aria-label="split segment 1"]').click();
         await wait();
         pull(document.querySelector('.handle[data-along="x"]'), -100, 0);
         await wait();
-        const [torque] = document.querySelectorAll('#segments tr:nth-child(2) [aria-label^="torque"]');
+        const torque = document.querySelector('[aria-label="segment 2: torque [N.m]"]');
         torque.value = "0";
         torque.dispatchEvent(new Event("change", { bubbles: true }));
         await wait();
@@ -185,7 +185,7 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
           sentences.push(document.getElementById("fault").textContent);
         };
         for (const settings of ["x", "law=observer", "law=", "a=1", "stop=-1", "link.length=long",
-          "duty.duration=9,9"])
+          "duty.duration=9,9", "duty.segment_pad_mode=7", "duty.segment_speed=1,2"])
           await told(() => restore("#" + settings));
         const drop = (text) => {
           const dataTransfer = new DataTransfer();
