@@ -116,7 +116,7 @@ def test_one_thermometer_that_drifts_alone_is_contradicted(
 def test_a_camera_that_was_left_out_is_not_believed_because_the_growth_is_uncertain(
     name: str, duty: str, plant: int
 ) -> None:
-    """`ready` was wrong in up to 45 % of these runs: the doubt about the expansion let the camera in again."""
+    """`ready` was wrong in up to 45 % of these runs: doubt about the expansion let the camera in again."""
     assert trial("observer_drift", KINDS[name], duty, plant, 31).ready_wrong <= ALLOWED_READY
 
 
