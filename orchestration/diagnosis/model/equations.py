@@ -34,7 +34,6 @@ _PAYS_FROM = 2_500
 _BLOCK = 64
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
 
-
 Indices = NDArray[np.int64]
 
 

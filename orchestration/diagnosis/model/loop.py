@@ -17,9 +17,9 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
-from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
+from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, held_row
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, halved, held_row
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 

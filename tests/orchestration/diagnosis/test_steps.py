@@ -69,7 +69,7 @@ def test_a_link_measured_from_end_to_end_takes_no_shorter_steps() -> None:
         return Forward(Equations(rig("BenchRod", CELLS), [], sensor), run, length | place, resolution)
 
     whole, inside = rod(0.0, 0.3, SEARCH), rod(0.01, 0.29, SEARCH)
-    assert len(whole.steps.shares) < 1.5 * len(inside.steps.shares)
+    assert whole.time.size < 1.5 * inside.time.size
     fine = rod(0.0, 0.3, Resolution(CELLS, 0.5, 0, 0.5, np.inf))
     error = [each(each.start_values(), time).values for each in (whole, fine)]
     assert np.abs(error[0] - error[1]).max() < 0.06
@@ -114,12 +114,12 @@ def test_a_discrete_input_is_never_averaged() -> None:
     time = np.array([0.0, 9.59, 22.08, 30.3])
     inputs = np.array([[2.0, 2.0, 2.0, 0.0], [21.9, 22.0, 22.1, 22.1]])
     levels = Levels(time, inputs, np.array([True, False]))
-    joined = levels.mean(levels.within(0.0, 30.3))
-    assert joined is not None
+    (joined,), (there,) = levels.mean(levels.steps(np.array([0.0, 30.3])))
+    assert there
     assert joined[0] == 2.0
     assert joined[1] == pytest.approx(21.998, abs=0.01)
     switched = Levels(time, inputs[:, [0, 3, 2, 1]], np.array([True, False]))
-    assert switched.mean(switched.within(0.0, 30.3)) is None
+    assert not switched.mean(switched.steps(np.array([0.0, 30.3])))[1]
 
 
 def test_a_step_that_errs_is_cut_in_two() -> None:
