@@ -57,12 +57,12 @@ class Forward(Simulation):
         integrator = Integrator(self.equations, z, self._p)
         return controlled(integrator, self._levels, begun, self._grid, self._thin)
 
-    def lay(self, z: Array) -> None:
+    def refine(self, z: Array) -> None:
         """Lay the steps anew where they are short enough with these values."""
         if np.array_equal(z, self._laid_for):
             return
         if isinstance(self._grid, Forward):
-            self._grid.lay(z)
+            self._grid.refine(z)
         self._laid_for = z.copy()
         self.__dict__.pop("steps", None)
         self._course.cache_clear()

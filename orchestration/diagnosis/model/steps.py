@@ -246,8 +246,8 @@ def _averaged(
     steps = levels.steps(taken.ends)
     mean, averaged = levels.mean(steps)
     averaged &= np.diff(steps.begins) > 1
-    some, count = taken.those(averaged), np.count_nonzero(averaged)
-    alone = Steps(some.ends, mean[averaged], np.arange(count + 1), np.arange(count), np.ones(count))
+    some, each = taken.those(averaged), np.arange(np.count_nonzero(averaged))
+    alone = Steps(some.ends, mean[averaged], np.arange(each.size + 1), each, np.ones(each.size))
     leaning = (_taken(integrator, alone, some.x).reached - some.reached) * _MEMORY / some.length
     averaged[averaged] = small(leaning, some.x)
     acting, shares, first = steps.levels.copy(), steps.shares.copy(), steps.begins[:-1][averaged]
