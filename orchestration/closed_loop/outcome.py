@@ -18,7 +18,7 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
-from warmlink.orchestration.master.error_budget import attempted, coupling_error
+from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
@@ -230,11 +230,6 @@ def run_scenario(
         ran = replace(ran, master=FOLLOWING)
     coupling, took = _largest_um(found.bounds), time.perf_counter() - began
     return ClosedLoop(ran, store.kind, found.result, coupling, found.stopped, told, ideal, took)
-
-
-def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
-    """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
-    return _largest_um(coupling_error(result, fine, order, setup.roles.plant))
 
 
 def _largest_um(bounds: Mapping[str, float]) -> float | None:
