@@ -208,23 +208,26 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     """
     if run.time.size <= most:
         return run
-    starts = np.arange(0, run.time.size, -(-run.time.size // most))
+    import pandas as pd
 
-    def mean(values: Array, steady: bool) -> Array:
-        full = np.isfinite(values)
-        count = np.add.reduceat(full.astype(float), starts)
-        sums = np.add.reduceat(np.where(full, values, 0.0), starts)
-        return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
+    group, place = np.divmod(np.arange(run.time.size), -(-run.time.size // most))
+    first = run.part(place == 0)
 
-    inputs = {n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()}
-    readings = {n: mean(v, False) for n, v in run.readings.items()}
-    covariates = {n: mean(v, True) for n, v in run.covariates.items()}
-    return replace(run, time=run.time[starts], inputs=inputs, readings=readings, covariates=covariates)
+    def mean(values: Array) -> Array:
+        return pd.Series(values).groupby(group).mean().to_numpy()
+
+    def steady(values: Array, held: Array) -> Array:
+        return np.where(np.isfinite(held), mean(values), np.nan)
+
+    inputs = {n: v if n in discrete else steady(run.inputs[n], v) for n, v in first.inputs.items()}
+    readings = {n: mean(v) for n, v in run.readings.items()}
+    covariates = {n: steady(run.covariates[n], v) for n, v in first.covariates.items()}
+    return replace(first, inputs=inputs, readings=readings, covariates=covariates)
 
 
 def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:
+    known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
     if not readings:
-        known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
         raise InputError(
             f"{name}: no measured column is known{known}; give at least one temperature or the elongation, "
             'and say which is which with --map "COLUMN=base_temperature"'
