@@ -1,7 +1,7 @@
 """What hosts see of a component: its inside, states that they may integrate, flags in place of NaN."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
@@ -19,7 +19,7 @@ from warmlink.fmus.component import (
     Variable,
 )
 from warmlink.fmus.component.arithmetic import Number, finite, where
-from warmlink.fmus.component.join import Joint, join
+from warmlink.fmus.component.join import Joint, Wire, join
 
 Flag = TypeVar("Flag", Input, Output)
 
@@ -65,6 +65,12 @@ def flag_of(name: str) -> str:
     """Name of the flag of a variable or scalar, as `reading_valid[1]` of `reading[1]`."""
     variable, bracket, element = name.partition("[")
     return f"{variable}_valid{bracket}{element}"
+
+
+def with_flag_wires(wires: Collection[Wire], ends: Collection[str]) -> list[Wire]:
+    """Wires, and those between the flags of what they connect, where both flags are among the `ends`."""
+    flags = ((flag_of(source), flag_of(target)) for source, target in wires)
+    return [*wires, *(each for each in flags if each[0] in ends and each[1] in ends)]
 
 
 def flagged(component: Component) -> Component:
@@ -126,10 +132,8 @@ def _joined_with_flags(component: Component, joint: Joint) -> Component:
     parts = {key: flagged(part) for key, part in joint.parts.items()}
     ends = {f"{key}.{scalar.name}" for key, part in parts.items() for scalar in part.scalars()}
     wires = [(source, target) for target, source in joint.wires.items()]
-    flags = [(flag_of(source), flag_of(target)) for source, target in wires]
-    wires += [each for each in flags if ends.issuperset(each)]
     return replace(
-        join(component.name, parts, wires, component.description),
+        join(component.name, parts, with_flag_wires(wires, ends), component.description),
         parameters=component.parameters,
         default_stop_time=component.default_stop_time,
         default_step_size=component.default_step_size,

@@ -13,7 +13,7 @@ from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.closed_loop.run import run as run_
+from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System
