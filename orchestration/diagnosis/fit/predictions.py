@@ -17,8 +17,11 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, initial_values
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+
+_SPACING, _MOST_NODES = 120.0, 120
+"""s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -168,7 +171,8 @@ class Predictions:
                 coarser = grid if isinstance(grid, Loop) else None
                 bounds = self._bounds if derivatives else None
                 return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
-            compiled = equations(rig, cells, self._inner, self.variables, derivatives)
+            apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
+            compiled = equations(rig, cells, self._inner, self.variables, derivatives, apart)
             assert isinstance(grid, Resolution | Forward)
             return Forward(compiled, run, known, grid)
 

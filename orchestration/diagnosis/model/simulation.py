@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,18 +107,22 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
     for name, value in known.items():
         if name in index:
             table[index[name]] = value
-    given_here = {*run.inputs, *(name for name in known if name in index)}
+    given_here = given_inputs(rig, run, known)
     for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
-        for target in rig.fed_with(name):
-            if target == name or target not in given_here:
-                table[index[target]] = signal
+        for target in rig.fed_with(name, given_here):
+            table[index[target]] = signal
     for motor in rig.called("motor"):
         if f"{motor}.pad_temperature" in index:
             _switch_pad(motor, table, index, given_here)
     return table
 
 
-def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
+def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[str]:
+    """Inputs with a column or a known value of their own."""
+    return frozenset(run.inputs) | known.keys() & set(rig.externals)
+
+
+def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: Collection[str]) -> None:
     """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
     pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
     temperature = table[index[pad]]
