@@ -10,6 +10,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
@@ -144,6 +145,27 @@ class Predictions:
         simulated = self._readings[run]
         inner = z[: len(self._inner)]
         return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
+
+    @cached_property
+    def scattered(self) -> tuple[Array, ...]:
+        """What the scatter of logged inputs does to each run's readings, shape (rows, outputs, columns).
+
+        Columns are independent, 1 sigma each. The scatter is replaced by a broken line, whose values at the
+        nodes are independent and have its power at the low frequencies, to which alone heat responds.
+        """
+        return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
+
+    def _scattered(self, i: int, run: Run) -> Array:
+        if not run.scatter:
+            return np.zeros((self.data[i].time.size, len(self.variables), 0))
+        span = float(run.time[-1])
+        count = int(np.clip(span / _SPACING, 2, _MOST_NODES))
+        slots = [(self.slots.index(f"{OFFSET}:{name}"),) for name in run.scatter]
+        courses = Courses(tuple(slots), np.linspace(0.0, span, count + 1))
+        # White rows have the power of so many rows of equal length.
+        rows = span**2 / float(np.sum(np.diff(run.time) ** 2))
+        sizes = np.array([*run.scatter.values()]) * np.sqrt(count / rows)
+        return self.responses(i, self.neutral[i], courses) * np.repeat(sizes, count + 1)
 
     @cached_property
     def neutral(self) -> tuple[Array, ...]:
