@@ -19,6 +19,7 @@ from warmlink.fmus.component import (
     Variable,
 )
 from warmlink.fmus.component.arithmetic import Number, finite, where
+from warmlink.fmus.component.join import Joint, join
 
 Flag = TypeVar("Flag", Input, Output)
 
@@ -72,6 +73,8 @@ def flagged(component: Component) -> Component:
     The output holds the last number there was, its nominal value before there is one. The input counts as
     missing while its flag is false. Connected flag to flag, components do what they do with NaN, bit for bit.
     """
+    if component.joint is not None:
+        return _joined_with_flags(component, component.joint)
     missing = {state.name for state in component.states if state.accepts_nan}
     outputs = {each.name: each for each in component.outputs if each.name in missing}
     inputs = {each.name: each for each in component.inputs if each.accepts_nan}
@@ -115,6 +118,21 @@ def flagged(component: Component) -> Component:
         update=None if update is None else update_held,
         observe=observe_held,
         terminals=tuple(replace(each, members=members) for each, members in terminals),
+    )
+
+
+def _joined_with_flags(component: Component, joint: Joint) -> Component:
+    """Component joined of the same parts with flags, and wires between them where both ends have one."""
+    parts = {key: flagged(part) for key, part in joint.parts.items()}
+    ends = {f"{key}.{scalar.name}" for key, part in parts.items() for scalar in part.scalars()}
+    wires = [(source, target) for target, source in joint.wires.items()]
+    flags = [(flag_of(source), flag_of(target)) for source, target in wires]
+    wires += [each for each in flags if ends.issuperset(each)]
+    return replace(
+        join(component.name, parts, wires, component.description),
+        parameters=component.parameters,
+        default_stop_time=component.default_stop_time,
+        default_step_size=component.default_step_size,
     )
 
 

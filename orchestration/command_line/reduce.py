@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
     from warmlink.orchestration.reduction.part import Part
@@ -78,6 +79,8 @@ def reduce(
     if example:
         _write_example(part)
         return
+    if not is_file(part):
+        raise InputError(f"{part}: no such file; give a STEP file or a mesh")
     if list_faces:
         _list(part, unit, size, json)
         return

@@ -15,8 +15,15 @@ from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_value, variable_of
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, net_of
+from warmlink.orchestration.system.model import (
+    CONNECTOR_KINDS,
+    Component,
+    Connection,
+    Connector,
+    System,
+    Value,
+)
+from warmlink.orchestration.system.ssp.net import net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
 from warmlink.orchestration.text_files import is_file
@@ -71,7 +78,7 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
-    ends = {name: replace(components[name], connectors=()) for name in components if name in used}
+    ends = {name: replace(components[name], connectors={}) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
 
 
@@ -108,7 +115,7 @@ def _resolved(system: System) -> list[Connection]:
         if element is not None and element.info is not None and node.connector not in element.connectors:
             causality = variable_of(element.info, node.connector, str(node)).causality
             # Time, which is of no kind, connects to nothing, as a parameter does.
-            element.connectors[node.connector] = DeclaredConnector(
+            element.connectors[node.connector] = Connector(
                 next((kind for kind in CONNECTOR_KINDS if kind == causality), "parameter")
             )
     resolver = Resolver(net)
@@ -177,5 +184,4 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
-    units = dict(sorted(resolver.units.items()))
-    return System(name, components, connections, experiment, units, tuple(resolver.remarks))
+    return System(name, components, connections, experiment, tuple(resolver.remarks))

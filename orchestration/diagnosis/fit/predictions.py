@@ -91,30 +91,26 @@ class Predictions:
             self._finest, self._cells = finer, CHECK_CELLS
         return float(np.sqrt(total))
 
-    def resolve(self, values: Sequence[Array]) -> None:
-        """Take the error of the finest steps out, as it is at given values of the freed variables.
-
-        It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
-        number is a property of the model.
-        """
-        for simulated in (self._readings, self._finest):
-            for readings, z in zip(simulated, values, strict=True):
-                readings.forward.lay(z[: len(self._inner)])
-        changes = self._changes(self._halved(self._cells), values)
-        self._beyond_finest = tuple(4 / 3 * change for change in changes)
-
     def _halved(self, cells: int) -> list[Readings]:
         return self._simulated(cells, [each.forward for each in self._finest])
 
     def _changes(self, finer: Sequence[Readings], values: Sequence[Array]) -> list[Array]:
         """What a finer simulation changes, by run, shape (rows, outputs) each."""
-        pairs = ((self._means(each, i, z)[0] for each in (finer, self._finest)) for i, z in enumerate(values))
-        return [after - before for after, before in pairs]
+        return [
+            self._means(finer, i, z)[0] - self._means(self._finest, i, z)[0] for i, z in enumerate(values)
+        ]
 
     def refine(self, values: Sequence[Array]) -> None:
-        """Take the grid's error out at given values of the freed variables, slots by run."""
-        for readings, z in zip(self._readings, values, strict=True):
-            readings.forward.linearise(z[: len(self._inner)])
+        """Take the grid's error out as it is at given values of the freed variables, slots by run.
+
+        That of the finest steps is of second order, so that it is 4/3 of what half of each step changes. The
+        cells stay: their number is a property of the model.
+        """
+        for simulated in (self._readings, self._finest):
+            for readings, z in zip(simulated, values, strict=True):
+                readings.forward.refine(z[: len(self._inner)])
+        changes = self._changes(self._halved(self._cells), values)
+        self._beyond_finest = tuple(4 / 3 * change for change in changes)
         self._corrections = tuple(
             self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
         )
@@ -199,13 +195,7 @@ class Predictions:
             return Forward(compiled, run, known, grid)
 
         return [
-            Readings(
-                simulation(run, grid),
-                self.variables,
-                self._outer,
-                data.within.ravel(),
-                _ambient(run, self.known(run)),
-            )
+            Readings(simulation(run, grid), self.variables, self._outer, data.within.ravel())
             for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
         ]
 
@@ -215,11 +205,3 @@ class Predictions:
         if self.experiment.initial_measured:
             known = {**initial_values(self.experiment.rig, run, known), **known}
         return known
-
-
-def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Array, Array]:
-    """Times in s and logged ambient temperature in K by row, which the sensors' stems are exposed to."""
-    if run.ambient is not None:
-        return run.time, run.ambient
-    given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]
-    return run.time, np.full(run.time.size, given[0] if given else 295.15)

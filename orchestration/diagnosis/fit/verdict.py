@@ -138,7 +138,6 @@ def _searched_again(
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
-    problem.resolve(problem.values_by_run(best.freed, best.theta))
     problem.refine(problem.values_by_run(best.freed, best.theta))
     seeds = [best, *search.rivals(best)] if best.items else []
     known = (best,) if best.items else ()
@@ -157,7 +156,6 @@ def _refined(fitter: Fitter, fit: Fit) -> Fit:
         before, fit = fit.theta, fitter.fit(fit.items, fit.values)
         if not np.any(np.abs(fit.theta - before) > _ARRIVED * np.sqrt(np.diag(fit.covariance()))):
             break
-        problem.resolve(problem.values_by_run(fit.freed, fit.theta))
     return fit
 
 

@@ -34,7 +34,6 @@ _PAYS_FROM = 2_500
 _BLOCK = 64
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
 
-
 Indices = NDArray[np.int64]
 
 
@@ -133,22 +132,26 @@ class Equations:
 
     @cached_property
     def _before(self) -> ctypes.CDLL | None:
-        return _loaded(lambda: kept_before(*self._kept_as))
-
-    @property
-    def _kept_as(self) -> tuple[str, object]:
-        return "steps", (*made_here(), self._sources)
+        return self._loaded(kept_before)
 
     @cached_property
     def _compiled(self) -> ctypes.CDLL | None:
+        return self._loaded(lambda name, made_of: kept(name, made_of, self._built))
+
+    def _loaded(self, contents: Callable[[str, object], bytes | None]) -> ctypes.CDLL | None:
+        """A compiled library; None where nothing compiles here, or may be loaded from a file."""
+        try:
+            library = contents("steps", (*made_here(), self._sources))
+            return None if library is None else loaded(library)
+        except (InputError, OSError):
+            return None
+
+    def _built(self) -> bytes:
         from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 
-        def compiled() -> bytes:
-            (compiler,) = compilers(platforms_named(None))
-            quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
-            return kept(*self._kept_as, lambda: quick.library(self._sources, "steps"))
-
-        return _loaded(compiled)
+        (compiler,) = compilers(platforms_named(None))
+        quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
+        return quick.library(self._sources, "steps")
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
@@ -178,15 +181,6 @@ class Equations:
             evaluate()
         y, by_state, by_slot = (each[:points] for each in found)
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
-
-
-def _loaded(contents: Callable[[], bytes | None]) -> ctypes.CDLL | None:
-    """A compiled library; None where nothing compiles here, or may be loaded from a file."""
-    try:
-        library = contents()
-        return None if library is None else loaded(library)
-    except (InputError, OSError):
-        return None
 
 
 @lru_cache(maxsize=24)
