@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -77,9 +76,8 @@ class Storage:
         found = []
         for trial in trials:
             point = {name: float(value) for name, value in trial.params.items()}
-            objective, *second = trial.values or [math.nan]
             excess, reason = tuple(trial.user_attrs.get(EXCESS) or ()), trial.user_attrs.get(REASON)
-            found.append(Judged(trial.number, point, objective, excess, reason, (), *second))
+            found.append(Judged(trial.number, point, tuple(trial.values or ()), excess, reason))
         return found
 
     def add(self, judged: Judged) -> None:
@@ -89,7 +87,7 @@ class Storage:
 
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
-            values=_told(judged) if judged.reason is None else None,
+            values=list(judged.objectives) or None,
             params=_internal(judged.point, self._of),
             distributions=dict(self._distributions),
             user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
@@ -140,7 +138,7 @@ class Chooser:
             else:
                 asked.set_user_attr(EXCESS, list(trial.excess))
             if trial.reason is None:
-                self._optuna.tell(asked, _told(trial))
+                self._optuna.tell(asked, list(trial.objectives))
             else:
                 self._optuna.tell(asked, state=TrialState.FAIL)
         self._asked = []
@@ -214,12 +212,7 @@ def _internal(point: Point, study: Study) -> dict[str, float]:
 
 def _directions(study: Study) -> list[Literal["minimize"]]:
     """That each objective is to be small."""
-    return ["minimize"] * (1 if study.second is None else 2)
-
-
-def _told(judged: Judged) -> list[float]:
-    """The objectives as Optuna hears them."""
-    return [each for each in (judged.objective, judged.second) if each is not None]
+    return ["minimize"] * len(study.objectives)
 
 
 def default_url(folder: Path) -> str:

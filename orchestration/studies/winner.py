@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal
@@ -10,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.studies.case import METRICS, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -36,22 +34,16 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
     if not axes:
         return winner
-    limits = list(study.constraints)
-    if study.second is not None and winner.second is not None:
-        limits.append(study.second.limited(winner.second))
+    others = zip(study.objectives[1:], winner.objectives[1:], strict=True)
+    limits = [*study.constraints, *(each.limited(reached) for each, reached in others)]
     cases = study.cases(winner.point, "")
     bounded = len(cases) if study.objective.over == "worst" else 1
     found, known = [winner], dict[bytes, tuple[Array, Array]]()
 
-    def figures(asked: Gathered, outcomes: Sequence[Outcome]) -> list[float]:
-        if asked.over != "worst":
-            return [asked.value(outcomes, cases)]
-        return [METRICS[asked.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
-
     def margins(judged: Judged) -> Array:
-        rows = [-np.array(figures(study.objective, judged.outcomes)) / winner.objective]
+        rows = [-np.array(study.objective.smooth(judged.outcomes, cases)) / winner.objective]
         for limit in limits:
-            over = limit.at_most - np.array(figures(limit, judged.outcomes))
+            over = limit.at_most - np.array(limit.smooth(judged.outcomes, cases))
             rows.append(over / (abs(limit.at_most) or 1.0))
         return np.concatenate(rows)
 
@@ -68,8 +60,8 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
             if any(each.reason is not None for each in ended):
                 raise ArithmeticError
             found.append(ended[0])
-            first, *others = map(margins, ended)
-            known[key] = first, (np.array(others) - first).T / steps
+            first, *moved = map(margins, ended)
+            known[key] = first, (np.array(moved) - first).T / steps
         return known[key]
 
     start = np.array([axis.share(winner.point[axis.name]) for axis in axes])
@@ -88,7 +80,7 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
         )
-    fit = [each for each in found if each.feasible and (each.second or 0.0) <= (winner.second or 0.0)]
+    fit = [each for each in found if each.feasible and each.objectives[1:] <= winner.objectives[1:]]
     return min(fit, key=lambda each: each.objective)
 
 
