@@ -72,11 +72,11 @@ class _Processes:
 
     def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
         """Places of the cases in shares that are worth a task each, several for every worker."""
-        needed = [seconds(case, self._fmus) for case in cases]
+        needed = [seconds(case, self._fmus.rollouts) for case in cases]
         enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
         shares: list[list[int]] = []
         held = enough
-        for together in side_by_side(cases, self._fmus):
+        for together in side_by_side(cases, self._fmus.rollouts):
             if held >= enough:
                 shares.append([])
                 held = 0.0
@@ -115,7 +115,7 @@ class LocalWorkers(_Processes):
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
         joined = all(lane_of(case, self._fmus.rollouts) is not None for case in cases)
-        if joined and sum(seconds(case, self._fmus) for case in cases) < SOON_DONE_S:
+        if joined and sum(seconds(case, self._fmus.rollouts) for case in cases) < SOON_DONE_S:
             for share in shares:
                 yield share, attempt_all([cases[place] for place in share], self._fmus)
             return

@@ -47,7 +47,6 @@ class Storage:
     def __init__(self, study: Study, fmus: str, url: str) -> None:
         import optuna
 
-        self._of = study
         self.name = f"{study.name}-{study.digest(fmus)}"
         self.place = shown_place(url)
         self._distributions = _distributions(study)
@@ -88,7 +87,7 @@ class Storage:
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
             values=list(judged.objectives) or None,
-            params=_internal(judged.point, self._of),
+            params=dict(judged.point),
             distributions=dict(self._distributions),
             user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
         )
@@ -117,7 +116,7 @@ class Chooser:
         self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
         self._asked: list[optuna.trial.Trial] = []
         for point in first:
-            self._optuna.enqueue_trial(_internal(point, study))
+            self._optuna.enqueue_trial(dict(point))
 
     def ask(self, count: int) -> list[Point]:
         """Choose the next points."""
@@ -202,12 +201,6 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
         return FloatDistribution(axis.low, axis.high, log=axis.log)
 
     return {axis.name: of(axis) for axis in study.axes}
-
-
-def _internal(point: Point, study: Study) -> dict[str, float]:
-    """A point's values as Optuna has them: whole numbers as such."""
-    whole = {axis.name for axis in study.axes if axis.integer and not axis.choice}
-    return {name: int(value) if name in whole else value for name, value in point.items()}
 
 
 def _directions(study: Study) -> list[Literal["minimize"]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -38,7 +39,7 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     limits = [*study.constraints, *(each.limited(reached) for each, reached in others)]
     cases = study.cases(winner.point, "")
     bounded = len(cases) if study.objective.over == "worst" else 1
-    found, known = [winner], dict[bytes, tuple[Array, Array]]()
+    found = [winner]
 
     def margins(judged: Judged) -> Array:
         rows = [-np.array(study.objective.smooth(judged.outcomes, cases)) / winner.objective]
@@ -47,35 +48,33 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
             rows.append(over / (abs(limit.at_most) or 1.0))
         return np.concatenate(rows)
 
-    def linear(place: Array) -> tuple[Array, Array]:
+    @cache
+    def linear(place: tuple[float, ...]) -> tuple[Array, Array]:
         """Margins and their derivatives; ArithmeticError where a run gives none."""
-        key = place.tobytes()
-        if key not in known:
-            steps = np.where(place > 0.5, -DIFFERENCE, DIFFERENCE)
-            points = [
-                {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
-                for each in (place, *(place + np.diag(steps)))
-            ]
-            ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
-            if any(each.reason is not None for each in ended):
-                raise ArithmeticError
-            found.append(ended[0])
-            first, *moved = map(margins, ended)
-            known[key] = first, (np.array(moved) - first).T / steps
-        return known[key]
+        steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
+        points = [
+            {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
+            for each in (place, *(place + np.diag(steps)))
+        ]
+        ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
+        if any(each.reason is not None for each in ended):
+            raise ArithmeticError
+        found.append(ended[0])
+        first, *moved = map(margins, ended)
+        return first, (np.array(moved) - first).T / steps
 
-    start = np.array([axis.share(winner.point[axis.name]) for axis in axes])
+    start = tuple(axis.share(winner.point[axis.name]) for axis in axes)
     with suppress(ArithmeticError):
         bound = (np.arange(len(linear(start)[0])) < bounded).astype(float)
         minimize(
             lambda z: z[-1],
-            np.append(start, 1.0),
+            (*start, 1.0),
             jac=lambda z: np.eye(len(z))[-1],
             bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
             constraints={
                 "type": "ineq",
-                "fun": lambda z: linear(z[:-1])[0] + bound * z[-1],
-                "jac": lambda z: np.column_stack([linear(z[:-1])[1], bound]),
+                "fun": lambda z: linear((*z[:-1],))[0] + bound * z[-1],
+                "jac": lambda z: np.column_stack([linear((*z[:-1],))[1], bound]),
             },
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
