@@ -93,14 +93,12 @@ class Search:
         """What each candidate must gain in chi-square as the only cause, and as a further one."""
         from scipy.special import chdtri
 
-        shares = neighbours.prior_shares(self.items)
-        levels = self.level, self.level * INVENTED / FALSE_ALARMS
-        prices = {}
-        for item in self.fitter.problem.items:
-            count, share = len(item.freed), shares[item.cause.name]
-            first, further = (float(chdtri(count, level * share)) for level in levels)
-            prices[item.title] = first, further
-        return prices
+        shares, further = neighbours.prior_shares(self.items), self.level * INVENTED / FALSE_ALARMS
+        wanted = [(i.title, len(i.freed), shares[i.cause.name]) for i in self.fitter.problem.items]
+        return {
+            title: (float(chdtri(count, self.level * share)), float(chdtri(count, further * share)))
+            for title, count, share in wanted
+        }
 
     def penalty(self, items: Sequence[Item], alone: bool = False) -> float:
         """What a set must gain in chi-square; with each of its causes counted as if it were `alone`."""
@@ -191,11 +189,8 @@ class Search:
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
-        size = len(best.items)
-        score = self.score(best)
-        close = [
-            fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
-        ]
+        size, bar = len(best.items), self.score(best) + within
+        close = [fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < bar]
         every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
         every.pop(best.key, None)
         return sorted(every.values(), key=self.score)
