@@ -26,7 +26,6 @@ from warmlink.orchestration.scenarios.entries import Names, Text
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import Roles, Setup
-from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
@@ -47,8 +46,6 @@ Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
 @dataclass(frozen=True, kw_only=True)
 class RolesTable:
     """Roles in a system: the inputs that the duty cycle drives, the score, and the controllers' instances."""
-
-    __pydantic_config__ = TABLE
 
     score: Annotated[str, Scored]
     uncompensated: Annotated[str | None, Scored] = None

@@ -10,7 +10,6 @@ from warmlink.controllers.interface import SENSED
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.scenarios.entries import Names, Quantity
 from warmlink.orchestration.scenarios.expression import Expression
-from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 
@@ -37,8 +36,6 @@ class Roles:
 @dataclass(frozen=True)
 class Sensors:
     """Thermometers that controllers use: noise (1 sigma), and which; None: as the system has them."""
-
-    __pydantic_config__ = TABLE
 
     noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
     used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
