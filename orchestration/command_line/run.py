@@ -62,8 +62,8 @@ def run(
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import series_writers
-    from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.scenarios.scenario import changed
+    from warmlink.orchestration.scenarios.setup import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
     given = arguments.values_given(parameters, set_)

@@ -16,7 +16,6 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
-from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.scenarios.entries import Entry
 from warmlink.orchestration.text_files import read_toml, shortened, shown
 
@@ -37,14 +36,8 @@ def read_table(kind: type[Table], given: Any, name: str) -> Table:
     InputError is raised if an entry is missing, unknown or wrong; the sentence says where, with the name of
     the file, its value, and the remedy.
     """
-    asked = f"{kind.__module__}.{kind.__qualname__}", given
-    return remembered("tables", asked, lambda: read_entry(kind, given, name))
-
-
-def read_entry(kind: Any, given: Any, name: str) -> Any:
-    """Read what an annotation stands for; raises as `read_table`."""
     faults: Faults = []
-    read = _read(kind, given, (name,), faults)
+    read: Table = _read(kind, given, (name,), faults)
     if faults:
         # An unknown entry is reported before a missing one: it is often the missing one, misspelt.
         raise InputError(min(faults, key=lambda fault: fault[0])[1])

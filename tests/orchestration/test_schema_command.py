@@ -17,7 +17,7 @@ from warmlink.orchestration.closed_loop import load
 from warmlink.orchestration.command_line.init import kinds, schema
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.written import MEANINGS, json_schema, read_entry, read_table
+from warmlink.orchestration.scenarios.written import MEANINGS, json_schema, read_table
 from warmlink.orchestration.studies import study
 from warmlink.orchestration.text_files import read_toml
 
@@ -89,7 +89,7 @@ def test_every_entry_says_what_it_means_with_an_example_that_is_taken(kind: str)
         for key, shape in table["properties"].items():
             assert shape.get("title"), f"{name}.{key}: say in schemas/meanings.toml what it means"
             for example in shape.get("examples", ()):
-                read_entry(hints.get(key) or hints["giver"], example, key)
+                read_table(hints.get(key) or hints["giver"], example, key)
 
 
 def test_every_meaning_is_of_an_entry_that_there_is() -> None:
