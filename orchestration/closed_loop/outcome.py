@@ -21,7 +21,7 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
-from warmlink.orchestration.master.error_budget import attempted, coupling_error
+from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
@@ -280,11 +280,6 @@ def run(
     )
     with progress_bar(asked.title) as progress:
         return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress)
-
-
-def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
-    """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
-    return _largest_um(coupling_error(result, fine, order, setup.roles.plant))
 
 
 def _largest_um(bounds: Mapping[str, float]) -> float | None:

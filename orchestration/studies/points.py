@@ -212,7 +212,7 @@ def sweep(study: Study, points: list[Point], workers: Workers, progress: Progres
 def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
     """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with at_work(study.scenarios, means, out) as work:
+    with at_work(study.scenarios, study.mismatches, means, out) as work:
         with progress_bar(study.title) as progress:
             found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
         yield Searched(study, found)

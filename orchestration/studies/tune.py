@@ -163,7 +163,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(study.scenarios, means, out) as work:
+    with at_work(study.scenarios, study.mismatches, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(

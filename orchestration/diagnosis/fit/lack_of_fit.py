@@ -66,9 +66,7 @@ def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
     return min(1.0, 2 * min(chance(slow), len(widths) * single))
 
 
-def estimated_noise(
-    problem: Problem, fit: Fit | None, floors: list[float], liked: float = LIKED
-) -> list[NoiseModel]:
+def estimated_noise(problem: Problem, fit: Fit | None, liked: float = LIKED) -> list[NoiseModel]:
     """Noise model of each channel from residuals without slow courses.
 
     Parameters
@@ -76,17 +74,13 @@ def estimated_noise(
     problem : the data
     fit : the model whose residuals serve; None before any model: then everything that a candidate may
         explain is taken out as well
-    floors : least standard deviation by channel, in SI
     liked : see `estimate`
     """
-    predicted = []
-    for run in range(len(problem.data)):
-        freed, theta = (fit.freed, fit.theta) if fit else ((), np.zeros(0))
-        predicted.append(problem.predict(run, problem.values(run, freed, theta)))
+    at = problem.values_by_run(fit.freed, fit.theta) if fit else problem.neutral
+    predicted = [problem.predict(run, z) for run, z in enumerate(at)]
     spectra = []
-    for channel in range(len(problem.variables)):
-        samples, raw = [], [np.zeros(0)]
-        least = floors[channel]
+    for channel, floor in enumerate(problem.floors.tolist()):
+        samples, raw, least = [], [np.zeros(0)], floor
         for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
             rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
             residual = data.readings[rows, channel] - values[rows, channel]

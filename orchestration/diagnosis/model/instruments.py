@@ -17,7 +17,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, held_row
+from warmlink.orchestration.diagnosis.model.simulation import Simulation
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -87,22 +87,15 @@ class Readings:
     outputs : outputs that were read, in the order of the equations
     slots : variables of instruments that may be freed; they follow the equations' own
     times : s, rising, shape (times,)
-    ambient : times in s and logged temperatures of the surroundings in K, each held until the next
     """
 
     def __init__(
-        self,
-        forward: Simulation,
-        outputs: Sequence[str],
-        slots: Sequence[str],
-        times: Array,
-        ambient: tuple[Array, Array],
+        self, forward: Simulation, outputs: Sequence[str], slots: Sequence[str], times: Array
     ) -> None:
         self.forward, self.times = forward, times
         self._outputs = outputs
         self._slots = {name: i for i, name in enumerate(slots)}
         self._inner = len(forward.slots)
-        self._ambient = ambient
         rig = forward.rig
         self._channels = [channel_of(rig, output) for output in outputs]
         self._clocks = [(f"{CLOCK}:{logger_of(rig, each)}", f"{CLOCK}:{each}") for each in outputs]
@@ -150,9 +143,7 @@ class Readings:
     def _read(self, faults: Mapping[str, float], joined: Array, slope: Array, times: Array) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
         stem, lag, scale = faults["stem_conduction"], faults["lag"], faults["scale"]
-        rows, logged = self._ambient
-        ambient = logged[held_row(rows, times)]
-        current = self.forward.current(times)
+        ambient, current = self.forward.ambient(times), self.forward.current(times)
         by_stem = ambient - joined[:, 0]
         joined = (1 - stem) * joined
         joined[:, 0] += stem * ambient

@@ -128,7 +128,7 @@ def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(f
     simulated = loop.Loop(
         found.experiment.rig, (), found.variables, run, {}, None, lambda: (nothing, nothing)
     )
-    simulated.linearise(nothing)
+    simulated.refine(nothing)
     assert simulated(nothing, run.time).by_slot.shape == (run.time.size, len(found.variables), 0)
 
 

@@ -17,7 +17,7 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies import processes
 from warmlink.orchestration.studies import workers as runs
-from warmlink.orchestration.studies.case import Case, case_of
+from warmlink.orchestration.studies.case import Case, case_of, figures
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -27,6 +27,7 @@ from warmlink.orchestration.studies.workers import (
     joined_outcomes,
     joined_systems,
     side_by_side,
+    tried,
 )
 
 LAWS = {"lag": "LagCompensator", "none": "NoCompensator"}
@@ -168,14 +169,45 @@ def test_a_system_that_differs_from_its_fmus_is_refused(
 ) -> None:
     said: list[str] = []
     law = LAWS["lag"]
-    duty = scenario(folder)
-    assert agreeing([duty], fmus, {law: rollouts[law]}, said.append) == {law: rollouts[law]}
+    duty, nominal = scenario(folder), [mismatch.load("nominal")]
+    assert agreeing([duty], nominal, fmus, {law: rollouts[law]}, said.append) == {law: rollouts[law]}
     assert "figures differ by at most" in said[0]
-    assert "the coupling error is" in said[0]
+    assert "the coupling error is up to" in said[0]
     other = {law: rollouts[LAWS["none"]]}
-    assert agreeing([duty], fmus, other, said.append) == {}
+    assert agreeing([duty], nominal, fmus, other, said.append) == {}
     assert "more than the coupling error" in said[1]
     assert "it runs on its FMUs" in said[1]
+
+
+def test_what_is_tried_is_where_the_growth_turns_most_sharply(
+    folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
+) -> None:
+    def coupling(duties: list[str], names: list[str]) -> float:
+        scenarios = [scenario(folder, "lag", duty) for duty in duties]
+        changes = [mismatch.load(name) for name in names]
+        ((_, found),) = tried(scenarios, changes, fmus, {LAWS["lag"]: rollouts[LAWS["lag"]]}).values()
+        return found
+
+    names = ["nominal", "thermal_high", "insulated"]
+    each = [coupling([duty], [name]) for duty in ("work", "pause") for name in names]
+    assert coupling(["work", "pause"], names) == max(each)
+    assert max(each) > 2 * each[0]
+
+
+def test_the_coupling_error_counts_what_a_controller_makes_of_it(
+    folder: Path, rollouts: dict[str, Rollout]
+) -> None:
+    """As where a thermometer rounds the growth's small error to a step of its readings."""
+    case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
+    coarse, fine = (runs._results([case], rollouts[case.law], parts)[0] for parts in (1, 2))
+    assert coarse is not None
+    assert fine is not None
+    rounded = fine.table.values.copy()
+    rounded[:, fine.table.names.index("compensator.correction")] += 1e-6
+    moved = replace(fine, table=fine.table.holding(rounded))
+    same, more = (figures(case, coarse, each).coupling_um or 0.0 for each in (fine, moved))
+    assert same < 0.1
+    assert more == pytest.approx(3.0, abs=0.1)
 
 
 def test_what_cannot_be_joined_runs_on_fmus(folder: Path) -> None:
