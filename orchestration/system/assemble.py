@@ -13,7 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
-from warmlink.orchestration.system.check import checked_value, variable_of
+from warmlink.orchestration.system.check import checked_values, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
     CONNECTOR_KINDS,
@@ -35,12 +35,7 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
     Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
     or a value does not fit.
     """
-    info = read_description(fmu)
-    checked = {
-        key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
-        for key, value in (values or {}).items()
-    }
-    return Component(name, fmu, values=checked)
+    return Component(name, fmu, values=checked_values(read_description(fmu), values or {}, name))
 
 
 def assemble(
@@ -95,9 +90,7 @@ def check_system(system: System) -> None:
     for name, held in system.components.items():
         if name != held.name:
             raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
-        info = read_description(held.fmu)
-        for key, value in held.values.items():
-            checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
+        checked_values(read_description(held.fmu), held.values, name)
     for link, found in zip(system.connections, _resolved(system), strict=True):
         if found != link:
             raise InputError(

@@ -18,7 +18,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.scenarios.own_system import DRIVER
+from warmlink.orchestration.scenarios.setup import DRIVER
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 

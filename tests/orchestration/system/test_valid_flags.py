@@ -19,7 +19,7 @@ from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.own_system import is_ours
+from warmlink.orchestration.scenarios.setup import is_ours
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
