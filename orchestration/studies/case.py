@@ -22,7 +22,6 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
-from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.model import Value
 
 WARM_UP_GRID_S = 60.0
@@ -218,8 +217,6 @@ GATHERINGS = ("worst", "mean", "cvar")
 class Gathered:
     """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
 
-    __pydantic_config__ = TABLE
-
     metric: Annotated[str, OneOf(tuple(METRICS))] = "max_abs_um"
     over: Annotated[str, OneOf(GATHERINGS)] = "worst"
     level: Annotated[float, Number("share", above=0, at_most=1)] = 0.2
@@ -249,8 +246,6 @@ class Gathered:
 @dataclass(frozen=True)
 class Constraint(Gathered):
     """A figure that must not exceed a bound, which is in the metric's unit."""
-
-    __pydantic_config__ = TABLE
 
     at_most: Annotated[float, Number("bound")] = field(kw_only=True)
 

@@ -15,8 +15,7 @@ import numpy as np
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import whole_file
 from warmlink.fmus.packaging.cache import cache_folder, remembered, used
-from warmlink.fmus.packaging.native.lanes import processor
-from warmlink.fmus.packaging.native.library import loaded, made_here
+from warmlink.fmus.packaging.native.library import loaded, made_here, processor
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.files import FULL_DISK

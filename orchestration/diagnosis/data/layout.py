@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.scenarios.entries import converter, heading
 from warmlink.orchestration.system.units import Conversion, parse_unit
 from warmlink.orchestration.text_files import shown
 

@@ -61,6 +61,11 @@ class Sheet:
         """A cell as a sentence shows it."""
         return shown(str(self.cells[column].iloc[row]))
 
+    def refuse(self, rows: NDArray[np.intp], column: int, sentence: str) -> None:
+        """Raise InputError at the first of some rows, where there are any; `{}` stands for its cell."""
+        for row in rows[:1].tolist():
+            raise InputError(f"{self.at(row, column)}: {sentence.replace('{}', self.cell(row, column))}")
+
     def taken_for_missing(self, rows: NDArray[np.intp], column: int) -> str:
         """Say which cells are taken for missing values."""
         row, more = int(rows[0]), f", as are {rows.size - 1} more in this column" if rows.size > 1 else ""

@@ -17,7 +17,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import owner_of
-from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, halved
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
@@ -47,11 +47,6 @@ class Driven(NamedTuple):
         """The same with half of each step."""
         signals = {name: np.repeat(signal, 2)[:-1] for name, signal in self.signals.items()}
         return self._replace(signals=signals, time=halved(self.time))
-
-
-def halved(time: Array) -> Array:
-    """Times with another one in the middle of each step."""
-    return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)
 
 
 def courses(runs: Sequence[Driven]) -> list[Array]:
