@@ -22,7 +22,7 @@ from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantit
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
@@ -43,8 +43,6 @@ Point = Mapping[str, float]
 @dataclass(frozen=True)
 class AxisTable:
     """Between which bounds a start value is varied, or among which values."""
-
-    __pydantic_config__ = TABLE
 
     min: Annotated[str | float | None, Value()] = None
     max: Annotated[str | float | None, Value()] = None
@@ -144,8 +142,6 @@ def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], 
 class TuneSettings:
     """How to tune: `batch` trials are chosen at a time, whatever the number of workers."""
 
-    __pydantic_config__ = TABLE
-
     trials: Annotated[int, Whole(1, MOST_POINTS)] = 60
     batch: Annotated[int, Whole(1, MOST_IN_A_BATCH)] = 8
     sampler: Annotated[str, OneOf(SAMPLERS)] = "tpe"
@@ -160,8 +156,6 @@ class TuneSettings:
 class SweepSettings:
     """What to sweep: so many values for each axis of a grid, so many points in all of a hypercube."""
 
-    __pydantic_config__ = TABLE
-
     kind: Annotated[str, OneOf(SWEEPS)] = "grid"
     points: Annotated[int, Whole(1, MOST_POINTS)] = 5
 
@@ -169,8 +163,6 @@ class SweepSettings:
 @dataclass(frozen=True)
 class StudyFile:
     """A study: what is varied, over which runs, and what is asked of them."""
-
-    __pydantic_config__ = TABLE
 
     controller: Annotated[str, Text("lag")]
     duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]
@@ -205,8 +197,7 @@ class Study:
     mismatches: tuple[Mismatch, ...]
     seed: int
     axes: tuple[Axis, ...]
-    objective: Gathered
-    second: Gathered | None
+    objectives: tuple[Gathered, ...]
     constraints: tuple[Constraint, ...]
     tune: TuneSettings
     sweep: SweepSettings
@@ -221,6 +212,11 @@ class Study:
             for duty in self.scenarios
             for mismatch in self.mismatches
         ]
+
+    @property
+    def objective(self) -> Gathered:
+        """The first one."""
+        return self.objectives[0]
 
     @property
     def runs(self) -> list[tuple[str, str]]:
@@ -253,13 +249,12 @@ class Study:
         facts = {
             "cases": [case.digest for case in self.cases({}, "")],
             "axes": [asdict(axis) for axis in self.axes],
-            "objective": asdict(self.objective),
             "constraints": [asdict(constraint) for constraint in self.constraints],
             "seed": self.seed,
             "batch": self.tune.batch,
             "sampler": self.tune.sampler,
             "fmus": fmus,
-            **({} if self.second is None else {"second": asdict(self.second)}),
+            **{k: asdict(v) for k, v in zip(("objective", "second"), self.objectives, strict=False)},
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:12]
 
@@ -295,8 +290,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
         axes=tuple(read_axis(key, table, declared, name) for key, table in file.parameters.items()),
-        objective=file.objective,
-        second=file.second_objective,
+        objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,
         sweep=file.sweep,

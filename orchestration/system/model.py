@@ -42,21 +42,21 @@ TYPES: dict[str, ConnectorType] = {
 
 @dataclass(frozen=True)
 class Connector:
-    """A variable of a component as the system sees it; `unit` is None where the SSP gives none."""
+    """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
 
-    name: str
     kind: ConnectorKind
-    type: ConnectorType = "Real"
-    unit: str | None = None
+    type: str | None = None
+    unit: Unit | None = None
+    sizes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU in the system: its file, its connectors, and start values in its variables' own units."""
+    """One FMU in the system: its file, connectors by name, start values in its variables' own units."""
 
     name: str
     fmu: Path
-    connectors: tuple[Connector, ...] = ()
+    connectors: Mapping[str, Connector] = field(default_factory=dict)
     values: dict[str, Value] = field(default_factory=dict)
 
 
@@ -106,15 +106,13 @@ class DefaultExperiment:
 class System(Answer):
     """Components by name, in the order given, and the connections between them.
 
-    `units` are those of connectors that no FMU of the system defines; `remarks` are sentences on what the
-    standard lets a reader pass over.
+    The `remarks` are sentences on what the standard lets a reader pass over.
     """
 
     name: str
     components: dict[str, Component]
     connections: tuple[Connection, ...] = ()
     default_experiment: DefaultExperiment = DefaultExperiment()
-    units: dict[str, Unit] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
     def summary(self) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.scenarios.entries import converter, heading
 from warmlink.orchestration.system.units import Conversion, parse_unit
 from warmlink.orchestration.text_files import shown
 

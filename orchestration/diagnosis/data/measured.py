@@ -42,6 +42,7 @@ class Run:
     inputs : signal held until the next row by input, shape (n,); NaN where the pad is off
     readings : measured values by output, shape (n,); NaN where there is none
     covariates : columns that only a cause may use, by the input that it would feed
+    scatter : 1 sigma by which each row of an input is off by itself, as a thermometer's reading is
     labels, known : what the experiment says of this run
     heldout : whether it is kept from fitting and choosing
     fit_until : s; rows from here on are held out
@@ -57,6 +58,7 @@ class Run:
     inputs: Mapping[str, Array]
     readings: Mapping[str, Array]
     covariates: Mapping[str, Array] = field(default_factory=dict)
+    scatter: Mapping[str, float] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     heldout: bool = False

@@ -18,7 +18,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
-from warmlink.orchestration.scenarios.own_system import blueprint_of
+from warmlink.orchestration.scenarios.setup import blueprint_of
 from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description

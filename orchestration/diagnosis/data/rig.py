@@ -5,7 +5,7 @@ A rig is derived from a system's wires. The names in it are those of the SSP: in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -18,7 +18,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.scenarios.own_system import DRIVER
+from warmlink.orchestration.scenarios.setup import DRIVER
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
@@ -250,9 +250,10 @@ class Rig:
         """Name of a variable's column in a bare CSV file; its own where there is none."""
         return next((column for column, named in self.columns.items() if named == variable), variable)
 
-    def fed_with(self, name: str) -> tuple[str, ...]:
-        """Inputs that a signal for this input feeds, itself among them."""
-        return next((group for group in self.shared.values() if name in group), (name,))
+    def fed_with(self, name: str, given: Collection[str] = ()) -> tuple[str, ...]:
+        """Inputs that a signal for this input feeds, itself among them; not others that are `given` apart."""
+        group = next((group for group in self.shared.values() if name in group), (name,))
+        return tuple(each for each in group if each == name or each not in given)
 
 
 @cache

@@ -80,7 +80,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     quanta = np.array([quantum(column) for column in table.T])
     for column, step in zip(table.T, quanta, strict=True):
         column[spike_rows(column, step)] = np.nan
-    scatter = np.array([_noise(column) for column in table.T])
+    scatter = np.array([row_noise(column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
@@ -155,7 +155,7 @@ def spike_rows(values: Array, step: float) -> Rows:
     middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
     first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
     away = np.abs(filled - np.concatenate([first, middle, last]))
-    limit = max(SPIKE * max(_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
+    limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
     inner = np.flatnonzero(away[half:-half] > limit)
     near = windows[inner]
     slope = np.median(np.diff(near, axis=1), axis=1)
@@ -175,7 +175,7 @@ def _line(values: Array) -> Array:
     return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
 
 
-def _noise(values: Array) -> float:
+def row_noise(values: Array) -> float:
     """White noise of a slow signal from its second differences, whose variance is six times as large."""
     filled = values[np.isfinite(values)]
     if filled.size <= 3:

@@ -137,7 +137,10 @@ def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Seq
 
 
 class Fitter:
-    """Fits models to a problem under a noise model of each channel, and what wanders beside its log."""
+    """Fits models to a problem under a noise model of each channel, and what wanders beside its log.
+
+    What the scatter of logged inputs does to the readings counts as noise as well.
+    """
 
     def __init__(
         self,
@@ -150,18 +153,23 @@ class Fitter:
         self.wander, self.responses = wander, responses
         self.rows: list[list[NDArray[np.int64]]] = []
         self._whiteners: list[list[Whitener]] = []
-        self._smoothing: list[Smoothing] = []
+        self._smoothing: list[list[Smoothing]] = [[] for _ in problem.data]
         for run, data in enumerate(problem.data):
             here = problem.noise_in(run, self.noise)
             rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
             self.rows.append(rows)
             self._whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
+        self._count_as_noise(problem.scattered)
         if responses is not None and not wander.still:
-            white = [self.whiten(i, self.by_channel(i, c)) for i, c in enumerate(responses.columns)]
-            self._smoothing = [
-                Smoothing(np.concatenate(each) @ responses.root(i, wander)) for i, each in enumerate(white)
-            ]
+            self._count_as_noise([c @ responses.root(i, wander) for i, c in enumerate(responses.columns)])
+
+    def _count_as_noise(self, columns: Sequence[Array]) -> None:
+        """Whiten for courses of unit variance too, by their columns in each run's readings."""
+        for run, each in enumerate(columns):
+            if each.shape[2]:
+                white = np.concatenate(self.whiten(run, self.by_channel(run, each)))
+                self._smoothing[run].append(Smoothing(white))
 
     def by_channel(self, run: int, table: Array) -> list[Array]:
         """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""
@@ -170,10 +178,13 @@ class Fitter:
     def whiten(self, run: int, channels: Sequence[Array]) -> list[Array]:
         """Whiten columns of a run, given and returned by channel, shape (rows, columns) each."""
         white = [whiten(each) for whiten, each in zip(self._whiteners[run], channels, strict=True)]
-        if not self._smoothing:
+        if not self._smoothing[run]:
             return white
         ends = np.cumsum([each.shape[0] for each in white])
-        return np.split(self._smoothing[run](np.concatenate(white)), ends[:-1])
+        joined = np.concatenate(white)
+        for smoothing in self._smoothing[run]:
+            joined = smoothing(joined)
+        return np.split(joined, ends[:-1])
 
     def whitened(self, freed: Sequence[Freed], theta: Array) -> list[list[Array]]:
         """Whitened residual, beside it the derivatives by slot, by run and channel."""

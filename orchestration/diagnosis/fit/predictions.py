@@ -10,6 +10,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
@@ -17,8 +18,11 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, initial_values
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+
+_SPACING, _MOST_NODES = 120.0, 120
+"""s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -138,6 +142,27 @@ class Predictions:
         return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
 
     @cached_property
+    def scattered(self) -> tuple[Array, ...]:
+        """What the scatter of logged inputs does to each run's readings, shape (rows, outputs, columns).
+
+        Columns are independent, 1 sigma each. The scatter is replaced by a broken line, whose values at the
+        nodes are independent and have its power at the low frequencies, to which alone heat responds.
+        """
+        return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
+
+    def _scattered(self, i: int, run: Run) -> Array:
+        if not run.scatter:
+            return np.zeros((self.data[i].time.size, len(self.variables), 0))
+        span = float(run.time[-1])
+        count = int(np.clip(span / _SPACING, 2, _MOST_NODES))
+        slots = [(self.slots.index(f"{OFFSET}:{name}"),) for name in run.scatter]
+        courses = Courses(tuple(slots), np.linspace(0.0, span, count + 1))
+        # White rows have the power of so many rows of equal length.
+        rows = span**2 / float(np.sum(np.diff(run.time) ** 2))
+        sizes = np.array([*run.scatter.values()]) * np.sqrt(count / rows)
+        return self.responses(i, self.neutral[i], courses) * np.repeat(sizes, count + 1)
+
+    @cached_property
     def neutral(self) -> tuple[Array, ...]:
         """Slots of each run where nothing is fitted."""
         outer = np.array([neutral(name) for name in self._outer])
@@ -163,7 +188,8 @@ class Predictions:
                 coarser = grid if isinstance(grid, Loop) else None
                 bounds = self._bounds if derivatives else None
                 return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
-            compiled = equations(rig, cells, self._inner, self.variables, derivatives)
+            apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
+            compiled = equations(rig, cells, self._inner, self.variables, derivatives, apart)
             assert isinstance(grid, Resolution | Forward)
             return Forward(compiled, run, known, grid)
 

@@ -213,6 +213,7 @@ class Problem(Predictions):
         for cause, _, variables in self._offered:
             (inner if cause.kind in _INNER else outer).extend(variables)
         inner += (slot for slots in experiment.rig.wandering.values() for slot in slots)
+        inner += (f"{OFFSET}:{name}" for run in experiment.runs for name in run.scatter)
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:

@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, halved
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, given_inputs, halved
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
@@ -52,6 +52,7 @@ class Loop(Simulation):
         bounds: Bounds | None,
     ) -> None:
         super().__init__(rig, slots, run, known)
+        self._given = given_inputs(rig, run, known)
         self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
         self._system = _needed(rig, outputs)
         units = [unit_of(self._system, name) for name in outputs]
@@ -153,7 +154,7 @@ class Loop(Simulation):
             if kind not in (SCALE, OFFSET):
                 signals[slot] = value
                 continue
-            for name in logged.intersection(self.rig.fed_with(fed)):
+            for name in logged.intersection(self.rig.fed_with(fed, self._given)):
                 signals[name] = signals[name] * value if kind == SCALE else signals[name] + value
         starts = {name: float(signal[0]) for name, signal in signals.items()}
         driven = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,22 +106,26 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
     begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
     table = np.repeat(begun[:, None], run.time.size, axis=1)
     index = {name: i for i, name in enumerate(rig.externals)}
-    given_here = {*run.inputs, *(name for name in known if name in index)}
+    given_here = given_inputs(rig, run, known)
     for name in index.keys() & known.keys():
         table[index[name]] = known[name]
     # A covariate is named without its instance.
     covariates = [(n, s) for c, s in run.covariates.items() for n in index if c in (n, n.rpartition(".")[2])]
     for name, signal in [*run.inputs.items(), *covariates]:
-        for target in rig.fed_with(name):
-            if target == name or target not in given_here:
-                table[index[target]] = signal
+        for target in rig.fed_with(name, given_here):
+            table[index[target]] = signal
     for motor in rig.called("motor"):
         if f"{motor}.pad_temperature" in index:
             _switch_pad(motor, table, index, given_here)
     return table
 
 
-def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
+def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[str]:
+    """Inputs with a column or a known value of their own."""
+    return frozenset(run.inputs) | known.keys() & set(rig.externals)
+
+
+def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: Collection[str]) -> None:
     """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
     pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
     temperature = table[index[pad]]

@@ -13,8 +13,8 @@ from urllib.parse import unquote, urlsplit
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import archive, xml
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, DefaultExperiment
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Element, Net, Node, Path
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment
+from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
     parameter_set,
@@ -118,7 +118,7 @@ class _Document:
             self.other_system(source, kind, connectors, at)
         self.reader.bindings += bindings
 
-    def other_system(self, source: str, kind: str, shown: dict[str, DeclaredConnector], at: Path) -> None:
+    def other_system(self, source: str, kind: str, shown: dict[str, Connector], at: Path) -> None:
         where = self.where(at)
         address, _, fragment = source.partition("#")
         if not address:
@@ -134,8 +134,8 @@ class _Document:
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")
 
-    def connectors(self, element: Any, at: Path) -> dict[str, DeclaredConnector]:
-        found: dict[str, DeclaredConnector] = {}
+    def connectors(self, element: Any, at: Path) -> dict[str, Connector]:
+        found: dict[str, Connector] = {}
         for child in _items(element, "Connectors", "Connector"):
             name = xml.required(child, "name", self.where(at))
             where = str(Node(at, name))
@@ -154,7 +154,7 @@ class _Document:
             )
             named = typed[0].get("unit") if typed else None
             unit = self.units.get(named, Unit(named)) if named else None
-            found[name] = DeclaredConnector(known, xml.local(typed[0]) if typed else None, unit, sizes)
+            found[name] = Connector(known, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
     def connection(self, element: Any, at: Path) -> Edge:

@@ -174,7 +174,7 @@ def test_a_part_that_nobody_knows_is_simulated_in_a_loop(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, _: "Link" not in fmu.name
+        "warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, _: "Link" not in fmu.name
     )
     found = Problem(said(folder, CALIBRATED))
     rig = found.experiment.rig
