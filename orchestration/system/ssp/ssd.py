@@ -142,8 +142,7 @@ class _Document:
             if name in found:
                 raise InputError(f"{where}: is declared twice; connectors of one element differ in name")
             kind = xml.required(child, "kind", where)
-            known = next((k for k in CONNECTOR_KINDS if k == kind), None)
-            if known is None:
+            if kind not in CONNECTOR_KINDS:
                 raise InputError(f"{where}: connectors of kind {kind} are not supported; use input or output")
             untyped = ("ConnectorGeometry", "Dimension", "Annotations", "MetaData")
             typed = [each for each in child if xml.local(each) not in untyped]
@@ -154,7 +153,7 @@ class _Document:
             )
             named = typed[0].get("unit") if typed else None
             unit = self.units.get(named, Unit(named)) if named else None
-            found[name] = Connector(known, xml.local(typed[0]) if typed else None, unit, sizes)
+            found[name] = Connector(kind, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
     def connection(self, element: Any, at: Path) -> Edge:
