@@ -233,8 +233,14 @@ class Gathered:
 
     def value(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """The figure for the runs of one point; NaN where one of them gave none."""
-        figure = METRICS[self.metric]
-        return gather([figure(o, c) for o, c in zip(outcomes, cases, strict=True)], self.over, self.level)
+        return gather(self._each(outcomes, cases), self.over, self.level)
+
+    def smooth(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
+        """Figures without a kink where another run becomes the worst, the largest of which is the value."""
+        return self._each(outcomes, cases) if self.over == "worst" else [self.value(outcomes, cases)]
+
+    def _each(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
+        return [METRICS[self.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -48,7 +47,6 @@ class Storage:
     def __init__(self, study: Study, fmus: str, url: str) -> None:
         import optuna
 
-        self._of = study
         self.name = f"{study.name}-{study.digest(fmus)}"
         self.place = shown_place(url)
         self._distributions = _distributions(study)
@@ -77,9 +75,8 @@ class Storage:
         found = []
         for trial in trials:
             point = {name: float(value) for name, value in trial.params.items()}
-            objective, *second = trial.values or [math.nan]
             excess, reason = tuple(trial.user_attrs.get(EXCESS) or ()), trial.user_attrs.get(REASON)
-            found.append(Judged(trial.number, point, objective, excess, reason, (), *second))
+            found.append(Judged(trial.number, point, tuple(trial.values or ()), excess, reason))
         return found
 
     def add(self, judged: Judged) -> None:
@@ -89,8 +86,8 @@ class Storage:
 
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
-            values=_told(judged) if judged.reason is None else None,
-            params=_internal(judged.point, self._of),
+            values=list(judged.objectives) or None,
+            params=dict(judged.point),
             distributions=dict(self._distributions),
             user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
         )
@@ -119,7 +116,7 @@ class Chooser:
         self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
         self._asked: list[optuna.trial.Trial] = []
         for point in first:
-            self._optuna.enqueue_trial(_internal(point, study))
+            self._optuna.enqueue_trial(dict(point))
 
     def ask(self, count: int) -> list[Point]:
         """Choose the next points."""
@@ -140,7 +137,7 @@ class Chooser:
             else:
                 asked.set_user_attr(EXCESS, list(trial.excess))
             if trial.reason is None:
-                self._optuna.tell(asked, _told(trial))
+                self._optuna.tell(asked, list(trial.objectives))
             else:
                 self._optuna.tell(asked, state=TrialState.FAIL)
         self._asked = []
@@ -206,20 +203,9 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
     return {axis.name: of(axis) for axis in study.axes}
 
 
-def _internal(point: Point, study: Study) -> dict[str, float]:
-    """A point's values as Optuna has them: whole numbers as such."""
-    whole = {axis.name for axis in study.axes if axis.integer and not axis.choice}
-    return {name: int(value) if name in whole else value for name, value in point.items()}
-
-
 def _directions(study: Study) -> list[Literal["minimize"]]:
     """That each objective is to be small."""
-    return ["minimize"] * (1 if study.second is None else 2)
-
-
-def _told(judged: Judged) -> list[float]:
-    """The objectives as Optuna hears them."""
-    return [each for each in (judged.objective, judged.second) if each is not None]
+    return ["minimize"] * len(study.objectives)
 
 
 def default_url(folder: Path) -> str:

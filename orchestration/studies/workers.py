@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -109,12 +109,8 @@ def _written(folder: Path, contents: tuple[tuple[str, bytes], ...]) -> dict[str,
 
 def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
     """Run cases in this process: side by side where they have a joined system, else one by one on FMUs."""
-    outcomes: dict[int, Outcome | None] = {}
-    for places in side_by_side(cases, fmus):
-        mine = [cases[place] for place in places]
-        if lane_of(mine[0], fmus.rollouts) is not None:
-            outcomes |= zip(places, joined_outcomes(mine, fmus.rollouts[mine[0].law]), strict=True)
-    return [outcomes.get(place) or attempt(case, fmus) for place, case in enumerate(cases)]
+    joined = joined_outcomes(cases, fmus.rollouts)
+    return [joined.get(place) or attempt(case, fmus) for place, case in enumerate(cases)]
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
@@ -132,27 +128,28 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
         return failed(f"{type(fault).__name__}: {fault}")
 
 
-def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
+def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list[list[int]]:
     """Places of the cases in shares that run together, longest run first: one on FMUs, several where joined.
 
     Longest first, so that no worker begins a long one when the others end.
     """
-    shares: list[list[int]] = []
-    open_share: dict[object, list[int]] = {}
-    for place in sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i)):
-        lane = lane_of(cases[place], fmus.rollouts)
-        if lane not in open_share:
-            open_share[lane] = []
-            shares.append(open_share[lane])
-        open_share[lane].append(place)
-        if lane is None or len(open_share[lane]) == fmus.rollouts[cases[place].law].lanes:
-            del open_share[lane]
-    return shares
+
+    def rank(place: int) -> tuple[float, int]:
+        return -cases[place].hours, place
+
+    alike: dict[object, list[int]] = {}
+    for place in sorted(range(len(cases)), key=rank):
+        alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
+    shares = []
+    for lane, places in alike.items():
+        most = 1 if isinstance(lane, int) else rollouts[cases[places[0]].law].lanes
+        shares += [places[first : first + most] for first in range(0, len(places), most)]
+    return sorted(shares, key=lambda share: rank(share[0]))
 
 
-def seconds(case: Case, fmus: FmuSet) -> float:
+def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
     """About how long a run takes."""
-    joined = lane_of(case, fmus.rollouts) is not None
+    joined = lane_of(case, rollouts) is not None
     return CASE_S + case.hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
 
 
@@ -166,26 +163,26 @@ def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] |
     return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
 
 
-def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
-    """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
-    coarse = _results(cases, rollout, 1)
-    fine = _results(cases, rollout, 2) if cases[0].with_budget else [None] * len(cases)
-    return [
-        None if mine is None else figures(case, mine, finer)
-        for case, mine, finer in zip(cases, coarse, fine, strict=True)
-    ]
+def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:
+    """Figures by place of the cases that have a joined system, where no FMU would have refused a value."""
+    return {place: figures(cases[place], *results) for place, *results in _joined(cases, rollouts)}
 
 
-def _results(cases: Sequence[Case], rollout: Rollout, parts: int) -> list[Result | None]:
-    """Results of cases side by side, in steps that are so many times as short."""
-    first = cases[0]
-    points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
-    values, well = rollout.run([case.values for case in cases], points.count, points.step_size)
-    names, units = rollout.recorded, dict.fromkeys(rollout.recorded)
-    return [
-        Result(Table(names, units, points, mine.T), "completed") if good else None
-        for mine, good in zip(values, well, strict=True)
-    ]
+def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[tuple[Any, ...]]:
+    """Place and result of each such case, and the result at half the step of one with a budget."""
+    for places in side_by_side(cases, rollouts):
+        first = cases[places[0]]
+        if lane_of(first, rollouts) is None:
+            continue
+        rollout, results = rollouts[first.law], []
+        for parts in (1, 2) if first.with_budget else (1,):
+            points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
+            given = [cases[place].values for place in places]
+            values, well = rollout.run(given, points.count, points.step_size)
+            units = dict.fromkeys(rollout.recorded)
+            tables = (Table(rollout.recorded, units, points, mine.T) for mine in values)
+            results.append([Result(table, "completed") for table in tables])
+        yield from (each for each, good in zip(zip(places, *results, strict=True), well, strict=True) if good)
 
 
 def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
@@ -263,25 +260,20 @@ def tried(
         for law, mine in _by_law(scenarios).items()
         if law in rollouts
     }
-    order = _sharpest_first(next(iter(runs.values())), fmus, rollouts) if runs else []
+    order = _sharpest_first(next(iter(runs.values())), rollouts) if runs else []
     return {
         law: _difference(mine[order[number % len(order)]], fmus, rollouts[law])
         for number, (law, mine) in enumerate(runs.items())
     }
 
 
-def _sharpest_first(runs: Sequence[Scenario], fmus: FmuSet, rollouts: Mapping[str, Rollout]) -> list[int]:
+def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -> list[int]:
     """Places of runs of one controller, that in which the growth's rate changes most in a step first."""
-    cases = [case_of(each, (each.name,)) for each in runs]
-    turns = [0.0] * len(cases)
-    for places in side_by_side(cases, replace(fmus, rollouts=rollouts)):
-        mine = [cases[place] for place in places]
-        if lane_of(mine[0], rollouts) is not None:
-            for place, found in zip(places, _results(mine, rollouts[mine[0].law], 1), strict=True):
-                if found is not None:
-                    growth = cases[place].setup.roles.uncompensated.value(found.__getitem__)
-                    turns[place] = float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
-    return sorted(range(len(cases)), key=lambda place: -turns[place])
+    cases, turns = [case_of(each, (each.name,)) for each in runs], dict[int, float]()
+    for place, result in _joined(cases, rollouts):
+        growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
+        turns[place] = float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
+    return sorted(range(len(cases)), key=lambda place: -turns.get(place, 0.0))
 
 
 def _difference(scenario: Scenario, fmus: FmuSet, rollout: Rollout) -> tuple[float, float]:
@@ -289,7 +281,7 @@ def _difference(scenario: Scenario, fmus: FmuSet, rollout: Rollout) -> tuple[flo
     case = case_of(scenario, (scenario.controller.name, scenario.name, "tried"), with_budget=True)
 
     def found() -> tuple[float, float]:
-        exact, (joined,) = attempt(case, fmus), joined_outcomes([case], rollout)
+        exact, joined = attempt(case, fmus), joined_outcomes([case], {case.law: rollout}).get(0)
         if joined is None or exact.coupling_um is None:
             return math.inf, 0.0
         differences = [abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]

@@ -132,9 +132,8 @@ class CausesFile:
 
     def __post_init__(self) -> None:
         names = [each.name for each in self.cause]
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"two causes are called {name}; rename one")
+        for name in (name for name in names if names.count(name) > 1):
+            raise InputError(f"two causes are called {name}; rename one")
 
     @property
     def paths(self) -> dict[str, AddsTable]:

@@ -62,13 +62,10 @@ def rig_of_own(own: Own, looped: bool = False) -> Rig:
     foreign: dict[str, Component] = {}
     values: dict[str, dict[str, Value]] = {}
     for name, part in own.system.components.items():
-        info, kind = read_description(part.fmu), blueprint.components[name]
+        info, kind, given = read_description(part.fmu), blueprint.components[name], part.values.items()
         if kind in blueprint.foreign:
             foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
-        values[name] = {
-            key: value if isinstance(value, str) else _to_si(info, key)(float(value))
-            for key, value in part.values.items()
-        }
+        values[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
     return Rig(blueprint, values=values, foreign=foreign, looped=looped, own=own)
 
 

@@ -152,13 +152,10 @@ class Rig:
     @cached_property
     def wandering(self) -> dict[str, tuple[str, ...]]:
         """Slots to which a room that wanders beside its log adds, and those to which heat adds, by signal."""
-        room, heat = (
-            [name for name in self.parameters if name.endswith(f".{parameter}")]
-            for parameter in ("ambient_offset", "standby_power")
-        )
-        for name in self.externals:
-            if self.part_of(name) in self.foreign and self.unit(name) == "K" and "ambient" in name:
-                room.append(f"{OFFSET}:{name}")
+        room = [name for name in self.parameters if name.endswith(".ambient_offset")]
+        heat = [name for name in self.parameters if name.endswith(".standby_power")]
+        logged = (name for name in self.externals if self.part_of(name) in self.foreign)
+        room += (f"{OFFSET}:{name}" for name in logged if self.unit(name) == "K" and "ambient" in name)
         return {signal: tuple(names) for signal, names in (("room", room), ("heat", heat)) if names}
 
     @cached_property
@@ -193,14 +190,13 @@ class Rig:
     @cached_property
     def driven_by(self) -> tuple[tuple[str, ...], ...]:
         """Inputs that every run should have, each with those that may stand in its place."""
-        found: list[tuple[str, ...]] = []
+        found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
             for names in _DEMANDS.get(self.blueprint.components[instance], "").split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
-                known = any(group[0] in self.fed_with(each[0]) for each in found)
-                if group[0] in self.externals and not known:
-                    found.append(group)
-        return tuple(found)
+                if group[0] in self.externals:
+                    found.setdefault(self.fed_with(group[0]), group)
+        return tuple(found.values())
 
     @cached_property
     def columns(self) -> dict[str, str]:
@@ -226,10 +222,9 @@ class Rig:
                 found[output] = instrument
         for link in self.called("link"):
             for name, element in AT_SENSOR.items():
-                ends = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
-                for one, other in (ends, ends[::-1]):
-                    if one in found:
-                        found.setdefault(other, found[one])
+                one, other = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
+                if seen := found.get(one) or found.get(other):
+                    found = {one: seen, other: seen, **found}
         return found
 
     def _seen_by(self, end: str) -> str:

@@ -107,16 +107,14 @@ def _means(time: Array, table: Array, starts: Rows, count: Rows, sparse: NDArray
     """
     full = np.isfinite(table)
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
-    rows = np.where(full, table, 0.0)
-    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
-    due = np.empty(filled.shape)
+    rows, due = np.where(full, table, 0.0), np.empty(filled.shape)
     for i, there in enumerate(full.T):
-        read = np.flatnonzero(there)
-        gaps = ~there & np.repeat(sparse, count)
-        if read.size:
-            rows[gaps, i] = np.interp(time[gaps], time[there], rows[there, i])
+        gaps = ~there & np.repeat(sparse, count) & there.any()
+        rows[gaps, i] = np.interp(time[gaps], time[there], rows[there, i]) if gaps.any() else 0.0
         # A logger may read an output less often than others.
-        due[:, i] = count / (float(np.median(np.diff(read))) if read.size > 1 else 1.0)
+        apart = np.diff(np.flatnonzero(there))
+        due[:, i] = count / (np.median(apart) if apart.size else 1.0)
+    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
     means = np.add.reduceat(rows, starts, axis=0) / counted
     return np.where(filled >= np.maximum(due / 2, 1), means, np.nan)
 

@@ -131,8 +131,8 @@ class Neighbours:
 
     def pairs(self) -> Iterable[tuple[int, ...]]:
         """The pairs that promise most."""
-        usable = [i for i in self.usable() if len(self.candidates[i].freed) == 1]
-        columns = self.columns_of(usable)
+        usable = [i for i in self.usable() if self.spans[i].stop - self.spans[i].start == 1]
+        columns = np.array([self.spans[i].start for i in usable], dtype=int)
         a, b = np.triu_indices(columns.size, 1)
         i, j = columns[a], columns[b]
         with np.errstate(divide="ignore", invalid="ignore"):

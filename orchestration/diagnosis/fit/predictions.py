@@ -118,19 +118,18 @@ class Predictions:
     @cached_property
     def floors(self) -> Array:
         """Least noise of each channel in SI: the forward model is no more exact than this."""
-        return np.array([self._floor(i, variable) for i, variable in enumerate(self.variables)])
-
-    def _floor(self, channel: int, variable: str) -> float:
-        unit = self.experiment.rig.unit(variable)
-        read = np.concatenate([data.readings[:, channel] for data in self.data])
-        return _FLOORS.get(unit) or max(_SHARE * float(np.nanmax(read) - np.nanmin(read)), _LEAST)
+        units = map(self.experiment.rig.unit, self.variables)
+        read = zip(units, np.concatenate([data.readings for data in self.data]).T, strict=True)
+        return np.array(
+            [_FLOORS.get(u) or max(_SHARE * (np.nanmax(r) - np.nanmin(r)), _LEAST) for u, r in read]
+        )
 
     def _means(self, readings: Sequence[Readings], run: int, z: Array) -> tuple[Array, Array]:
-        """Readings and derivatives as means over the blocks of rows that were averaged."""
         values, by_slot = readings[run](z)
         return self._mean(run, values), self._mean(run, by_slot)
 
     def _mean(self, run: int, each: Array) -> Array:
+        """Readings or derivatives as means over the blocks of rows that were averaged."""
         weight = self.data[run].weight
         if weight.shape[1] == 1:
             return each

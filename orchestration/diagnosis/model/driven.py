@@ -22,9 +22,9 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.isolation import without_main
 from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
-from warmlink.orchestration.studies.processes import without_main
 from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
 
 LOG = "measured log"

@@ -79,12 +79,7 @@ class Courses:
         """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
         if self is each_slot(by_slot.shape[1]):
             return by_slot
-        at = np.ones(1)
-        if self.nodes.size > 1:
-            k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
-            later = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
-            at = np.zeros(self.nodes.size)
-            at[k : k + 2] = 1 - later, later
+        at = [np.interp(time, self.nodes, hat) for hat in np.eye(self.nodes.size)]
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
 
@@ -204,25 +199,11 @@ def _inverse(matrix: Array) -> Array:
 
 
 class _System(ctypes.Structure):
-    """`System` of `integrator.c`."""
+    """`System` of `integrator.c`: eight sizes, and where eight tables are."""
 
     _fields_ = (
-        ("states", ctypes.c_int64),
-        ("columns", ctypes.c_int64),
-        ("inputs", ctypes.c_int64),
-        ("arguments", ctypes.c_int64),
-        ("results", ctypes.c_int64),
-        ("integers", ctypes.c_int64),
-        ("reals", ctypes.c_int64),
-        ("jacobian_rows", ctypes.c_void_p),
-        ("jacobian_columns", ctypes.c_void_p),
-        ("slot_rows", ctypes.c_void_p),
-        ("slot_columns", ctypes.c_void_p),
-        ("slots", ctypes.c_void_p),
-        ("parameters", ctypes.c_void_p),
-        ("nodes", ctypes.c_int64),
-        ("node_times", ctypes.c_void_p),
-        ("course_of_slot", ctypes.c_void_p),
+        *((f"size_{i}", ctypes.c_int64) for i in range(8)),
+        *((f"table_{i}", ctypes.c_void_p) for i in range(8)),
     )
 
 
@@ -232,18 +213,15 @@ class _InC:
     def __init__(
         self, library: ctypes.CDLL, equations: Equations, z: Array, p: Array, courses: Courses
     ) -> None:
-        linear = equations.linear
-        self._integrate = library.integrate
+        linear, self._integrate = equations.linear, library.integrate
         sizes = linear.size1_in(0), 1 + courses.size, linear.size1_in(3)
-        work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w()
-        tables = *chain(*equations.by_row), z, p
-        nodes, course_of_slot = courses.nodes, np.full(z.size, -1, dtype=np.int64)
+        work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w(), courses.nodes.size
+        course_of_slot = np.full(z.size, -1, dtype=np.int64)
         for course, added_to in enumerate(courses.added_to):
             course_of_slot[list(added_to)] = course
         # C has the arrays' addresses alone.
-        self._kept = tables, nodes, course_of_slot
-        rest = nodes.size, nodes.ctypes.data, course_of_slot.ctypes.data
-        self._system = _System(*sizes, *work, *(each.ctypes.data for each in tables), *rest)
+        self._kept = *chain(*equations.by_row), z, p, courses.nodes, course_of_slot
+        self._system = _System(*sizes, *work, *(each.ctypes.data for each in self._kept))
 
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
         tables = steps.time, steps.begins, steps.levels, steps.shares, steps.inputs  # as in `integrator.c`

@@ -63,8 +63,7 @@ class Loop(Simulation):
         self._acting = self._table[:, run.row_at(middle)]
         self._kept: dict[bytes, Array] = {}
         self._at: Array | None = None
-        self._columns = np.empty(0)
-        self._answers: dict[tuple[object, bytes], Array] = {}
+        self._columns, self._answers = np.empty(0), dict[tuple[object, bytes], Array]()
 
     @cached_property
     def time(self) -> Array:
@@ -77,19 +76,16 @@ class Loop(Simulation):
 
     def refine(self, z: Array) -> None:
         """Take all derivatives anew at values of the slots, where any are given."""
-        if self._bounds:
-            self._at, self._answers = z.copy(), {}
-            self._columns = self._by_slot(z, range(z.size))
+        self._at, self._answers = z.copy(), {}
+        self._columns = self._by_slot(z, range(z.size if self._bounds else 0))
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate. Between communication points the outputs are interpolated."""
-        by_slot: Array = np.empty((self.time.size, len(self._outputs), 0))
-        if self._bounds:
-            if self._at is None:
-                self.refine(z)
-            by_slot = self._columns.copy()
-            moved = np.flatnonzero(z != self._at).tolist()
-            by_slot[:, :, moved] = self._by_slot(z, moved)
+        if self._at is None:
+            self.refine(z)
+        by_slot = self._columns.copy()
+        moved = np.flatnonzero(z != self._at).tolist() if self._bounds else []
+        by_slot[:, :, moved] = self._by_slot(z, moved)
         values = self._course(z)  # which the differences have left behind
         slopes = np.gradient(values, self.time, axis=0)
         return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))

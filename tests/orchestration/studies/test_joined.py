@@ -63,8 +63,7 @@ def test_figures_are_those_of_the_fmus_within_the_coupling_error(
     for name in ("nominal", "noisy_sensors", "thermal_low"):
         changed = mismatch.load(name).applied(scenario(folder))
         case = case_of(changed, ("lag", "pause", name), with_budget=True)
-        exact, (joined,) = attempt(case, fmus), joined_outcomes([case], rollouts[case.law])
-        assert joined is not None
+        exact, joined = attempt(case, fmus), joined_outcomes([case], rollouts)[0]
         assert exact.coupling_um is not None
         assert joined.coupling_um is not None
         assert joined.coupling_um < exact.coupling_um
@@ -88,20 +87,19 @@ def test_a_run_is_the_same_alone_and_beside_others(
     # Beside one that radiates, the others too take the step with all that is rare.
     cases.append(replace(cases[0], values={**cases[0].values, "link": {"emissivity": 0.3}}))
     together = replace(fmus, rollouts=rollouts)
-    shares = side_by_side(cases, together)
+    shares = side_by_side(cases, rollouts)
     assert sorted(place for share in shares for place in share) == list(range(len(cases)))
     assert 1 < len(shares) < len(cases)
-    alone = [joined_outcomes([case], rollouts[case.law])[0] for case in cases]
+    alone = [joined_outcomes([case], rollouts)[0] for case in cases]
     assert attempt_all(cases, together) == alone
     assert len(set(alone)) > 9
 
 
 def test_runs_of_one_duty_share_its_table(folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]) -> None:
     cases = planned(folder, "lag")
-    rollout = rollouts[cases[0].law]
-    alone = [joined_outcomes([case], rollout)[0] for case in cases]
+    alone = [joined_outcomes([case], rollouts)[0] for case in cases]
     rollout_module._table.cache_clear()
-    assert joined_outcomes(cases, rollout) == alone
+    assert joined_outcomes(cases, rollouts) == dict(enumerate(alone))
     assert rollout_module._table.cache_info().misses == 2  # work and pause, each under three mismatches
 
 
@@ -113,8 +111,7 @@ def test_the_table_of_a_duty_has_a_row_for_each_change(
     table = rollout_module._table
     monkeypatch.setattr(rollout_module, "_table", lambda *given: made.append(table(*given)) or made[-1])
     (case,) = (each for each in planned(folder, "lag") if each.label == ("lag", "pause", "nominal"))
-    (outcome,) = joined_outcomes([replace(case, stop_time=86400.0)], rollouts[case.law])
-    assert outcome is not None
+    assert joined_outcomes([replace(case, stop_time=86400.0)], rollouts)
     assert all(each.nbytes < 1000 for each in made)
 
 
@@ -143,7 +140,7 @@ def test_what_an_fmu_refuses_is_told_by_the_fmus(
         replace(good, values={**good.values, part: {**good.values.get(part, {}), name: value}})
         for part, name, value, _ in wrong
     ]
-    assert joined_outcomes(cases, rollouts[good.law])[1:] == [None] * 3
+    assert list(joined_outcomes(cases, rollouts)) == [0]
     found = attempt_all(cases, replace(fmus, rollouts=rollouts))
     assert found[0].stopped is None
     for outcome, (*_, said) in zip(found[1:], wrong, strict=True):
@@ -199,9 +196,7 @@ def test_the_coupling_error_counts_what_a_controller_makes_of_it(
 ) -> None:
     """As where a thermometer rounds the growth's small error to a step of its readings."""
     case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
-    coarse, fine = (runs._results([case], rollouts[case.law], parts)[0] for parts in (1, 2))
-    assert coarse is not None
-    assert fine is not None
+    ((_, coarse, fine),) = runs._joined([case], rollouts)
     rounded = fine.table.values.copy()
     rounded[:, fine.table.names.index("compensator.correction")] += 1e-6
     moved = replace(fine, table=fine.table.holding(rounded))

@@ -14,9 +14,9 @@ int linear(const double **arguments, double **results, long long *integers, doub
 typedef struct {
     int64_t states, columns, inputs;
     int64_t arguments, results, integers, reals; /* that `linear` works with */
+    int64_t nodes;
     const int64_t *jacobian_rows, *jacobian_columns, *slot_rows, *slot_columns;
     const double *slots, *parameters;
-    int64_t nodes;
     const double *node_times;
     const int64_t *course_of_slot;
 } System;
