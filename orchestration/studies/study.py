@@ -28,8 +28,7 @@ from warmlink.orchestration.text_files import is_file, read_toml, shortened, sho
 
 LIBRARY = Path(__file__).parent / "library"
 
-SAMPLERS = ("tpe", "random")
-SWEEPS = ("grid", "latin_hypercube")
+SAMPLERS, SWEEPS = ("tpe", "random"), ("grid", "latin_hypercube")
 MOST_SEED, MOST_POINTS = 2**32 - 1, 100_000
 """The runs of that many points take hours, and a hundred times as many would not fit into memory."""
 
