@@ -82,8 +82,7 @@ def run(
         from warmlink.orchestration.report.live.content import Asked
 
         once = {"--step": step, "--stop": stop, "--master": master, "--tolerance": tolerance}
-        others = [("--mismatch", each) for each in mismatch or ()]
-        named = Asked(scenario, given, others + [(name, told) for name, told in once.items() if told])
+        named = Asked(scenario, given, mismatch or (), {name: told for name, told in once.items() if told})
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         built = store(kind_named(fmus), sorted(asked.kinds), remark)
