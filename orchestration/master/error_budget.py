@@ -99,10 +99,8 @@ def attempted(
             try:
                 fine = once(finer, True)
                 bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
-            except KeyboardInterrupt:
-                bounds, broken = dict.fromkeys(names, np.inf), "interrupted"
-            except SlaveError as fault:  # before the second run's first value
-                bounds, broken = dict.fromkeys(names, np.inf), str(fault)
+            except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
+                bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
         missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
         broken = broken and f"{broken} in the run at half the step"
         kept = Attempt(whole, result, bounds, broken, missed)

@@ -88,6 +88,14 @@ class Entry:
         """JSON Schema of what may be written."""
         raise NotImplementedError
 
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        return self._schema()
+
 
 @dataclass(frozen=True)
 class Text(Entry):

@@ -22,6 +22,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
+from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.model import Value
 
 WARM_UP_GRID_S = 60.0
@@ -71,14 +72,14 @@ class Outcome:
     growth and figures, None where it was not asked for, and why the run ended early, None where it did not.
     """
 
-    max_abs_um: float
-    p95_abs_um: float
-    rms_um: float
-    time_to_tolerance_s: float | None
-    within_tolerance_min: float
-    warm_up_first_min: float
-    correction_rate_um_s: float
-    discretisation_um: float
+    max_abs_um: float = math.nan
+    p95_abs_um: float = math.nan
+    rms_um: float = math.nan
+    time_to_tolerance_s: float | None = None
+    within_tolerance_min: float = math.nan
+    warm_up_first_min: float = math.nan
+    correction_rate_um_s: float = math.nan
+    discretisation_um: float = math.nan
     coupling_um: float | None = None
     stopped: str | None = None
 
@@ -92,12 +93,6 @@ class Outcome:
 
 COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
 """Figures in um that a study may rank by."""
-
-
-def failed(reason: str) -> Outcome:
-    """Outcome of a run that gave no figures, and why."""
-    nan = math.nan
-    return Outcome(nan, nan, nan, None, nan, nan, nan, nan, None, reason)
 
 
 def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
@@ -141,7 +136,7 @@ def recorded(setup: Setup) -> tuple[str, ...]:
 def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
     """Figures of a run, with the coupling error where there is a run at half the step."""
     if result.reason is not None:
-        return failed(result.reason)
+        return Outcome(stopped=result.reason)
     setup, time = case.setup, result.times
     error, without = (
         np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
@@ -217,6 +212,8 @@ GATHERINGS = ("worst", "mean", "cvar")
 class Gathered:
     """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
 
+    __pydantic_config__ = TABLE
+
     metric: Annotated[str, OneOf(tuple(METRICS))] = "max_abs_um"
     over: Annotated[str, OneOf(GATHERINGS)] = "worst"
     level: Annotated[float, Number("share", above=0, at_most=1)] = 0.2
@@ -246,6 +243,8 @@ class Gathered:
 @dataclass(frozen=True)
 class Constraint(Gathered):
     """A figure that must not exceed a bound, which is in the metric's unit."""
+
+    __pydantic_config__ = TABLE
 
     at_most: Annotated[float, Number("bound")] = field(kw_only=True)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.isolation import OtherProcess, ProcessEndedError
-from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class _Processes:
             tried = [[[place]] for place in suspects]
         for place in suspects:
             label = ", ".join(cases[place].label)
-            yield place, failed(f"{label}: the worker died at each of {ATTEMPTS} attempts")
+            yield place, Outcome(stopped=f"{label}: the worker died at each of {ATTEMPTS} attempts")
 
     def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
         """Places of the cases in shares that are worth a task each, several for every worker."""

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,7 +58,10 @@ class Storage:
             elif url.startswith(JOURNAL):
                 storage = _journal(url.removeprefix(JOURNAL))
             self.study = optuna.create_study(
-                storage=storage, study_name=self.name, load_if_exists=True, directions=_directions(study)
+                storage=storage,
+                study_name=self.name,
+                load_if_exists=True,
+                directions=["minimize"] * len(study.objectives),
             )
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
@@ -113,7 +116,9 @@ class Chooser:
 
         self._study, self._number = study, 0
         self._distributions = _distributions(study)
-        self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
+        self._optuna = optuna.create_study(
+            sampler=_sampler(study, 0), directions=["minimize"] * len(study.objectives)
+        )
         self._asked: list[optuna.trial.Trial] = []
         for point in first:
             self._optuna.enqueue_trial(dict(point))
@@ -201,11 +206,6 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
         return FloatDistribution(axis.low, axis.high, log=axis.log)
 
     return {axis.name: of(axis) for axis in study.axes}
-
-
-def _directions(study: Study) -> list[Literal["minimize"]]:
-    """That each objective is to be small."""
-    return ["minimize"] * len(study.objectives)
 
 
 def default_url(folder: Path) -> str:

@@ -22,14 +22,13 @@ from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantit
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
 LIBRARY = Path(__file__).parent / "library"
 
-SAMPLERS = ("tpe", "random")
-SWEEPS = ("grid", "latin_hypercube")
+SAMPLERS, SWEEPS = ("tpe", "random"), ("grid", "latin_hypercube")
 MOST_SEED, MOST_POINTS = 2**32 - 1, 100_000
 """The runs of that many points take hours, and a hundred times as many would not fit into memory."""
 
@@ -43,6 +42,8 @@ Point = Mapping[str, float]
 @dataclass(frozen=True)
 class AxisTable:
     """Between which bounds a start value is varied, or among which values."""
+
+    __pydantic_config__ = TABLE
 
     min: Annotated[str | float | None, Value()] = None
     max: Annotated[str | float | None, Value()] = None
@@ -142,6 +143,8 @@ def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], 
 class TuneSettings:
     """How to tune: `batch` trials are chosen at a time, whatever the number of workers."""
 
+    __pydantic_config__ = TABLE
+
     trials: Annotated[int, Whole(1, MOST_POINTS)] = 60
     batch: Annotated[int, Whole(1, MOST_IN_A_BATCH)] = 8
     sampler: Annotated[str, OneOf(SAMPLERS)] = "tpe"
@@ -156,6 +159,8 @@ class TuneSettings:
 class SweepSettings:
     """What to sweep: so many values for each axis of a grid, so many points in all of a hypercube."""
 
+    __pydantic_config__ = TABLE
+
     kind: Annotated[str, OneOf(SWEEPS)] = "grid"
     points: Annotated[int, Whole(1, MOST_POINTS)] = 5
 
@@ -163,6 +168,8 @@ class SweepSettings:
 @dataclass(frozen=True)
 class StudyFile:
     """A study: what is varied, over which runs, and what is asked of them."""
+
+    __pydantic_config__ = TABLE
 
     controller: Annotated[str, Text("lag")]
     duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]

@@ -29,7 +29,6 @@ from warmlink.orchestration.studies.case import (
     Case,
     Outcome,
     case_of,
-    failed,
     figures,
     recorded,
     run_case,
@@ -120,12 +119,12 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
     except NoRoomError as fault:
         raise NoRoomError(f"{fault}; {_KEPT}") from None
     except InputError as fault:
-        return failed(str(fault))
+        return Outcome(stopped=str(fault))
     except Exception as fault:
         if isinstance(fault, OSError) and fault.errno in FULL_DISK:
             where = fault.filename or "a temporary file"
             raise NoRoomError(f"{where}: cannot be written ({fault.strerror}); free space; {_KEPT}") from None
-        return failed(f"{type(fault).__name__}: {fault}")
+        return Outcome(stopped=f"{type(fault).__name__}: {fault}")
 
 
 def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list[list[int]]:

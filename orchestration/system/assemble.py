@@ -108,9 +108,8 @@ def _resolved(system: System) -> list[Connection]:
         if element is not None and element.info is not None and node.connector not in element.connectors:
             causality = variable_of(element.info, node.connector, str(node)).causality
             # Time, which is of no kind, connects to nothing, as a parameter does.
-            element.connectors[node.connector] = Connector(
-                next((kind for kind in CONNECTOR_KINDS if kind == causality), "parameter")
-            )
+            kind = causality if causality in CONNECTOR_KINDS else "parameter"
+            element.connectors[node.connector] = Connector(kind)
     resolver = Resolver(net)
     for path in net.components:
         resolver.connectors(path)

@@ -9,16 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 
-ConnectorKind = Literal[
-    "input", "output", "parameter", "calculatedParameter", "structuralParameter", "local", "constant"
-]
-CONNECTOR_KINDS: tuple[ConnectorKind, ...] = get_args(ConnectorKind)
+CONNECTOR_KINDS = (
+    "input",
+    "output",
+    "parameter",
+    "calculatedParameter",
+    "structuralParameter",
+    "local",
+    "constant",
+)
 ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Value = float | int | bool | str
 StartValues = Mapping[str, Mapping[str, Value]]
@@ -44,7 +49,7 @@ TYPES: dict[str, ConnectorType] = {
 class Connector:
     """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
 
-    kind: ConnectorKind
+    kind: str
     type: str | None = None
     unit: Unit | None = None
     sizes: tuple[int, ...] = ()

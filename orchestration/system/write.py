@@ -95,8 +95,7 @@ def _connectors(held: Component, fed: set[End]) -> dict[str, Connector]:
     return {
         v.name: Connector(kind, v.kind, own_unit(info, v))
         for v in info.variables.values()
-        for kind in CONNECTOR_KINDS
-        if kind == v.causality
+        if (kind := v.causality) in CONNECTOR_KINDS
         and v.kind is not None
         and not v.dimensions
         and (kind == "output" or ((held.name, v.name) in fed if kind == "input" else v.name in held.values))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf, Text
-from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml
 
 Kind = Literal[
@@ -49,6 +49,8 @@ class Cause:
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
 
+    __pydantic_config__ = TABLE
+
     name: Annotated[str, Text("radiation")]
     sentence: Annotated[str, Text("The link's surface radiates heat.")]
     frees: Annotated[tuple[str, ...], Names("link.emissivity")]
@@ -76,11 +78,5 @@ def catalogue() -> tuple[Cause, ...]:
 
 
 def read_cause(path: Path) -> Cause:
-    """Read the declaration of a cause; its name is that of the file.
-
-    Raises
-    ------
-    InputError
-        An entry is missing, not known, or of the wrong type.
-    """
+    """Read a cause, named as its file; InputError where an entry is missing, not known or of a wrong type."""
     return read_table(Cause, {**read_toml(path), "name": path.stem}, path.name)

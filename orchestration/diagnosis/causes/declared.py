@@ -6,7 +6,7 @@ Each frees parameters (`frees`), adds a heat path (`adds`), or is a fault of a r
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
 from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value, converter, quantity
-from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shown
 
 READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
@@ -23,6 +23,9 @@ READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
 
 _COURSES = {"constant": "heat", "ramp": "heat_rate", "with": "heat_per_speed"}
 """Courses of a source of heat, and the parameter of a heat path that stands for each."""
+
+_WITH_FROM: Any = {**TABLE, "alias_generator": lambda name: "from" if name == "giver" else name}
+"""Settings of a table with an entry `from`, which Python keeps for itself."""
 
 Ends = Annotated[str | None, Text("column.heat_flow")]
 Unit = Annotated[str | None, Text("W/K")]
@@ -46,11 +49,11 @@ class Pair(Entry):
 class AddsTable:
     """A heat path: a conductance between two temperatures, or a source of heat, into a heat flow."""
 
+    __pydantic_config__ = _WITH_FROM
+
     into: Annotated[str, Text("column.heat_flow")]
     conductance: Unit = None
-    giver: Annotated[str | None, Text("motor.shaft_temperature")] = field(
-        default=None, metadata={"written": "from"}
-    )
+    giver: Annotated[str | None, Text("motor.shaft_temperature")] = None
     to: Annotated[str | None, Text("column.base_temperature")] = None
     out_of: Ends = None
     heat: Unit = None
@@ -87,6 +90,8 @@ class AddsTable:
 class ReadingTable:
     """One fault of the reading of an output: lag, offset, scale, stem conduction or clock, and its unit."""
 
+    __pydantic_config__ = TABLE
+
     of: Annotated[str, Text("table.temperature")]
     lag: Unit = None
     offset: Unit = None
@@ -108,6 +113,8 @@ class ReadingTable:
 class CauseTable:
     """A cause: parameters that it frees, a heat path that it adds, or a fault of a reading."""
 
+    __pydantic_config__ = TABLE
+
     name: Annotated[str, Text("bearing_preload")]
     sentence: Annotated[str, Text("The bearing is preloaded more than assumed.")]
     check: Annotated[str, Text("Measure the run-down time.")]
@@ -127,6 +134,8 @@ class CauseTable:
 @dataclass(frozen=True)
 class CausesFile:
     """Causes that a person declares for a system of their own."""
+
+    __pydantic_config__ = TABLE
 
     cause: tuple[CauseTable, ...]
 
@@ -153,21 +162,11 @@ Declared = Callable[[str, str], Scalar]
 def causes_of(
     file: CausesFile, declared: Declared, known: Mapping[str, float], measured: Mapping[str, str], where: str
 ) -> Iterator[Cause]:
-    """Causes for a system.
+    """Causes of a file by the name of `where` for a system.
 
-    Parameters
-    ----------
-    file : what was declared
-    declared : finds a variable of the system
-    known : values of variables that the experiment gives, in SI
-    measured : column by output that was measured
-    where : name of the file
-
-    Raises
-    ------
-    InputError
-        A variable does not exist or was not measured, units do not fit, or bounds do not hold the value that
-        the system has.
+    Its variables are `declared`, some of them `known` to the experiment, in SI, and `measured` has the column
+    by output. InputError is raised where a variable does not exist or was not measured, units do not fit, or
+    bounds do not hold the value that the system has.
     """
     for table in file.cause:
         place, reading = f"{where}: {table.name}", table.reading
@@ -179,16 +178,15 @@ def causes_of(
         lower, upper = (
             quantity(each, unit, f"{place}.between", difference=not temperature) for each in table.between
         )
+        of = "" if unit == "1" else f" {unit}"
         if not lower <= start <= upper or lower == upper:
-            of = "" if unit == "1" else f" {unit}"
             raise InputError(
                 f"{place}.between: {lower:g} to {upper:g}{of} does not contain {start:g}{of}, the value "
                 "without the cause; give a lower and an upper bound about it"
             )
-        words = table.looks_like, table.check
+        told = frees, lower, upper, table.looks_like, table.check
         kind: Kind = "plant" if reading is None else "declared reading"
-        cause = Cause(table.name, table.sentence, frees, lower, upper, *words, shown_unit=unit, kind=kind)
-        yield replace(cause, declared=True)
+        yield Cause(table.name, table.sentence, *told, shown_unit=unit, kind=kind, declared=True)
 
 
 _Freed = tuple[tuple[str, ...], float, str, bool]

@@ -117,11 +117,9 @@ class Assignment:
 
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
-        date = self._used.get(_DATE)
-        if TIME in self._used:
-            return self._used[TIME], date
-        if date is not None:
-            return date, None
+        time, date = self._used.get(TIME), self._used.get(_DATE)
+        if first := time or date:
+            return first, date if time else None
         raise InputError(
             f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
             f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
@@ -236,8 +234,5 @@ class Assignment:
         best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
-        for other, variable in absent.items():
-            drives = variable in self._rig.externals and self._si(variable) != "K"
-            if unit and drives and converts(unit, self._si(variable)):
-                return other
-        return None
+        units = {n: self._si(v) for n, v in absent.items() if v in self._rig.externals}
+        return next((n for n, si in units.items() if unit and si != "K" and converts(unit, si)), None)

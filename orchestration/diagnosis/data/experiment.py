@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ class Label(Entry):
 class RunTable:
     """One run: its measurements, and what holds for it alone."""
 
+    __pydantic_config__ = TABLE
+
     data: Annotated[str, Text("FILE.csv")]
     labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
     heldout: Annotated[bool, Flag()] = False
@@ -63,6 +65,8 @@ class RunTable:
 class CalibrateTable:
     """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
 
+    __pydantic_config__ = TABLE
+
     min: Annotated[str | float, Value()]
     max: Annotated[str | float, Value()]
     start: Annotated[str | float | None, Value()] = None
@@ -73,6 +77,8 @@ class CalibrateTable:
 class CausesTable:
     """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
 
+    __pydantic_config__ = TABLE
+
     per: tuple[Annotated[str, Text("LABEL")], ...] = ()
     file: Annotated[str | None, Text("causes.toml")] = None
     shipped: Annotated[bool, Flag()] = True
@@ -81,6 +87,8 @@ class CausesTable:
 @dataclass(frozen=True)
 class ExperimentFile:
     """An experiment: the runs on one system, what is known, and what is calibrated."""
+
+    __pydantic_config__ = TABLE
 
     system: Annotated[str, Text("WarmupCell")]
     run: tuple[RunTable, ...]

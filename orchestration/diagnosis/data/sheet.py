@@ -197,11 +197,9 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
 
 def _spread(text: str) -> list[str]:
     """Whole lines from all over a long text."""
-    found = []
-    for i in range(_SAMPLED if len(text) > 100_000 else 0):
-        begin = text.find("\n", i * len(text) // _SAMPLED) + 1
-        found.append(text[begin : text.find("\n", begin)].rstrip("\r"))
-    return found
+    places = range(0, len(text), -(-len(text) // _SAMPLED)) if len(text) > 100_000 else ()
+    begins = (text.find("\n", place) + 1 for place in places)
+    return [text[begin : text.find("\n", begin)].rstrip("\r") for begin in begins]
 
 
 def _fitted(
@@ -221,9 +219,8 @@ def _fitted(
 
 
 def _remedy(separator: str) -> str:
-    if separator == ",":
-        return "give every column a header; where commas are decimal marks too, separate cells by semicolons"
-    return "give every column a header and every row the same cells"
+    commas = "; where commas are decimal marks too, separate cells by semicolons"
+    return f"give every column a header{commas if separator == ',' else ' and every row the same cells'}"
 
 
 def _last(fault: Exception) -> str:

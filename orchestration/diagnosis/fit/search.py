@@ -133,9 +133,9 @@ class Search:
         self._chances.pop(fit.key, None)
         for proposal in self._proposed_by(fit):
             known = self._proposals.get(proposal.key)
-            if any(one.covers(other) for one in proposal.items for other in proposal.items):
-                continue
-            if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
+            covered = any(one.covers(other) for one in proposal.items for other in proposal.items)
+            new = proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2)
+            if new and not covered:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
@@ -247,14 +247,9 @@ class Search:
         for removed in ((), *((item,) for item in fit.items)):
             near = Neighbours(fit, self.items, removed)
             kept = tuple(item for item in fit.items if item not in removed)
-            chosen: list[tuple[int, ...]] = []
-            if len(kept) + 1 <= MOST_CAUSES:
-                chosen += near.singles()
-            if not removed and size + 2 <= MOST_CAUSES:
-                chosen += near.pairs()
-            if removed and kept:
-                chosen.append(())
-            yield from near.proposals(kept, chosen)
+            singles = near.singles() if len(kept) < MOST_CAUSES else ()
+            pairs = near.pairs() if not removed and size + 2 <= MOST_CAUSES else ()
+            yield from near.proposals(kept, [*singles, *pairs, *([()] if removed and kept else [])])
 
 
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:

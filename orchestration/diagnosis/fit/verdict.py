@@ -66,13 +66,7 @@ class Assessment:
 
 
 def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
-    """Search for what is wrong, on the fitted rows alone.
-
-    Raises
-    ------
-    InputError
-        A run is too short to tell anything from noise.
-    """
+    """Search for what is wrong, on the fitted rows alone; InputError where a run is too short for that."""
     problem = Problem(fitted_part(experiment))
     refuse_too_short(problem)
     progress("simulating as it stands")
@@ -86,15 +80,13 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
         _refine(problem, calibrated)
         noise = _noise(problem, calibrated)
     search = _search(problem, noise, (), progress)
-    best = search.run()
-    lasting = any(n.lasting for n in search.fitter.noise)
+    best, lasting = search.run(), any(n.lasting for n in noise)
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
         search, best = _searched_again(search, best, progress)
-        fewer = _with_fewer(search, best)
-        if fewer is not None:
+        if fewer := _with_fewer(search, best):
             search, best = _searched_again(search, fewer, progress)
     unexplained = search.lack_of_fit_p(best) < UNEXPLAINED
     if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
@@ -133,9 +125,9 @@ def _searched_again(
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
     _refine(problem, best)
-    seeds, known = ([best, *search.rivals(best)], (best,)) if best.items else ([], ())
-    fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
-    for seed in seeds[:_SEEDS]:
+    known = [best, *search.rivals(best)] if best.items else []
+    fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)
+    for seed in known[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
@@ -163,10 +155,9 @@ def _with_fewer(search: Search, best: Fit) -> Fit | None:
     leaves of another set's error.
     """
     near = best.chi2 + search.penalty(best.items) + _GRID
-    fewer = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
-    sets = [best, *(f for f in fewer if f.items and search.score(f) < near)]
-    own = []
-    for fit in sets if len(sets) > 1 else ():
+    subsets = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
+    fewer, own = [f for f in subsets if f.items and search.score(f) < near], []
+    for fit in (best, *fewer) if fewer else ():
         _refine(search.fitter.problem, fit)
         own.append(search.fitter.fit(fit.items, fit.values))
     first = min(own, key=search.score, default=best)

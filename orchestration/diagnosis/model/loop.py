@@ -106,10 +106,9 @@ class Loop(Simulation):
         return self._interpolated(self._answers[key], times)
 
     def _interpolated(self, values: Array, times: Array) -> Array:
-        k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)
-        share = (times - self.time[k]) / (self.time[k + 1] - self.time[k])
-        share = share.reshape(-1, *(1,) * (values.ndim - 1))
-        return np.asarray((1 - share) * values[k] + share * values[k + 1])
+        from scipy.interpolate import make_interp_spline
+
+        return np.asarray(make_interp_spline(self.time, values, k=1)(times))
 
     def _course(self, z: Array) -> Array:
         """Outputs at the communication points in SI, shape (points, outputs)."""

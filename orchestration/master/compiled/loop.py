@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import accumulate, chain
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
-from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
 from warmlink.orchestration.system.model import Value
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.master.slaves.fmi import FmiSlave
 
 Stepping = Literal["auto", "preferred", "plain", "compiled"]
 
@@ -98,10 +100,22 @@ Place = tuple[int, int]
 """A buffer and an index in it."""
 
 
+@runtime_checkable
+class Addressed(Protocol):
+    """What compiled code needs to step a slave by itself: its functions, as FMI has them in `prefix`."""
+
+    prefix: str
+    component: Any
+    stepping: int
+
+    def function(self, name: str) -> Any: ...  # noqa: D102
+    def batches(self, names: Names) -> list[Batch]: ...  # noqa: D102
+
+
 def obstacle(network: Network, recorder: Recorder) -> str | None:
     """Say why a network cannot be stepped by the compiled loop; None where it can."""
     for k, slave in enumerate(network.slaves):
-        if not isinstance(slave, FmiSlave):
+        if not isinstance(slave, Addressed):
             return f"{slave.name} is not an FMU in this process"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
@@ -174,7 +188,7 @@ class Layout:
         bytes_at, doubles_at = self.buffers[2].ctypes.data, self.buffers[0].ctypes.data
         version = int(slave.prefix[-1])
         step = _address(slave.function("DoStep"))
-        return [slave.component.value or 0, step, version, bytes_at, doubles_at, slave.stepping]
+        return [slave.component.value, step, version, bytes_at, doubles_at, slave.stepping]
 
     def _laid(self, names: Sequence[Names], verb: str) -> tuple[list[list[list[int]]], list[list[Place]]]:
         """Give for each slave the rows of the table of batches, and where each variable lies."""
@@ -191,13 +205,13 @@ class Layout:
                     places[k][position] = (kind, start + i)
                 function, references = slave.function(verb + batch.base), ctypes.addressof(batch.references)
                 values, version = buffer.ctypes.data + start * buffer.itemsize, int(slave.prefix[-1])
-                component = slave.component.value or 0
+                component = slave.component.value
                 rows[k].append([_address(function), component, references, batch.count, values, version])
         return rows, places
 
-    def _slave(self, k: int) -> FmiSlave:
+    def _slave(self, k: int) -> Addressed:
         slave = self.network.slaves[k]
-        assert isinstance(slave, FmiSlave)
+        assert isinstance(slave, Addressed)
         return slave
 
 
@@ -262,7 +276,7 @@ class CompiledLoop:
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
         network = self.network
-        slave = cast(FmiSlave, network.slaves[max(k, 0)])  # nothing else fails in compiled code
+        slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
         if what == _NOT_FINITE:
             network.time = self._points.time(reached) + self._points.step(reached)

@@ -11,7 +11,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, Connector, ConnectorKind, ModelInfo, System
+from warmlink.orchestration.system.model import Connection, Connector, ModelInfo, System
 from warmlink.orchestration.system.units import Conversion
 
 Path = tuple[str, ...]
@@ -232,7 +232,7 @@ def _lay(net: Net, link: Connection, start: Path, end: Path) -> None:
     net.elements[end[:-1]].connections.append(last)
 
 
-def _passed(net: Net, giving: Node, within: Path, to: Path, kind: ConnectorKind, name: str) -> Node:
+def _passed(net: Net, giving: Node, within: Path, to: Path, kind: str, name: str) -> Node:
     """Connector of the system `to` that passes a value on, connected in another one where it is not yet."""
     connections, known = net.elements[within].connections, net.elements[to].connectors
     for edge in connections:

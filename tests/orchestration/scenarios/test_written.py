@@ -20,12 +20,14 @@ from warmlink.orchestration.scenarios.entries import (
     Value,
     Whole,
 )
-from warmlink.orchestration.scenarios.written import json_schema, read_table
+from warmlink.orchestration.scenarios.written import TABLE, json_schema, read_table
 
 
 @dataclass(frozen=True)
 class Piece:
     """A piece."""
+
+    __pydantic_config__ = TABLE
 
     time: Annotated[float, Quantity("s", positive=True)]
     speed: Annotated[float, Quantity("rad/s", least=0)] = 0.0
@@ -41,6 +43,8 @@ class Mine:
 
     Of which this is not for editors.
     """
+
+    __pydantic_config__ = TABLE
 
     title: Annotated[str | None, Text()] = None
     sure: Annotated[bool, Flag()] = False

@@ -14,7 +14,7 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.at_work import Ledger
-from warmlink.orchestration.studies.case import Case, Gathered, Outcome, failed
+from warmlink.orchestration.studies.case import Case, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -45,7 +45,7 @@ class Formula:
             yield (
                 place,
                 (
-                    failed("the slave said no")
+                    Outcome(stopped="the slave said no")
                     if gain < self.poison
                     else Outcome(error, error, error, None, 5.0, 2.0, rate, 0.01)
                 ),
