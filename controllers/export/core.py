@@ -18,13 +18,8 @@ from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.packaging.native.casadi_code import (
-    Symbols,
-    beginning,
-    function,
-    functions_text,
-    sampling,
-)
+from warmlink.fmus.packaging.native.c_code import functions_text
+from warmlink.fmus.packaging.native.casadi_code import Symbols, beginning, function, sampling
 
 Precision = Literal["double", "single"]
 
@@ -35,12 +30,6 @@ _LARGEST_SINGLE = 3e38
 
 _MATH = re.compile(r"\b(exp|log|sqrt|sin|cos|erf|fabs|floor)\(")
 """A call of the C library."""
-
-_DEFINED = re.compile(r"^(?=(?:void|casadi_real) casadi_)", re.MULTILINE)
-"""Where the definition of one of CasADi's own helpers begins."""
-
-_ASKED = re.compile(r"(\(const casadi_real\*\* arg, .*, int mem\) \{\n)")
-"""Where the definition of a function begins; it may leave parts of what it is given unused."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +72,7 @@ class Core:
 
     def source(self) -> str:
         """The text of `NAME.c`."""
-        text = functions_text(f"{self.name}_law", self._functions(), declared=())
-        text = _DEFINED.sub("static ", _ASKED.sub(r"\1  (void)arg; (void)iw; (void)w; (void)mem;\n", text))
+        text = functions_text(self._functions(), declared=())
         table = ",\n".join(f"    {float(value)!r}" for value in self.design)
         text += "\n/* The design: parameters, and what follows from them. */\n"
         text += f"static const double design[] = {{\n{table}\n}};\n"

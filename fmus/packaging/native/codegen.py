@@ -9,12 +9,12 @@ import numpy as np
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
 from warmlink.fmus.packaging.native import joint_code
+from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
     Symbols,
     beginning,
     function,
-    functions_file,
     sampling,
 )
 from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
@@ -37,9 +37,10 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
-    groups, name, joint = output_groups(component), component.name, component.joint
-    starting = functions_file(f"{name}_starting", _starting_functions(component))
-    running = functions_file(f"{name}_running", _running_functions(component, groups))
+    groups, joint = output_groups(component), component.joint
+    header = '#include "model.h"\n'
+    starting = header + functions_text(_starting_functions(component))
+    running = header + functions_text(_running_functions(component, groups))
     if joint is not None:
         starting += joint_code.starting_glue(component, joint)
         running += joint_code.sample_glue(component, joint)

@@ -2,7 +2,6 @@
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,10 +9,9 @@ import casadi
 import numpy as np
 import pytest
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native.casadi_code import function, functions_text
-from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-from warmlink.fmus.packaging.native.library import loaded
+from tests.built import call_of
+from warmlink.fmus.packaging.native.c_code import functions_text
+from warmlink.fmus.packaging.native.casadi_code import function
 
 SIZE = 4
 Graph = Callable[[casadi.MX, casadi.MX], Any]
@@ -78,14 +76,9 @@ GRAPHS = (same_names, one_result_of_two, one_idle_result_of_two, one_vector_for_
 def test_it_computes_what_casadi_computes(graph: Graph) -> None:
     x, use = casadi.MX.sym("x", SIZE), casadi.MX.sym("use")
     whole = function("whole", [x, use], graph(x, use))
-    text = functions_text("rewritten", [whole], ())
+    text = functions_text([whole], ())
     text += "void call(const double *x, const double *use, double *y) { whole_of(x, use, y); }\n"
-    try:
-        (compiler,) = compilers(platforms_named(None))
-    except InputError as fault:
-        pytest.skip(str(fault))
-    flags = tuple(each for each in compiler.flags if "visibility" not in each)
-    call = loaded(replace(compiler, flags=flags).library({"rewritten.c": text}, "rewritten")).call
+    call = call_of(text)
     values = np.array([0.5, -1.0, 2.0, 3.0])
     for use_value in (0.0, 1.0):
         given = np.array([use_value])
