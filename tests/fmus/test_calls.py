@@ -47,7 +47,7 @@ def test_every_arithmetic_gives_the_same(use: float) -> None:
 
 def test_what_is_idle_is_written_once_and_skipped() -> None:
     text = functions_text([graph()], ())
-    assert text.count("static void moved_run") == 1
+    assert text.count("static void moved") == 1
     assert "moved_skip" not in text, "what is skipped needs no function"
     in_lanes = functions_text([graph()], (), lanes=4)
     assert len(re.findall(r"if \(any_of\(.+\)\) \{", in_lanes)) == 2, "it runs where any run needs it"
