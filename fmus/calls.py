@@ -105,7 +105,7 @@ def _kept(function: Called, idle: bool) -> Called:
         given = _mapped(given, _as_graph)
         # What the call has in common with others: all but the expressions themselves.
         shape = _mapped(given, lambda leaf: _Symbol(leaf.sparsity().serialize()) if _is_graph(leaf) else leaf)
-        whole, used, result = _whole(function, shape, idle)
+        whole, used, result = _whole(function, shape, _mapped(shape, type), idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
         results = iter(whole.call([arguments[i] for i in used]))
         return _mapped(result, lambda leaf: next(results))
@@ -120,8 +120,10 @@ class _Symbol(str):
 
 
 @cache
-def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, list[int], Any]:
+def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> tuple[Any, list[int], Any]:
     """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
+
+    The kinds of the arguments tell what is equal apart, as True and 1.
 
     Beside it which of the arguments it uses, and a result that shows how its results are put together. What
     is idle most of the time is made of calls and loops, which are short; all else is written out.

@@ -92,6 +92,17 @@ def test_what_differs_by_a_whole_number_is_another_function() -> None:
     assert "x0[1]" in text[second:]
 
 
+@kept_whole
+def told_apart(given: Number, by: object) -> Number:
+    return 2.0 * given if by is True else 3.0 * given
+
+
+def test_true_is_not_taken_for_one() -> None:
+    given = casadi.MX.sym("given")
+    both = casadi.Function("both", [given], [told_apart(given, 1), told_apart(given, True)])
+    assert [float(each) for each in both(1.0)] == [3.0, 2.0]
+
+
 @side_by_side(1)
 def scaled(pair: Pair, factor: Number) -> Pair:
     return Pair(pair.first * factor, pair.second - factor[0])
