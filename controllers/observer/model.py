@@ -51,7 +51,7 @@ LOSSES = (
 )
 """Parameters of the motor that its loss equations ask for."""
 
-_WINDING = SENSED.index("winding_temperature")
+WINDING = SENSED.index("winding_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 
@@ -111,7 +111,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
 def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
     """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
     duty = Duty(u.speed, u.torque, 0.0)
-    winding = copper_loss(temperature(_WINDING, modes, p), duty, p) + iron_loss(duty, p)
+    winding = copper_loss(temperature(WINDING, modes, p), duty, p) + iron_loss(duty, p)
     return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
 
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.observer.model import SENSORS, Told
+from warmlink.controllers.observer.model import SENSORS, WINDING, Told
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
@@ -27,7 +27,7 @@ FASTEST = 0.05
 FLATTEST, FLATTEST_LEFT = 0.94, 0.85
 """Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
 
-REACH_TIME, LEAST_REACH = 300.0, 0.2
+REACH_TIME, LEAST_REACH = 600.0, 0.15
 """Of an inner thermometer's rise, smoothed over so many s, an outer one shows at least this share."""
 
 FAR = 1e6
@@ -35,6 +35,9 @@ FAR = 1e6
 
 ALIKE = 0.3
 """Share by which thermometers that are off alike may differ."""
+
+WINDING_SHARE = 0.5
+"""Share by which the winding may be warmer or cooler, above a place in the link, than the duty explains."""
 
 
 class Compared(NamedTuple):
@@ -105,7 +108,7 @@ def compared(
 
 
 @kept_whole
-def shape_of(sensors: Compared, known: Number, p: Record) -> Shape:
+def shape_of(sensors: Compared, known: Number, early: Number, p: Record) -> Shape:
     """Heat that no input tells of, and that of a cell left warm, fall from the shaft outwards and reach out.
 
     A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
@@ -113,19 +116,19 @@ def shape_of(sensors: Compared, known: Number, p: Record) -> Shape:
     Parameters
     ----------
     known : 1 once it is known how warm the cell is; before, a third of what the duty explains may be wrong
+    early : 1 where heat has had no time to reach out: a reading as the winding's may be the winding's
     """
     excess = sensors.excess
     flattest = where(known > 0, FLATTEST, FLATTEST_LEFT)
     doubtful = (1.0 - known) / 3.0 * absolute(sensors.rise)
-    left = where(
-        known > 0, sensors.lagged, excess
-    )  # it must have reached the next one, or may still be there
+    # It must have reached the next one, or may still be there.
+    left = where(known > 0, sensors.lagged, excess)
     falls: Number = 1.0
     alike, inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
         called = sensors.called[i]
         slack = 0.25 * (p.sensor_std[i] + noise)
-        flat = truth(excess[i] > flattest * maximum(inner, maximum(earlier, 0.0)) + slack)
+        flat = truth(excess[i] > flattest * maximum(inner, known * maximum(earlier, 0.0)) + slack)
         steep = truth(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack)
         falls = where(called * inside * maximum(flat, steep) > 0, 0.0, falls)
         side = where(excess[i] > 0, 1.0, -1.0)
@@ -136,7 +139,9 @@ def shape_of(sensors: Compared, known: Number, p: Record) -> Shape:
         earlier = where(called > 0, left[i], earlier)
         noise = where(called > 0, p.sensor_std[i], noise)
         inside = maximum(inside, called)
-    return Shape(falls, known * alike)
+    gap = sensors.rise[WINDING] - sensors.rise
+    as_winding = total(sensors.called * truth(absolute(excess - gap) < WINDING_SHARE * gap))
+    return Shape(where(known * early * as_winding > 0, 0.0, falls), known * alike)
 
 
 def _range(values: Number, there: Number) -> tuple[Number, Number]:

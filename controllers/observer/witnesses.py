@@ -57,7 +57,7 @@ def first_states(readings: Number, told: Told, known: Number) -> dict[str, Numbe
         "lagged": 0.0 * surroundings,
         "known_for": KNOWN_TIME * known,
         "agreed_for": AGREEMENT_TIME,
-        "waited": 0.0,
+        "waited": WARM_TIME * known,
         "doubt": 1.0,
     }
 
@@ -128,10 +128,11 @@ def heard(
     camera : a fourth witness
     """
     already = truth(x.known_for >= KNOWN_TIME)
-    shape = shape_of(sensors, already, p)
+    early = truth(x.waited < WARM_TIME)
+    shape = shape_of(sensors, already, early, p)
     # While unknown heat flows, only what the first readings showed can be left of another.
     at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
-    warm = truth(x.waited < WARM_TIME) * shape.falls * at_once
+    warm = early * shape.falls * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
     return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 

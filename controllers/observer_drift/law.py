@@ -172,10 +172,12 @@ def _looked(
     innovation = _innovation(expected, measured, p)
     # A leap within the camera's authority is harmless, so it is believed.
     by_all = dot(side(0, row), side(0, sight.spread))
-    widest = maximum(by_all, 0.0) + variance + (p.camera_authority / p.gate) ** 2
+    leap = (p.camera_authority / p.gate) ** 2
+    sure = variance + leap / fail_safe.RETURN_GATE**2
+    widest = maximum(by_all, 0.0) + variance + leap
     trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    verdict = fail_safe.judged(trust, looked, side(1, innovation), widest, widest, gates, age)
+    verdict = fail_safe.judged(trust, looked, side(1, innovation), widest, sure, gates, age)
     filters = _taught(filters, sight, row, innovation, variance, verdict.use)
     return filters, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
 

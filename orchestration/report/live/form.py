@@ -10,9 +10,8 @@ from warmlink.fmus.component import Component, Parameter, Scalar, limits
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
-from warmlink.orchestration.scenarios.own_system import DRIVER
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import THERMOMETERS
+from warmlink.orchestration.scenarios.setup import DRIVER, THERMOMETERS
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 
 SPAN = 3.0

@@ -25,7 +25,7 @@ from .pairs import wire
 
 
 def system(fmu: Path, *wires: Connection, **values: dict[str, Value]) -> System:
-    components = {n: Component(n, fmu, (), v) for n, v in values.items()}
+    components = {n: Component(n, fmu, {}, v) for n, v in values.items()}
     return System("s", components, wires)
 
 

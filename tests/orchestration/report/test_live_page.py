@@ -17,7 +17,7 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import error_metrics
-from warmlink.orchestration.closed_loop.run import run
+from warmlink.orchestration.closed_loop.outcome import run
 from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.command_line.pages import live
 from warmlink.orchestration.master.run import simulate
