@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -52,7 +51,7 @@ class Integrated:
             columns = np.concatenate(plain.whiten(run, plain.by_channel(run, responses.columns[run])))
             joined = np.concatenate(channels)
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
-        self.misfit = cache(self._misfit)
+        self._misfits: dict[Wander, float] = {}
 
     def candidates(self) -> list[Wander]:
         """Nothing and rooms that wander, the likely ones also with the likeliest heat."""
@@ -84,8 +83,13 @@ class Integrated:
         covariance = root @ np.linalg.solve(np.eye(len(root)) + root.T @ inner @ root, root.T)
         return covariance @ across[:, 0], covariance
 
+    def misfit(self, wander: Wander) -> float:
+        """Least score of the model, alone or with one or two further causes, found once."""
+        if wander not in self._misfits:
+            self._misfits[wander] = self._misfit(wander)
+        return self._misfits[wander]
+
     def _misfit(self, wander: Wander) -> float:
-        """Least score of the model, alone or with one or two further causes."""
         point, constant = self._point(wander)
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
         tried = near.proposals(self.fit.items, [(), *near.singles(), *near.pairs()])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
@@ -17,7 +18,7 @@ from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
+from warmlink.orchestration.diagnosis.model.loop import Loop
 from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 
@@ -29,14 +30,13 @@ _SHARE, _LEAST = 1e-5, 1e-12
 """Floors by SI unit; of other units as a share of the readings' range, and at least."""
 
 
-class Predictions:
+class Predictions(ABC):
     """Simulated readings of every run, at any values of what may be freed.
 
     Parameters
     ----------
     experiment : what was measured
     inner, outer : variables of the simulation, and of the instruments, that may be freed
-    bounds : of the former, which finite differences go by
 
     Attributes
     ----------
@@ -45,10 +45,8 @@ class Predictions:
     slots : the variables that may be freed, inner ones first
     """
 
-    def __init__(
-        self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...], bounds: Bounds
-    ) -> None:
-        self.experiment, self._bounds = experiment, bounds
+    def __init__(self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...]) -> None:
+        self.experiment = experiment
         self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
         self.slots = (*inner, *outer)
@@ -57,6 +55,10 @@ class Predictions:
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
+
+    @abstractmethod
+    def _ordinary(self) -> tuple[Array, Array]:
+        """Bounds of the inner slots, which finite differences go by, shape (slots,) each."""
 
     def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -186,7 +188,7 @@ class Predictions:
             known, rig = self.known(run), self.experiment.rig
             if rig.in_loop:
                 coarser = grid if isinstance(grid, Loop) else None
-                bounds = self._bounds if derivatives else None
+                bounds = self._ordinary if derivatives else None
                 return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
             apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
             compiled = equations(rig, cells, self._inner, self.variables, derivatives, apart)

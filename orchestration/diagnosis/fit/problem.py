@@ -98,10 +98,11 @@ class Problem(Predictions):
             for named in _freed_by(cause, experiment, self.names)
         ]
         inner, outer = self._slots(experiment)
-        super().__init__(experiment, inner, outer, lambda: self._ordinary(len(inner)))
+        super().__init__(experiment, inner, outer)
 
-    def _ordinary(self, count: int) -> tuple[Array, Array]:
-        """Bounds between which the first slots are freed, the narrowest, shape (count,) each."""
+    def _ordinary(self) -> tuple[Array, Array]:
+        """Bounds between which the inner slots are freed, the narrowest, shape (slots,) each."""
+        count = len(self._inner)
         middle = self.neutral[0][:count]
         lower, upper = middle - 1.0, middle + 1.0
         narrowest = np.full(count, np.inf)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ class Forward(Simulation):
         starts = zip(self.rig.parameters, equations.parameter_values, strict=True)
         self._p = np.array([known.get(name, start) for name, start in starts])
         # Instruments are fitted to the same course.
-        self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
+        self._kept: dict[bytes, tuple[Array, Array, Array]] = {}
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
         self._levels = Levels(run.time, self._table, discrete)
         self._laid_for = self.start_values()
@@ -65,7 +65,7 @@ class Forward(Simulation):
             self._grid.refine(z)
         self._laid_for = z.copy()
         self.__dict__.pop("steps", None)
-        self._course.cache_clear()
+        self._kept = {}
 
     @property
     def time(self) -> Array:
@@ -86,7 +86,10 @@ class Forward(Simulation):
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate; derivatives through the states and by the slots themselves."""
-        values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
+        key = z.tobytes()
+        if key not in self._kept:
+            self._kept = {key: self._integrate(z)}
+        values, slopes, by_slot, direct = self._interpolated(z, *self._kept[key], times)
         return Trajectory(values, slopes, by_slot + direct)
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
