@@ -196,7 +196,7 @@ def trivial_system(fmu: Path, steps: int) -> System:
     after n steps.
     """
     given = {"rate": 1.0 / steps}
-    parts = {name: Component(name, fmu, (), dict(given)) for name in "abc"}
+    parts = {name: Component(name, fmu, {}, dict(given)) for name in "abc"}
     wires = (
         Connection("a", "y", "b", "u"),
         Connection("b", "y", "c", "u"),

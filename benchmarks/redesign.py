@@ -27,7 +27,7 @@ from benchmarks.own_systems import (
     with_values,
     write_csv,
 )
-from warmlink.orchestration.closed_loop.run import run
+from warmlink.orchestration.closed_loop.outcome import run
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.causes.declared import read_causes

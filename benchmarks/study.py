@@ -17,7 +17,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.scenarios.mismatch import draw
+from warmlink.orchestration.scenarios.mismatch import NOMINAL, draw, load
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers, connected
 from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
@@ -85,7 +85,8 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool, exact: boo
         duties = [
             replace(load_scenario(name), controller=catalogue.shipped(controller)) for name in DUTY_CYCLES
         ]
-        fmus = replace(fmus, rollouts=agreeing(duties, fmus, joined_systems(duties, remark), remark))
+        joined = joined_systems(duties, remark)
+        fmus = replace(fmus, rollouts=agreeing(duties, [load(NOMINAL)], fmus, joined, remark))
     wall, cpu = time.perf_counter(), _cpu_seconds()
     with LocalWorkers(fmus, jobs) as workers:
         timed = _timed(f"{jobs} processes", jobs, cases, workers, wall)

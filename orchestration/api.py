@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from warmlink.controllers.design.linearise import linearise as linearise
     from warmlink.fmus.component.join import join as join
     from warmlink.fmus.errors import InputError as InputError
-    from warmlink.orchestration.closed_loop.run import run as run
+    from warmlink.orchestration.closed_loop.outcome import run as run
     from warmlink.orchestration.command_line.build import build_files
     from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.report.plot import plot as plot
@@ -39,7 +39,7 @@ _PLACES = {
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
     "read_system": "orchestration.system.assemble:read_system",
-    "run": "orchestration.closed_loop.run:run",
+    "run": "orchestration.closed_loop.outcome:run",
     "simulate": "orchestration.simulation:simulate",
     "tune": "orchestration.studies.tune:tune_study",
     "write_ssp": "orchestration.system.write:write_ssp",

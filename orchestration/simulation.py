@@ -16,7 +16,7 @@ from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
-from warmlink.orchestration.scenarios.quantity import positive
+from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System

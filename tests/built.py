@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import pytest
+
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import kept
-from warmlink.fmus.packaging.native.compile import _version
+from warmlink.fmus.packaging.native.compile import _version, compilers, platforms_named
+from warmlink.fmus.packaging.native.library import loaded
 
 Ended = subprocess.CompletedProcess[str]
 
@@ -34,3 +40,13 @@ def built(
     target.write_bytes(content)
     target.chmod(0o755)
     return target
+
+
+def call_of(text: str) -> Any:
+    """Function `call` of C, to be called from Python; the test is skipped where there is no compiler."""
+    try:
+        (compiler,) = compilers(platforms_named(None))
+    except InputError as fault:
+        pytest.skip(str(fault))
+    flags = tuple(each for each in compiler.flags if "visibility" not in each)
+    return loaded(replace(compiler, flags=flags).library({"tried.c": text}, "tried")).call

@@ -40,7 +40,7 @@ def _workshop() -> Path:
 def system() -> System:
     """One clocked FMU alone, the smallest that has all kinds of state."""
     fmu = FmuStore("native").files([SENSORS])[SENSORS]
-    return System("s", {"s": Component("s", fmu, (), {"seed": 3})}, ())
+    return System("s", {"s": Component("s", fmu, {}, {"seed": 3})}, ())
 
 
 @cache

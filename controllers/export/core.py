@@ -15,16 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.start_values import with_scalars
+from warmlink.fmus.calls import written
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.packaging.native.casadi_code import (
-    Symbols,
-    beginning,
-    function,
-    functions_text,
-    sampling,
-)
+from warmlink.fmus.packaging.native.c_code import functions_text
+from warmlink.fmus.packaging.native.casadi_code import Symbols, beginning, function, sampling
 
 Precision = Literal["double", "single"]
 
@@ -35,12 +31,6 @@ _LARGEST_SINGLE = 3e38
 
 _MATH = re.compile(r"\b(exp|log|sqrt|sin|cos|erf|fabs|floor)\(")
 """A call of the C library."""
-
-_DEFINED = re.compile(r"^(?=(?:void|casadi_real) casadi_)", re.MULTILINE)
-"""Where the definition of one of CasADi's own helpers begins."""
-
-_ASKED = re.compile(r"(\(const casadi_real\*\* arg, .*, int mem\) \{\n)")
-"""Where the definition of a function begins; it may leave parts of what it is given unused."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +73,7 @@ class Core:
 
     def source(self) -> str:
         """The text of `NAME.c`."""
-        text = functions_text(f"{self.name}_law", self._functions(), declared=())
-        text = _DEFINED.sub("static ", _ASKED.sub(r"\1  (void)arg; (void)iw; (void)w; (void)mem;\n", text))
+        text = functions_text(self._functions(), declared=())
         table = ",\n".join(f"    {float(value)!r}" for value in self.design)
         text += "\n/* The design: parameters, and what follows from them. */\n"
         text += f"static const double design[] = {{\n{table}\n}};\n"
@@ -169,8 +158,8 @@ def _operations(function: Any) -> int:
     """Operations of a CasADi function and of those it calls; those on vectors count once for each element."""
     import casadi
 
-    if function.class_name() == "Switch":  # one of two functions runs
-        return max(map(_operations, function.find_functions(0)))
+    if written(function).idle:  # while it is not
+        function = written(function).function
     if not function.is_a("MXFunction"):
         moved = (casadi.OP_INPUT, casadi.OP_OUTPUT, casadi.OP_CONST)
         kinds = (function.instruction_id(k) for k in range(function.n_instructions()))

@@ -5,7 +5,6 @@ import tomllib
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 
 AUTHOR = "the warmlink developers"
@@ -21,6 +20,8 @@ def version() -> str:
     project = Path(__file__).parents[2] / "pyproject.toml"
     if project.is_file():
         return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
+    from importlib import metadata  # takes 7 ms to import, which most commands do without
+
     return metadata.version("warmlink")
 
 
@@ -39,5 +40,7 @@ def license_text(distribution: str = "warmlink") -> str:
     source = Path(__file__).parents[2] / "LICENSE"
     if distribution == "warmlink" and source.is_file():
         return source.read_text(encoding="utf-8")
+    from importlib import metadata
+
     texts = (file for file in metadata.files(distribution) or [] if file.name.startswith("LICENSE"))
     return next((file.read_text("utf-8") for file in texts), LICENSE)

@@ -1,7 +1,7 @@
 """What hosts see of a component: its inside, states that they may integrate, flags in place of NaN."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
@@ -19,6 +19,7 @@ from warmlink.fmus.component import (
     Variable,
 )
 from warmlink.fmus.component.arithmetic import Number, finite, where
+from warmlink.fmus.component.join import Joint, Wire, join
 
 Flag = TypeVar("Flag", Input, Output)
 
@@ -66,12 +67,20 @@ def flag_of(name: str) -> str:
     return f"{variable}_valid{bracket}{element}"
 
 
+def with_flag_wires(wires: Collection[Wire], ends: Collection[str]) -> list[Wire]:
+    """Wires, and those between the flags of what they connect, where both flags are among the `ends`."""
+    flags = ((flag_of(source), flag_of(target)) for source, target in wires)
+    return [*wires, *(each for each in flags if each[0] in ends and each[1] in ends)]
+
+
 def flagged(component: Component) -> Component:
     """Component with a flag (Boolean) beside each output that may be NaN and each input that copes with NaN.
 
     The output holds the last number there was, its nominal value before there is one. The input counts as
     missing while its flag is false. Connected flag to flag, components do what they do with NaN, bit for bit.
     """
+    if component.joint is not None:
+        return _joined_with_flags(component, component.joint)
     missing = {state.name for state in component.states if state.accepts_nan}
     outputs = {each.name: each for each in component.outputs if each.name in missing}
     inputs = {each.name: each for each in component.inputs if each.accepts_nan}
@@ -115,6 +124,19 @@ def flagged(component: Component) -> Component:
         update=None if update is None else update_held,
         observe=observe_held,
         terminals=tuple(replace(each, members=members) for each, members in terminals),
+    )
+
+
+def _joined_with_flags(component: Component, joint: Joint) -> Component:
+    """Component joined of the same parts with flags, and wires between them where both ends have one."""
+    parts = {key: flagged(part) for key, part in joint.parts.items()}
+    ends = {f"{key}.{scalar.name}" for key, part in parts.items() for scalar in part.scalars()}
+    wires = [(source, target) for target, source in joint.wires.items()]
+    return replace(
+        join(component.name, parts, with_flag_wires(wires, ends), component.description),
+        parameters=component.parameters,
+        default_stop_time=component.default_stop_time,
+        default_step_size=component.default_step_size,
     )
 
 

@@ -4,7 +4,7 @@ A scenario file either names a shipped duty cycle, `duty = "shift_with_breaks"`,
 the form of the duty cycle files. Every duty cycle can also be run as a scenario, with the default settings.
 `system` names another system than the warm-up cell: `SixAxisArm`, whose segments have six values each
 (`arm/program.py`), or the path of an SSP, for which `[roles]` says which inputs are driven, what is scored
-and which instance is the controller (`own_system.py`).
+and which instance is the controller (`scenarios/setup.py`).
 """
 
 from __future__ import annotations
@@ -23,9 +23,8 @@ from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.entries import Quantity, Text
-from warmlink.orchestration.scenarios.own_system import RolesTable, own_setup
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
-from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
 

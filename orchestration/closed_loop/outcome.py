@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
-from warmlink.orchestration.console import Answer
+from warmlink.orchestration.console import Answer, progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
-from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
-from warmlink.orchestration.master.error_budget import attempted, coupling_error
+from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
 
@@ -196,7 +199,7 @@ def discretisation_um(result: Result) -> float:
 
 
 def run_scenario(
-    scenario: Scenario, store: FmuStore, progress: Progress | None = None, statistics: bool = False
+    scenario: Scenario, fmus: FmuStore, progress: Progress | None = None, statistics: bool = False
 ) -> ClosedLoop:
     """Run a scenario with its controller, and once more with half the step, with the FMUs of a store.
 
@@ -205,7 +208,7 @@ def run_scenario(
     component refuses a value, and SlaveError if the run failed before its first communication point.
     """
     began = time.perf_counter()
-    system, plant = scenario.system(scenario.files(store)), scenario.setup.roles.plant
+    system, plant = scenario.system(scenario.files(fmus)), scenario.setup.roles.plant
     told, ideal = judged(scenario)
     most, ran = scenario.coupling_tolerance, scenario
     if most is not None:
@@ -229,12 +232,54 @@ def run_scenario(
     if found.algorithm is not chosen:
         ran = replace(ran, master=FOLLOWING)
     coupling, took = _largest_um(found.bounds), time.perf_counter() - began
-    return ClosedLoop(ran, store.kind, found.result, coupling, found.stopped, told, ideal, took)
+    return ClosedLoop(ran, fmus.kind, found.result, coupling, found.stopped, told, ideal, took)
 
 
-def coupling_um(result: Result, fine: Result, order: int, setup: Setup) -> float | None:
-    """Bound in um on the plant's error due to the communication step; None if a run stopped early."""
-    return _largest_um(coupling_error(result, fine, order, setup.roles.plant))
+def run(
+    scenario: str | Path | Scenario = DEFAULT_SCENARIO,
+    controller: str | None = None,
+    *,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    mismatches: Sequence[str] = (),
+    step: str | float | None = None,
+    stop: str | float | None = None,
+    master: str | None = None,
+    tolerance: str | float | None = None,
+    fmus: FmuKind | None = None,
+) -> ClosedLoop:
+    """Run a scenario with a controller and without one, and compute how far off the tool point is.
+
+    Parameters
+    ----------
+    scenario : name of a shipped scenario, or a TOML or CSV file; what is not given below stays as it says
+    controller : name of a shipped controller, or a law of your own, as `my_law.py:MyLaw`
+    parameters : start values, `"2 W/K"` under `motor.joint_conductance`, or the path of a parameter set (SSV)
+    mismatches : names or files; several mismatches add up
+    step, stop : communication step size and stop time, `"1 h"` or in s
+    master : name of the algorithm
+    tolerance : largest coupling error, `"0.1 um"` or in m, for which the steps become smaller where needed
+    fmus : native (C) or python; by default native if there is a C compiler
+
+    Raises
+    ------
+    InputError
+        If a name does not exist, or a value is refused.
+    SlaveError
+        If the run failed before its first communication point.
+    """
+    found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+    asked = changed(
+        found,
+        controller=controller,
+        parameters=parameters,
+        mismatches=mismatches,
+        step=step,
+        stop=stop,
+        master=master,
+        tolerance=tolerance,
+    )
+    with progress_bar(asked.title) as progress:
+        return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress)
 
 
 def _largest_um(bounds: Mapping[str, float]) -> float | None:

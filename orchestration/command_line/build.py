@@ -89,7 +89,7 @@ def build_files(
     platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this machine's by default
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
     valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
-        native FMUs, but for the systems in one FMU
+        native FMUs
     arrays : arrays in the native FMUs of FMI 3.0
 
     Raises
@@ -143,15 +143,15 @@ def _build(
 
     law, arm = controller(SHOWN_CONTROLLER), load_scenario(SHOWN_ARM_SCENARIO)
     components = [each for name, each in entries().items() if own is None or name in own.kinds]
-    if flags:
-        components = [replace(each, component=flagged(each.component)) for each in components]
+    with_flags = flagged if flags else lambda component: component
+    components = [replace(each, component=with_flags(each.component)) for each in components]
     built: list[Path] = []
     if kind != "native":
         with progress_bar("Python FMUs") as progress:
             built += build_python_fmus(components, out, counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
-        shipped = [] if flags else [WARMUP_CELL.joined(law), arm.joined()]
+        shipped = [with_flags(WARMUP_CELL.joined(law)), with_flags(arm.joined())]
         if own is not None:  # as one component, called as the scenario is; none where others' FMUs are in it
             name, foreign = re.sub(r"\W", "_", own.name), own.setup.blueprint.foreign
             shipped = [] if foreign else [replace(own.joined(), name=name)]

@@ -73,19 +73,15 @@ def diagnose(
 
     folder = out or Path("out") / "+".join(path.stem for path in data)
     whole_arm = [path for path in data if is_arm_file(path)]
-    if whole_arm and not check and len(data) > 1:
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm cannot be combined with others; diagnose it by itself"
-        )
-    if (
-        whole_arm
-        and not check
-        and any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace))
-    ):
-        raise InputError(
-            f"{whole_arm[0]}: a run of the whole arm has every input and is compared with the shipped arm; "
-            "leave out all options but --out, --check and --json"
-        )
+    if whole_arm and not check:
+        run = f"{whole_arm[0]}: a run of the whole arm"
+        if len(data) > 1:
+            raise InputError(f"{run} cannot be combined with others; diagnose it by itself")
+        if any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace)):
+            raise InputError(
+                f"{run} has every input and is compared with the shipped arm; "
+                "leave out all options but --out, --check and --json"
+            )
 
     def measured() -> Experiment:
         """The measurements, with the options that describe them."""
@@ -149,11 +145,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         found = diagnose_experiment(measured(), progress)
     for each in found.experiment.remarks:
         remark(each)
-    if json:
-        answer_json(json_content(found, SSV, SSP))
-    else:
-        answer(summary(found))
-    with _lost_files_named(folder):
+    with _answered(json, lambda: json_content(found, SSV, SSP), lambda: summary(found), folder):
         rig, none = found.experiment.rig, controller("none").name
         needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
         files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
@@ -171,19 +163,21 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
     whole = found.to_json(SSV)
-    if json:
-        answer_json(whole)
-    else:
-        answer(found.summary())
-    with _lost_files_named(folder):
+    with _answered(json, lambda: whole, found.summary, folder):
         write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")
 
 
 @contextmanager
-def _lost_files_named(folder: Path) -> Iterator[None]:
-    """Turn a failure to write into an InputError that says what is lost; the summary was printed before."""
+def _answered(
+    json: bool, content: Callable[[], Any], summary: Callable[[], str], folder: Path
+) -> Iterator[None]:
+    """Print the answer; a failure to write after it becomes an InputError that says what is lost."""
+    if json:
+        answer_json(content())
+    else:
+        answer(summary())
     try:
         yield
     except (OSError, InputError) as fault:

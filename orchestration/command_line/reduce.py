@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
     from warmlink.orchestration.reduction.part import Part
@@ -72,12 +73,14 @@ def reduce(
     from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
     from warmlink.orchestration.reduction.part import reduce_part, write_fmu
     from warmlink.orchestration.report.reduction import remarks, write_report
-    from warmlink.orchestration.scenarios.quantity import positive
+    from warmlink.orchestration.scenarios.entries import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
     if example:
         _write_example(part)
         return
+    if not is_file(part):
+        raise InputError(f"{part}: no such file; give a STEP file or a mesh")
     if list_faces:
         _list(part, unit, size, json)
         return
@@ -155,7 +158,7 @@ def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
 
 def _ends(text: str, unit: str, option: str) -> tuple[float, float]:
     """Ends of a range as `2 .. 60 W/(m2.K)`."""
-    from warmlink.orchestration.scenarios.quantity import positive
+    from warmlink.orchestration.scenarios.entries import positive
 
     low, dots, rest = text.partition("..")
     high = re.match(r"\s*[-+0-9.eE]+", rest)

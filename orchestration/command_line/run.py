@@ -62,28 +62,21 @@ def run(
     from warmlink.orchestration.fmu_store import kind_named, store
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import series_writers
-    from warmlink.orchestration.scenarios.own_system import with_replaced
     from warmlink.orchestration.scenarios.scenario import changed
+    from warmlink.orchestration.scenarios.setup import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
     given = arguments.values_given(parameters, set_)
-    asked = changed(
-        with_replaced(load_scenario(scenario), Replacements.given(replace, map_)),
-        controller=controller,
-        parameters=given,
-        mismatches=mismatch or (),
-        step=step,
-        stop=stop,
-        master=master,
-        tolerance=tolerance,
-    )
+    how = {"step": step, "stop": stop, "master": master, "tolerance": tolerance}
+    own = with_replaced(load_scenario(scenario), Replacements.given(replace, map_))
+    asked = changed(own, controller=controller, parameters=given, mismatches=mismatch or (), **how)
     named = None
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        once = {"--step": step, "--stop": stop, "--master": master, "--tolerance": tolerance}
-        others = [("--mismatch", each) for each in mismatch or ()]
-        named = Asked(scenario, given, others + [(name, told) for name, told in once.items() if told])
+        named = Asked(
+            scenario, given, mismatch or (), {f"--{name}": told for name, told in how.items() if told}
+        )
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         built = store(kind_named(fmus), sorted(asked.kinds), remark)

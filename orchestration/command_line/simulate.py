@@ -118,6 +118,9 @@ def simulate(
 
             def run(by: Algorithm, half: bool) -> Result:
                 given: dict[str, Any] = {**how, **(second if half else first)}
+                if long_run is not None and by is not chosen and not half:
+                    # A later attempt begins anew, and leaves no checkpoint, which the first one would take.
+                    given["long_run"] = LongRun(long_run.folder, every=None)
                 size = step_size / 2 if half else step_size
                 # The second run takes twice as long as the first.
                 before, share = (1 / 3, 2 / 3) if half else (0.0, 1 / 3 if repeats else 1.0)
@@ -151,7 +154,7 @@ def simulate(
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.scenarios.quantity import positive
+    from warmlink.orchestration.scenarios.entries import positive
 
     limits = {}
     for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):

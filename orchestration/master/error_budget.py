@@ -99,10 +99,8 @@ def attempted(
             try:
                 fine = once(finer, True)
                 bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
-            except KeyboardInterrupt:
-                bounds, broken = dict.fromkeys(names, np.inf), "interrupted"
-            except SlaveError as fault:  # before the second run's first value
-                bounds, broken = dict.fromkeys(names, np.inf), str(fault)
+            except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
+                bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
         missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
         broken = broken and f"{broken} in the run at half the step"
         kept = Attempt(whole, result, bounds, broken, missed)
@@ -133,16 +131,24 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
 
     The fine run has half the communication step size of the coarse one, and may end earlier: the bound then
     holds for that part, in which a warm-up has its largest coupling errors. Where one stopped early, bounds
-    are infinite. Where the algorithm's order of convergence, p, is reached, the two differ by (1 - 2**-p) of
-    the coarse run's error. Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
+    are infinite.
     """
     if not coarse.status == fine.status == "completed":
         return dict.fromkeys(variables, np.inf)
-    factor, found = SAFETY / (1.0 - 0.5**order), {}
+    factor, found = whole_error(order), {}
     for name in variables:
         halved = fine[name][::2]
         found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
     return found
+
+
+def whole_error(order: int) -> float:
+    """Give the bound of a run's error, as a multiple of its distance from the run with half the step.
+
+    Where the algorithm's order of convergence, p, is reached, the two differ by (1 - 2**-p) of the error.
+    Jumps in the inputs can lower it to 1; the factor 1.5 covers both.
+    """
+    return SAFETY / (1.0 - 0.5**order)
 
 
 def instability(

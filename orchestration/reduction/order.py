@@ -28,7 +28,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.scenarios.quantity import in_si
+from warmlink.orchestration.scenarios.entries import in_si
 from warmlink.orchestration.scenarios.scenario import materials
 
 RATES = np.geomspace(2e-5, 16.0, 9)

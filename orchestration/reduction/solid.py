@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.quantity import quantity
+from warmlink.orchestration.scenarios.entries import quantity
 from warmlink.orchestration.text_files import is_file
 
 Integers = NDArray[np.int64]

@@ -15,7 +15,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.scenarios.quantity import heading
+from warmlink.orchestration.scenarios.entries import heading
 
 if TYPE_CHECKING:
     import pandas

@@ -49,7 +49,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
         lead = f"{study.objective.title}: {winner.objective:.4g} from trial {winner.number} of {len(trials)}"
         shipped = study.shipped and trials[0].reason is None
         lead += f"; as shipped {trials[0].objective:.4g}." if shipped else "."
-    if study.second is not None and complete:
+    if len(study.objectives) > 1 and complete:
         sections.append(_front(study, trials))
     sections.append(_history(study, trials))
     importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
@@ -131,15 +131,15 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
 
 
 def _front(study: Study, trials: list[Judged]) -> Section:
-    assert study.second is not None
-    kept, titles = front(trials), (study.objective.title, study.second.title)
+    kept, titles = front(trials), [each.title for each in study.objectives]
+    seconds = [each.objectives[-1] if each.objectives else 0.0 for each in trials]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
-        rows.append((str(each.number), f"{each.objective:.4g}", f"{each.second:.4g}", *point))
+        rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
     figure = chart(
-        *_points([trial.second or 0.0 for trial in trials], trials, "trial"),
-        _line([each.second or 0.0 for each in kept], [each.objective for each in kept], "vh", "front"),
+        *_points(seconds, trials, "trial"),
+        _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front"),
         x=titles[1],
         y=titles[0],
     )
@@ -192,7 +192,7 @@ def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
         ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
         ("mismatches", ", ".join(mismatch.name for mismatch in study.mismatches)),
-        *(("objective", each.title) for each in (study.objective, study.second) if each is not None),
+        *(("objective", each.title) for each in study.objectives),
         *((f"{c.title}", f"at most {c.at_most:g}") for c in study.constraints),
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),

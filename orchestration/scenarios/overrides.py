@@ -10,7 +10,7 @@ from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.scenarios.quantity import quantity
+from warmlink.orchestration.scenarios.entries import quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
@@ -24,6 +24,25 @@ class StartValueSet:
 
     origin: str
     values: Mapping[str, str | float]
+
+    @property
+    def of_compensator(self) -> dict[str, str]:
+        """Variables of the compensator by their full names."""
+        split = {name: name.rpartition(".") for name in self.values}
+        return {name: each for name, (instance, _, each) in split.items() if instance == COMPENSATOR}
+
+    def takers(self, controllers: Mapping[str, Component]) -> list[str]:
+        """Controllers that have every variable that the set gives the compensator; InputError if none has."""
+        names = set(self.of_compensator.values())
+        known = {name: settable(law).keys() for name, law in controllers.items()}
+        found = [name for name, variables in known.items() if names <= variables]
+        if found:
+            return found
+        # The law that has most of them is the one that was meant.
+        missing = min(names - max(known.values(), key=lambda variables: len(names & variables)))
+        every = sorted(set().union(*known.values()))
+        remedy = instead(missing, every, "or compare the controller that it is for")
+        raise InputError(f"{self.origin}: no controller compared has {COMPENSATOR}.{missing}; {remedy}")
 
 
 def start_values(
@@ -102,41 +121,20 @@ def parameters_of(path: Path) -> dict[str, float]:
     return found
 
 
-def _of_compensator(given: StartValueSet) -> set[str]:
-    split = (name.rpartition(".") for name in given.values)
-    return {variable for instance, _, variable in split if instance == COMPENSATOR}
-
-
-def _takers(given: StartValueSet, controllers: Mapping[str, Component]) -> list[str]:
-    """Controllers that have every variable that a set gives the compensator; InputError if there is none."""
-    names = _of_compensator(given)
-    known = {name: settable(law).keys() for name, law in controllers.items()}
-    found = [name for name, variables in known.items() if names <= variables]
-    if found:
-        return found
-    # The law that has most of them is the one that was meant.
-    missing = min(names - max(known.values(), key=lambda variables: len(names & variables)))
-    every = sorted(set().union(*known.values()))
-    remedy = instead(missing, every, "or compare the controller that it is for")
-    raise InputError(f"{given.origin}: no controller compared has {COMPENSATOR}.{missing}; {remedy}")
-
-
 def assigned(
     sets: Sequence[StartValueSet], controllers: Mapping[str, Component]
 ) -> dict[str, dict[str, str | float]]:
     """Start values for each controller; InputError if none has what is set."""
-    taking = [(given.values, _takers(given, controllers)) for given in sets]
-    return {
-        name: {
-            key: value
-            for values, having in taking
-            for key, value in values.items()
-            if name in having or key.rpartition(".")[0] != COMPENSATOR
-        }
-        for name in controllers
-    }
+    found: dict[str, dict[str, str | float]] = {name: {} for name in controllers}
+    for given in sets:
+        taking = given.takers(controllers)
+        for law, values in found.items():
+            out_of_reach = () if law in taking else given.of_compensator
+            values |= {name: value for name, value in given.values.items() if name not in out_of_reach}
+    return found
 
 
 def reached_controllers(given: StartValueSet, controllers: Mapping[str, Component]) -> str | None:
     """Sentence that names the controllers that a set reaches; None if it sets none of their parameters."""
-    return f"{given.origin}: for {', '.join(_takers(given, controllers))}" if _of_compensator(given) else None
+    taking = ", ".join(given.takers(controllers))
+    return f"{given.origin}: for {taking}" if given.of_compensator else None

@@ -16,9 +16,8 @@ from warmlink.orchestration.catalogue import Controller, controller_named, shipp
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values, positive
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
-from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint

@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
+from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.processes import (
@@ -57,11 +58,16 @@ class AtWork(NamedTuple):
 
 
 @contextmanager
-def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None = None) -> Iterator[AtWork]:
-    """FMUs of the scenarios, and workers that keep each finished run in a folder, which is locked for them.
+def at_work(
+    scenarios: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    means: Means,
+    out: str | Path | None = None,
+) -> Iterator[AtWork]:
+    """FMUs of scenarios that run under each mismatch, and workers that keep each finished run in a folder.
 
-    Without a folder it is a temporary one. If no run was finished, a folder that was empty before is empty
-    again. InputError if another study is using the folder.
+    The folder is locked for them; by default it is a temporary one. If no run was finished, a folder that was
+    empty before is empty again. InputError if another study is using the folder.
     """
     if means.scheduler is None:
         check_jobs(means.jobs)
@@ -77,7 +83,7 @@ def at_work(scenarios: Sequence[Scenario], means: Means, out: str | Path | None 
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = joined_systems(scenarios, said.append)
-                fmus = replace(fmus, rollouts=agreeing(scenarios, fmus, whole, said.append))
+                fmus = replace(fmus, rollouts=agreeing(scenarios, mismatches, fmus, whole, said.append))
             if client is None:
                 workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
             else:

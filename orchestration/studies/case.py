@@ -12,10 +12,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from warmlink.orchestration.closed_loop.metrics import Series, error_metrics
-from warmlink.orchestration.closed_loop.outcome import coupling_um, discretisation_um
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics
+from warmlink.orchestration.closed_loop.outcome import discretisation_um
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import Number, OneOf
@@ -67,18 +68,18 @@ class Outcome:
 
     The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
     warmed up without compensation. Then follow the fastest change of the correction between two communication
-    points, the largest estimate that the link makes of its grid's error, the bound of the elongation's
-    coupling error, None where it was not asked for, and why the run ended early, None where it did not.
+    points, the largest estimate that the link makes of its grid's error, the bound of the coupling error of
+    growth and figures, None where it was not asked for, and why the run ended early, None where it did not.
     """
 
-    max_abs_um: float
-    p95_abs_um: float
-    rms_um: float
-    time_to_tolerance_s: float | None
-    within_tolerance_min: float
-    warm_up_first_min: float
-    correction_rate_um_s: float
-    discretisation_um: float
+    max_abs_um: float = math.nan
+    p95_abs_um: float = math.nan
+    rms_um: float = math.nan
+    time_to_tolerance_s: float | None = None
+    within_tolerance_min: float = math.nan
+    warm_up_first_min: float = math.nan
+    correction_rate_um_s: float = math.nan
+    discretisation_um: float = math.nan
     coupling_um: float | None = None
     stopped: str | None = None
 
@@ -90,10 +91,8 @@ class Outcome:
         }
 
 
-def failed(reason: str) -> Outcome:
-    """Outcome of a run that gave no figures, and why."""
-    nan = math.nan
-    return Outcome(nan, nan, nan, None, nan, nan, nan, nan, None, reason)
+COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
+"""Figures in um that a study may rank by."""
 
 
 def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
@@ -117,14 +116,13 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
     """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
     system = case.setup.blueprint.system(fmus, case.law, case.values)
 
-    def simulated(step: float, record: Sequence[str]) -> Result:
-        by = algorithm(case.master)
+    def simulated(step: float) -> Result:
+        by, record = algorithm(case.master), recorded(case.setup)
         return simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
 
-    result, fine = simulated(case.step_size, recorded(case.setup)), None
-    if case.with_budget and result.reason is None:
-        fine = simulated(case.step_size / 2, case.setup.roles.plant)
-    return figures(case, result, fine)
+    result = simulated(case.step_size)
+    repeats = case.with_budget and result.reason is None
+    return figures(case, result, simulated(case.step_size / 2) if repeats else None)
 
 
 def recorded(setup: Setup) -> tuple[str, ...]:
@@ -138,14 +136,13 @@ def recorded(setup: Setup) -> tuple[str, ...]:
 def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
     """Figures of a run, with the coupling error where there is a run at half the step."""
     if result.reason is not None:
-        return failed(result.reason)
+        return Outcome(stopped=result.reason)
     setup, time = case.setup, result.times
     error, without = (
         np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
     )
     errors, spans = error_metrics(time, error, case.tolerance), np.diff(time)
     rates = [np.max(np.abs(np.diff(result[name])) / spans, initial=0.0) for name in setup.corrections]
-    order = algorithm(case.master).order
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
@@ -156,8 +153,19 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         warm_up_first_min=warm_up_first(time, without, case.tolerance),
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
-        coupling_um=None if fine is None else coupling_um(result, fine, order, setup),
+        coupling_um=None if fine is None or fine.reason else _coupling_um(case, result, fine, errors),
     )
+
+
+def _coupling_um(case: Case, result: Result, fine: Result, errors: ErrorMetrics) -> float:
+    """Bound in um of the coupling error of the growth over a run, and of the figures that came of it.
+
+    A controller can make more of the growth's error, as where a thermometer rounds: the figures show it.
+    """
+    roles, order = case.setup.roles, algorithm(case.master).order
+    finer = error_metrics(result.times, np.asarray(roles.score.value(fine.__getitem__))[::2], case.tolerance)
+    moved = (whole_error(order) * abs(getattr(errors, name) - getattr(finer, name)) for name in COMPARED)
+    return max(1e6 * max(coupling_error(result, fine, order, roles.plant).values(), default=0.0), *moved)
 
 
 def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
@@ -222,8 +230,14 @@ class Gathered:
 
     def value(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """The figure for the runs of one point; NaN where one of them gave none."""
-        figure = METRICS[self.metric]
-        return gather([figure(o, c) for o, c in zip(outcomes, cases, strict=True)], self.over, self.level)
+        return gather(self._each(outcomes, cases), self.over, self.level)
+
+    def smooth(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
+        """Figures without a kink where another run becomes the worst, the largest of which is the value."""
+        return self._each(outcomes, cases) if self.over == "worst" else [self.value(outcomes, cases)]
+
+    def _each(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
+        return [METRICS[self.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
 
 
 @dataclass(frozen=True)

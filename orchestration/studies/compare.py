@@ -280,7 +280,7 @@ def compare(
 def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Comparison]:
     """Run a plan; the folder in which finished runs are kept is locked until the block ends."""
     cases = plan.cases
-    with at_work(plan.scenarios, means, out) as work:
+    with at_work(plan.scenarios, plan.mismatches, means, out) as work:
         with progress_bar(f"{len(cases)} runs") as progress:
             comparison = run_comparison(cases, work.workers, progress)
         yield comparison

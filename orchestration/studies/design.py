@@ -33,11 +33,10 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
-from warmlink.orchestration.scenarios.own_system import with_replaced
-from warmlink.orchestration.scenarios.quantity import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, with_replaced
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value

@@ -20,6 +20,9 @@ from warmlink.orchestration.studies.workers import Workers
 AT_ONCE = 1000
 """Points whose runs are laid out in memory, some 10 kB for each run."""
 
+OBJECTIVES = "objective", "second_objective"
+"""What results call them."""
+
 Progress = Callable[[int], None]
 """Called with the number of points done."""
 
@@ -28,18 +31,17 @@ Progress = Callable[[int], None]
 class Judged:
     """What a point came to; points are numbered from 0 in their study.
 
-    The objective is NaN where there is none, and `reason` says why. By `excess` each constraint is exceeded,
-    0 or below where it is kept. Outcomes are in the order of `Study.runs`; there are none where a component
-    refused the point, nor of trials read back from a storage.
+    Where there are no objectives, `reason` says why. By `excess` each constraint is exceeded, 0 or below
+    where it is kept. Outcomes are in the order of `Study.runs`; there are none where a component refused the
+    point, nor of trials read back from a storage.
     """
 
     number: int
     point: Point
-    objective: float = math.nan
+    objectives: tuple[float, ...] = ()
     excess: tuple[float, ...] = ()
     reason: str | None = None
     outcomes: tuple[Outcome, ...] = field(default=(), repr=False, compare=False)
-    second: float | None = None
 
     @property
     def feasible(self) -> bool:
@@ -47,17 +49,16 @@ class Judged:
         return self.reason is None and all(excess <= 0 for excess in self.excess)
 
     @property
-    def objectives(self) -> tuple[float, float]:
-        """Both; the second is 0 where there is one alone."""
-        return self.objective, self.second or 0.0
+    def objective(self) -> float:
+        """The first one; NaN where there is none."""
+        return self.objectives[0] if self.objectives else math.nan
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
             "number": self.number,
             "parameters": dict(self.point),
-            "objective": None if math.isnan(self.objective) else self.objective,
-            **({} if self.second is None else {"second_objective": self.second}),
+            **dict(zip(OBJECTIVES, self.objectives or (None,), strict=False)),
             "feasible": self.feasible,
             "reason": self.reason,
         }
@@ -70,7 +71,7 @@ def front(found: Sequence[Judged]) -> list[Judged]:
     """
     kept: list[Judged] = []
     for each in sorted((each for each in found if each.feasible), key=lambda each: each.objectives):
-        if not kept or each.objectives[1] < kept[-1].objectives[1]:
+        if not kept or each.objectives[-1] < kept[-1].objectives[-1]:
             kept.append(each)
     return kept
 
@@ -130,8 +131,7 @@ class Searched(Answer):
         """For JSON."""
         return {
             "study": self.study.name,
-            "objective": self.study.objective.title,
-            **({} if self.study.second is None else {"second_objective": self.study.second.title}),
+            **dict(zip(OBJECTIVES, (each.title for each in self.study.objectives), strict=False)),
             "best": None if self.best is None else self.best.to_dict(),
             "units": {axis.name: axis.unit for axis in self.study.axes},
             f"{self.word}s": [each.to_dict() for each in self.found],
@@ -165,12 +165,11 @@ def _judged(
         if outcome.stopped is not None:
             reason = f"{', '.join(case.label[1:])}: {outcome.stopped}"
             return Judged(number, point, reason=reason, outcomes=outcomes)
-    objective = study.objective.value(outcomes, cases)
+    objectives = tuple(each.value(outcomes, cases) for each in study.objectives)
     excess = tuple(constraint.excess(outcomes, cases) for constraint in study.constraints)
-    second = None if study.second is None else study.second.value(outcomes, cases)
-    if not all(math.isfinite(value) for value in (objective, second or 0.0, *excess)):
-        return Judged(number, point, reason=f"{study.objective.title} is {objective}", outcomes=outcomes)
-    return Judged(number, point, objective, excess, None, outcomes, second)
+    if not all(map(math.isfinite, (*objectives, *excess))):
+        return Judged(number, point, reason=f"{study.objective.title} is {objectives[0]}", outcomes=outcomes)
+    return Judged(number, point, objectives, excess, None, outcomes)
 
 
 def latin_hypercube(study: Study, count: int) -> list[Point]:
@@ -212,7 +211,7 @@ def sweep(study: Study, points: list[Point], workers: Workers, progress: Progres
 def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
     """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with at_work(study.scenarios, means, out) as work:
+    with at_work(study.scenarios, study.mismatches, means, out) as work:
         with progress_bar(study.title) as progress:
             found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
         yield Searched(study, found)

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import itertools
 import logging
-import multiprocessing
-import signal
-import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
-from multiprocessing import connection, resource_tracker
+from contextlib import suppress
+from multiprocessing import connection
 from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.master.slaves.isolation import die_with_parent
-from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.master.slaves.isolation import OtherProcess, ProcessEndedError
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
 
 if TYPE_CHECKING:
@@ -73,15 +68,15 @@ class _Processes:
             tried = [[[place]] for place in suspects]
         for place in suspects:
             label = ", ".join(cases[place].label)
-            yield place, failed(f"{label}: the worker died at each of {ATTEMPTS} attempts")
+            yield place, Outcome(stopped=f"{label}: the worker died at each of {ATTEMPTS} attempts")
 
     def _shares(self, cases: Sequence[Case]) -> list[list[int]]:
         """Places of the cases in shares that are worth a task each, several for every worker."""
-        needed = [seconds(case, self._fmus) for case in cases]
+        needed = [seconds(case, self._fmus.rollouts) for case in cases]
         enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
         shares: list[list[int]] = []
         held = enough
-        for together in side_by_side(cases, self._fmus):
+        for together in side_by_side(cases, self._fmus.rollouts):
             if held >= enough:
                 shares.append([])
                 held = 0.0
@@ -109,68 +104,50 @@ class LocalWorkers(_Processes):
         super().__init__(fmus)
         check_jobs(jobs)
         self._jobs = jobs
-        self._idle: list[tuple[Connection, SpawnProcess]] = []
+        self._idle: list[OtherProcess] = []
 
     def __exit__(self, *raised: object) -> None:
-        for pipe, _ in self._idle:
-            pipe.close()
-        for _, process in self._idle:
-            process.join()
-        self._idle.clear()
+        while self._idle:
+            self._idle.pop().end()
 
     def _count(self) -> int:
         return self._jobs
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
         joined = all(lane_of(case, self._fmus.rollouts) is not None for case in cases)
-        if joined and sum(seconds(case, self._fmus) for case in cases) < SOON_DONE_S:
+        if joined and sum(seconds(case, self._fmus.rollouts) for case in cases) < SOON_DONE_S:
             for share in shares:
                 yield share, attempt_all([cases[place] for place in share], self._fmus)
             return
-        waiting, busy = shares[::-1], dict[Connection, tuple[SpawnProcess, list[int]]]()
+        waiting, busy = shares[::-1], dict[Any, tuple[OtherProcess, list[int]]]()
         try:
             while waiting or busy:
                 while waiting and len(busy) < self._jobs:
                     share = waiting.pop()
-                    pipe, process = self._idle.pop() if self._idle else self._begun()
-                    busy[pipe] = process, share
+                    worker = self._idle.pop() if self._idle else OtherProcess("worker", _work, self._fmus)
+                    busy[worker.pipe] = worker, share
                     # One that died meanwhile is found out when its outcome is read.
-                    with suppress(BrokenPipeError, ConnectionResetError):
-                        pipe.send([cases[place] for place in share])
+                    with suppress(ProcessEndedError):
+                        worker.ask([cases[place] for place in share])
                 for ready in connection.wait(list(busy)):
-                    assert isinstance(ready, Connection)
-                    process, share = busy.pop(ready)
+                    worker, share = busy[ready]
                     try:
-                        outcomes: list[Outcome] | InputError = ready.recv()
-                    except (EOFError, OSError):
-                        _end(ready, process)
+                        outcomes: list[Outcome] | InputError | None = worker.answer(0.0)
+                    except ProcessEndedError:
+                        del busy[ready]
+                        worker.end()
                         yield share, None
                         continue
-                    self._idle.append((ready, process))
+                    if outcomes is None:  # it has begun
+                        continue
+                    del busy[ready]
+                    self._idle.append(worker)
                     if isinstance(outcomes, InputError):
                         raise outcomes
                     yield share, outcomes
         finally:
-            for pipe, (process, _) in busy.items():  # at a case of which nobody wants to hear any more
-                _end(pipe, process)
-
-    def _begun(self) -> tuple[Connection, SpawnProcess]:
-        here, there = multiprocessing.Pipe()
-        # Spawned, since a fork would inherit FMUs and threads of whoever calls; a daemon, since such a one is
-        # ended with this process however it ends.
-        process = multiprocessing.get_context("spawn").Process(
-            target=_work, args=(there, self._fmus), daemon=True
-        )
-        with _no_interrupts(), without_main():
-            process.start()
-        there.close()
-        return here, process
-
-
-def _end(pipe: Connection, process: SpawnProcess) -> None:
-    process.kill()
-    process.join()
-    pipe.close()
+            for worker, _ in busy.values():  # at a case of which nobody wants to hear any more
+                worker.end()
 
 
 def check_jobs(jobs: int) -> None:
@@ -179,33 +156,8 @@ def check_jobs(jobs: int) -> None:
         raise InputError(f"--jobs {jobs}: not a number of processes; give 1 to {MOST_JOBS}")
 
 
-@contextmanager
-def _no_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # which would set the mask back
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def without_main() -> Iterator[None]:
-    """Keep a new process from running the script of whoever calls once more: it needs nothing of it."""
-    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-
-
 def _work(pipe: Connection, fmus: FmuSet) -> None:
     """Run cases until the other end of the pipe is closed."""
-    die_with_parent()
     with suppress(EOFError, OSError):
         while True:
             cases = pipe.recv()

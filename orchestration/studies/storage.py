@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,7 +47,6 @@ class Storage:
     def __init__(self, study: Study, fmus: str, url: str) -> None:
         import optuna
 
-        self._of = study
         self.name = f"{study.name}-{study.digest(fmus)}"
         self.place = shown_place(url)
         self._distributions = _distributions(study)
@@ -60,7 +58,10 @@ class Storage:
             elif url.startswith(JOURNAL):
                 storage = _journal(url.removeprefix(JOURNAL))
             self.study = optuna.create_study(
-                storage=storage, study_name=self.name, load_if_exists=True, directions=_directions(study)
+                storage=storage,
+                study_name=self.name,
+                load_if_exists=True,
+                directions=["minimize"] * len(study.objectives),
             )
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
@@ -77,9 +78,8 @@ class Storage:
         found = []
         for trial in trials:
             point = {name: float(value) for name, value in trial.params.items()}
-            objective, *second = trial.values or [math.nan]
             excess, reason = tuple(trial.user_attrs.get(EXCESS) or ()), trial.user_attrs.get(REASON)
-            found.append(Judged(trial.number, point, objective, excess, reason, (), *second))
+            found.append(Judged(trial.number, point, tuple(trial.values or ()), excess, reason))
         return found
 
     def add(self, judged: Judged) -> None:
@@ -89,8 +89,8 @@ class Storage:
 
         trial = optuna.trial.create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
-            values=_told(judged) if judged.reason is None else None,
-            params=_internal(judged.point, self._of),
+            values=list(judged.objectives) or None,
+            params=dict(judged.point),
             distributions=dict(self._distributions),
             user_attrs={REASON: judged.reason, EXCESS: list(judged.excess)},
         )
@@ -116,10 +116,12 @@ class Chooser:
 
         self._study, self._number = study, 0
         self._distributions = _distributions(study)
-        self._optuna = optuna.create_study(sampler=_sampler(study, 0), directions=_directions(study))
+        self._optuna = optuna.create_study(
+            sampler=_sampler(study, 0), directions=["minimize"] * len(study.objectives)
+        )
         self._asked: list[optuna.trial.Trial] = []
         for point in first:
-            self._optuna.enqueue_trial(_internal(point, study))
+            self._optuna.enqueue_trial(dict(point))
 
     def ask(self, count: int) -> list[Point]:
         """Choose the next points."""
@@ -140,7 +142,7 @@ class Chooser:
             else:
                 asked.set_user_attr(EXCESS, list(trial.excess))
             if trial.reason is None:
-                self._optuna.tell(asked, _told(trial))
+                self._optuna.tell(asked, list(trial.objectives))
             else:
                 self._optuna.tell(asked, state=TrialState.FAIL)
         self._asked = []
@@ -204,22 +206,6 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
         return FloatDistribution(axis.low, axis.high, log=axis.log)
 
     return {axis.name: of(axis) for axis in study.axes}
-
-
-def _internal(point: Point, study: Study) -> dict[str, float]:
-    """A point's values as Optuna has them: whole numbers as such."""
-    whole = {axis.name for axis in study.axes if axis.integer and not axis.choice}
-    return {name: int(value) if name in whole else value for name, value in point.items()}
-
-
-def _directions(study: Study) -> list[Literal["minimize"]]:
-    """That each objective is to be small."""
-    return ["minimize"] * (1 if study.second is None else 2)
-
-
-def _told(judged: Judged) -> list[float]:
-    """The objectives as Optuna hears them."""
-    return [each for each in (judged.objective, judged.second) if each is not None]
 
 
 def default_url(folder: Path) -> str:

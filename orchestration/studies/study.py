@@ -28,8 +28,7 @@ from warmlink.orchestration.text_files import is_file, read_toml, shortened, sho
 
 LIBRARY = Path(__file__).parent / "library"
 
-SAMPLERS = ("tpe", "random")
-SWEEPS = ("grid", "latin_hypercube")
+SAMPLERS, SWEEPS = ("tpe", "random"), ("grid", "latin_hypercube")
 MOST_SEED, MOST_POINTS = 2**32 - 1, 100_000
 """The runs of that many points take hours, and a hundred times as many would not fit into memory."""
 
@@ -205,8 +204,7 @@ class Study:
     mismatches: tuple[Mismatch, ...]
     seed: int
     axes: tuple[Axis, ...]
-    objective: Gathered
-    second: Gathered | None
+    objectives: tuple[Gathered, ...]
     constraints: tuple[Constraint, ...]
     tune: TuneSettings
     sweep: SweepSettings
@@ -221,6 +219,11 @@ class Study:
             for duty in self.scenarios
             for mismatch in self.mismatches
         ]
+
+    @property
+    def objective(self) -> Gathered:
+        """The first one."""
+        return self.objectives[0]
 
     @property
     def runs(self) -> list[tuple[str, str]]:
@@ -253,13 +256,12 @@ class Study:
         facts = {
             "cases": [case.digest for case in self.cases({}, "")],
             "axes": [asdict(axis) for axis in self.axes],
-            "objective": asdict(self.objective),
             "constraints": [asdict(constraint) for constraint in self.constraints],
             "seed": self.seed,
             "batch": self.tune.batch,
             "sampler": self.tune.sampler,
             "fmus": fmus,
-            **({} if self.second is None else {"second": asdict(self.second)}),
+            **{k: asdict(v) for k, v in zip(("objective", "second"), self.objectives, strict=False)},
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:12]
 
@@ -295,8 +297,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
         axes=tuple(read_axis(key, table, declared, name) for key, table in file.parameters.items()),
-        objective=file.objective,
-        second=file.second_objective,
+        objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,
         sweep=file.sweep,

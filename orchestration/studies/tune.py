@@ -10,13 +10,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
-from warmlink.orchestration.studies.points import Judged, Searched, best, evaluate, front, latin_hypercube
+from warmlink.orchestration.studies.points import (
+    OBJECTIVES,
+    Judged,
+    Searched,
+    best,
+    evaluate,
+    front,
+    latin_hypercube,
+)
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Point, Study, load_study
 from warmlink.orchestration.studies.winner import polish
@@ -55,16 +64,18 @@ class Tuned(Searched):
 
     def _best_lines(self) -> list[str]:
         study, winner, first = self.study, self.best, self.found[0]
+        two = len(study.objectives) > 1
         lines = ["no trial keeps every constraint"]
         if winner is not None:
             told = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
-            at_best = "at best" if study.second is None else f"in trial {winner.number}, amid the front"
+            at_best = "at best" if not two else f"in trial {winner.number}, amid the front"
             lines = [f"{study.objective.title}: {winner.objective:.4g} {at_best}{told}"]
             lines += [*study.lines(winner.point), self.gain]
-        if study.second is not None:
-            lines.append(f"front, by {study.objective.title} and {study.second.title}")
+        if two:
+            lines.append(f"front, by {' and '.join(each.title for each in study.objectives)}")
             lines += [
-                f"  trial {e.number:<6}{e.objective:>12.4g}{e.second:>12.4g}" for e in front(self.found)
+                f"  trial {each.number:<6}" + "".join(f"{value:>12.4g}" for value in each.objectives)
+                for each in front(self.found)
             ]
         unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
         return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
@@ -73,14 +84,14 @@ class Tuned(Searched):
         """A row for each trial, as in `trials.csv`."""
         import pandas
 
-        two, kept = self.study.second is not None, front(self.found)
+        two, kept = len(self.study.objectives) > 1, front(self.found)
         excesses = [f"{c.metric} above {c.at_most:g}" for c in self.study.constraints]
         rows = [
             {
                 "number": trial.number,
                 **{axis.heading: trial.point[axis.name] for axis in self.study.axes},
-                "objective": trial.objective if trial.reason is None else None,
-                **({"second_objective": trial.second, "in_front": int(trial in kept)} if two else {}),
+                **dict(zip_longest(OBJECTIVES[: 1 + two], trial.objectives)),
+                **({"in_front": int(trial in kept)} if two else {}),
                 "feasible": int(trial.feasible),
                 **dict(zip(excesses, trial.excess or [None] * len(excesses), strict=True)),
                 "reason": trial.reason,
@@ -163,7 +174,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(study.scenarios, means, out) as work:
+    with at_work(study.scenarios, study.mismatches, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.studies.case import METRICS, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -36,59 +35,51 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
     if not axes:
         return winner
-    limits = list(study.constraints)
-    if study.second is not None and winner.second is not None:
-        limits.append(study.second.limited(winner.second))
+    others = zip(study.objectives[1:], winner.objectives[1:], strict=True)
+    limits = [*study.constraints, *(each.limited(reached) for each, reached in others)]
     cases = study.cases(winner.point, "")
     bounded = len(cases) if study.objective.over == "worst" else 1
-    found, known = [winner], dict[bytes, tuple[Array, Array]]()
-
-    def figures(asked: Gathered, outcomes: Sequence[Outcome]) -> list[float]:
-        if asked.over != "worst":
-            return [asked.value(outcomes, cases)]
-        return [METRICS[asked.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
+    found = [winner]
 
     def margins(judged: Judged) -> Array:
-        rows = [-np.array(figures(study.objective, judged.outcomes)) / winner.objective]
+        rows = [-np.array(study.objective.smooth(judged.outcomes, cases)) / winner.objective]
         for limit in limits:
-            over = limit.at_most - np.array(figures(limit, judged.outcomes))
+            over = limit.at_most - np.array(limit.smooth(judged.outcomes, cases))
             rows.append(over / (abs(limit.at_most) or 1.0))
         return np.concatenate(rows)
 
-    def linear(place: Array) -> tuple[Array, Array]:
+    @cache
+    def linear(place: tuple[float, ...]) -> tuple[Array, Array]:
         """Margins and their derivatives; ArithmeticError where a run gives none."""
-        key = place.tobytes()
-        if key not in known:
-            steps = np.where(place > 0.5, -DIFFERENCE, DIFFERENCE)
-            points = [
-                {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
-                for each in (place, *(place + np.diag(steps)))
-            ]
-            ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
-            if any(each.reason is not None for each in ended):
-                raise ArithmeticError
-            found.append(ended[0])
-            first, *others = map(margins, ended)
-            known[key] = first, (np.array(others) - first).T / steps
-        return known[key]
+        steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
+        points = [
+            {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
+            for each in (place, *(place + np.diag(steps)))
+        ]
+        ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
+        if any(each.reason is not None for each in ended):
+            raise ArithmeticError
+        found.append(ended[0])
+        first, *moved = map(margins, ended)
+        return first, (np.array(moved) - first).T / steps
 
-    start = np.array([axis.share(winner.point[axis.name]) for axis in axes])
+    start = tuple(axis.share(winner.point[axis.name]) for axis in axes)
     with suppress(ArithmeticError):
         bound = (np.arange(len(linear(start)[0])) < bounded).astype(float)
         minimize(
             lambda z: z[-1],
-            np.append(start, 1.0),
+            (*start, 1.0),
             jac=lambda z: np.eye(len(z))[-1],
             bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
             constraints={
                 "type": "ineq",
-                "fun": lambda z: linear(z[:-1])[0] + bound * z[-1],
-                "jac": lambda z: np.column_stack([linear(z[:-1])[1], bound]),
+                "fun": lambda z: linear((*z[:-1],))[0] + bound * z[-1],
+                "jac": lambda z: np.column_stack([linear((*z[:-1],))[1], bound]),
             },
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
         )
-    fit = [each for each in found if each.feasible and (each.second or 0.0) <= (winner.second or 0.0)]
+    fit = [each for each in found if each.feasible and each.objectives[1:] <= winner.objectives[1:]]
     return min(fit, key=lambda each: each.objective)
 
 

@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
+
+import numpy as np
 
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import whole_file
-from warmlink.fmus.packaging.cache import cache_folder, kept, remembered, used
-from warmlink.fmus.packaging.native.lanes import processor
-from warmlink.fmus.packaging.native.library import loaded, made_here
+from warmlink.fmus.packaging.cache import cache_folder, remembered, used
+from warmlink.fmus.packaging.native.library import loaded, made_here, processor
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
-from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed, figures, recorded, run_case
+from warmlink.orchestration.studies.case import (
+    COMPARED,
+    Case,
+    Outcome,
+    case_of,
+    figures,
+    recorded,
+    run_case,
+)
 
 Remark = Callable[[str], None]
 
@@ -31,9 +41,6 @@ MOST_POINTS = 200_000
 
 CASE_S, JOINED_HOURS_A_SECOND, FMU_HOURS_A_SECOND = 1e-3, 1000.0, 50.0
 """What a run takes in itself, and the closed-loop hours of joined systems and of FMUs in a second, about."""
-
-COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
-"""Figures in µm that a study may rank by."""
 
 _KEPT = "the finished runs are kept, and the same command continues"
 
@@ -101,12 +108,8 @@ def _written(folder: Path, contents: tuple[tuple[str, bytes], ...]) -> dict[str,
 
 def attempt_all(cases: Sequence[Case], fmus: FmuSet) -> list[Outcome]:
     """Run cases in this process: side by side where they have a joined system, else one by one on FMUs."""
-    outcomes: dict[int, Outcome | None] = {}
-    for places in side_by_side(cases, fmus):
-        mine = [cases[place] for place in places]
-        if lane_of(mine[0], fmus.rollouts) is not None:
-            outcomes |= zip(places, joined_outcomes(mine, fmus.rollouts[mine[0].law]), strict=True)
-    return [outcomes.get(place) or attempt(case, fmus) for place, case in enumerate(cases)]
+    joined = joined_outcomes(cases, fmus.rollouts)
+    return [joined.get(place) or attempt(case, fmus) for place, case in enumerate(cases)]
 
 
 def attempt(case: Case, fmus: FmuSet) -> Outcome:
@@ -116,35 +119,36 @@ def attempt(case: Case, fmus: FmuSet) -> Outcome:
     except NoRoomError as fault:
         raise NoRoomError(f"{fault}; {_KEPT}") from None
     except InputError as fault:
-        return failed(str(fault))
+        return Outcome(stopped=str(fault))
     except Exception as fault:
         if isinstance(fault, OSError) and fault.errno in FULL_DISK:
             where = fault.filename or "a temporary file"
             raise NoRoomError(f"{where}: cannot be written ({fault.strerror}); free space; {_KEPT}") from None
-        return failed(f"{type(fault).__name__}: {fault}")
+        return Outcome(stopped=f"{type(fault).__name__}: {fault}")
 
 
-def side_by_side(cases: Sequence[Case], fmus: FmuSet) -> list[list[int]]:
+def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list[list[int]]:
     """Places of the cases in shares that run together, longest run first: one on FMUs, several where joined.
 
     Longest first, so that no worker begins a long one when the others end.
     """
-    shares: list[list[int]] = []
-    open_share: dict[object, list[int]] = {}
-    for place in sorted(range(len(cases)), key=lambda i: (-cases[i].hours, i)):
-        lane = lane_of(cases[place], fmus.rollouts)
-        if lane not in open_share:
-            open_share[lane] = []
-            shares.append(open_share[lane])
-        open_share[lane].append(place)
-        if lane is None or len(open_share[lane]) == fmus.rollouts[cases[place].law].lanes:
-            del open_share[lane]
-    return shares
+
+    def rank(place: int) -> tuple[float, int]:
+        return -cases[place].hours, place
+
+    alike: dict[object, list[int]] = {}
+    for place in sorted(range(len(cases)), key=rank):
+        alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
+    shares = []
+    for lane, places in alike.items():
+        most = 1 if isinstance(lane, int) else rollouts[cases[places[0]].law].lanes
+        shares += [places[first : first + most] for first in range(0, len(places), most)]
+    return sorted(shares, key=lambda share: rank(share[0]))
 
 
-def seconds(case: Case, fmus: FmuSet) -> float:
+def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
     """About how long a run takes."""
-    joined = lane_of(case, fmus.rollouts) is not None
+    joined = lane_of(case, rollouts) is not None
     return CASE_S + case.hours / (JOINED_HOURS_A_SECOND if joined else FMU_HOURS_A_SECOND)
 
 
@@ -158,25 +162,26 @@ def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] |
     return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
 
 
-def joined_outcomes(cases: Sequence[Case], rollout: Rollout) -> list[Outcome | None]:
-    """Run cases side by side; None for one in which an FMU would have refused what another gave it."""
-    first = cases[0]
+def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:
+    """Figures by place of the cases that have a joined system, where no FMU would have refused a value."""
+    return {place: figures(cases[place], *results) for place, *results in _joined(cases, rollouts)}
 
-    def results(step: float) -> list[Result | None]:
-        points = CommunicationPoints.between(0.0, first.stop_time, step)
-        values, well = rollout.run([case.values for case in cases], points.count, step)
-        names, units = rollout.recorded, dict.fromkeys(rollout.recorded)
-        return [
-            Result(Table(names, units, points, mine.T), "completed") if good else None
-            for mine, good in zip(values, well, strict=True)
-        ]
 
-    coarse = results(first.step_size)
-    fine = results(first.step_size / 2) if first.with_budget else [None] * len(cases)
-    return [
-        None if mine is None else figures(case, mine, finer)
-        for case, mine, finer in zip(cases, coarse, fine, strict=True)
-    ]
+def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[tuple[Any, ...]]:
+    """Place and result of each such case, and the result at half the step of one with a budget."""
+    for places in side_by_side(cases, rollouts):
+        first = cases[places[0]]
+        if lane_of(first, rollouts) is None:
+            continue
+        rollout, results = rollouts[first.law], []
+        for parts in (1, 2) if first.with_budget else (1,):
+            points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
+            given = [cases[place].values for place in places]
+            values, well = rollout.run(given, points.count, points.step_size)
+            units = dict.fromkeys(rollout.recorded)
+            tables = (Table(rollout.recorded, units, points, mine.T) for mine in values)
+            results.append([Result(table, "completed") for table in tables])
+        yield from (each for each, good in zip(zip(places, *results, strict=True), well, strict=True) if good)
 
 
 def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
@@ -213,45 +218,73 @@ def _by_law(scenarios: Sequence[Scenario]) -> dict[str, list[Scenario]]:
 
 
 def agreeing(
-    scenarios: Sequence[Scenario], fmus: FmuSet, rollouts: Mapping[str, Rollout], remark: Remark
+    scenarios: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    fmus: FmuSet,
+    rollouts: Mapping[str, Rollout],
+    remark: Remark,
 ) -> dict[str, Rollout]:
-    """The joined systems whose figures are those of the FMUs within the coupling error.
-
-    Each controller is tried in one scenario, each in another as far as there are any. What was found is
-    kept for the next study with the same FMUs.
-    """
-    good: dict[str, Rollout] = {}
-    worst = (0.0, 0.0)
-    by_law = _by_law(scenarios)
-    for number, (law, rollout) in enumerate(rollouts.items()):
-        difference, coupling = _difference(by_law[law][number % len(by_law[law])], fmus, rollout)
-        if difference <= coupling:
-            good[law] = rollout
-            worst = max(worst, (difference, coupling))
-        else:
+    """The joined systems whose figures are those of the FMUs within the coupling error, in a run of each."""
+    told = tried(scenarios, mismatches, fmus, rollouts)
+    good = {law: found for law, found in told.items() if found[0] <= found[1]}
+    for law, (difference, coupling) in told.items():
+        if law not in good:
             remark(
                 f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
                 f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
             )
     if good:
+        difference, coupling = (max(each) for each in zip(*good.values(), strict=True))
         remark(
             f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
-            f"{worst[0]:.2g} µm, the coupling error is {worst[1]:.2g} µm (--exact runs the FMUs)"
+            f"{difference:.2g} µm, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)"
         )
-    return good
+    return {law: rollouts[law] for law in good}
+
+
+def tried(
+    scenarios: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    fmus: FmuSet,
+    rollouts: Mapping[str, Rollout],
+) -> dict[str, tuple[float, float]]:
+    """Difference of the figures of joined systems from those of FMUs, and the coupling error, both in µm.
+
+    FMUs hand on what changes up to a step late, so that a run in which the growth turns most sharply has the
+    largest coupling error. Each controller is tried in such a run, each in another as far as there are any.
+    What was found is kept for the next study with the same FMUs.
+    """
+    runs = {
+        law: [each.applied(one) for one in mine for each in mismatches]
+        for law, mine in _by_law(scenarios).items()
+        if law in rollouts
+    }
+    order = _sharpest_first(next(iter(runs.values())), rollouts) if runs else []
+    return {
+        law: _difference(mine[order[number % len(order)]], fmus, rollouts[law])
+        for number, (law, mine) in enumerate(runs.items())
+    }
+
+
+def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -> list[int]:
+    """Places of runs of one controller, that in which the growth's rate changes most in a step first."""
+    cases, turns = [case_of(each, (each.name,)) for each in runs], dict[int, float]()
+    for place, result in _joined(cases, rollouts):
+        growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
+        turns[place] = float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
+    return sorted(range(len(cases)), key=lambda place: -turns.get(place, 0.0))
 
 
 def _difference(scenario: Scenario, fmus: FmuSet, rollout: Rollout) -> tuple[float, float]:
     """Largest difference of a run's figures, and the coupling error of the FMUs, both in µm."""
     case = case_of(scenario, (scenario.controller.name, scenario.name, "tried"), with_budget=True)
 
-    def found() -> bytes:
-        exact, (joined,) = attempt(case, fmus), joined_outcomes([case], rollout)
+    def found() -> tuple[float, float]:
+        exact, joined = attempt(case, fmus), joined_outcomes([case], {case.law: rollout}).get(0)
         if joined is None or exact.coupling_um is None:
-            return b"[1e999, 0.0]"
+            return math.inf, 0.0
         differences = [abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]
-        return json.dumps([max(differences), exact.coupling_um]).encode()
+        return max(differences), exact.coupling_um
 
     made_from = (fmus.digest, hashlib.sha256(rollout.library).hexdigest(), case.digest)
-    difference, coupling = json.loads(kept("agreements", made_from, found))
-    return difference, coupling
+    return remembered("agreements", made_from, found)

@@ -13,10 +13,17 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
-from warmlink.orchestration.system.check import checked_value, variable_of
+from warmlink.orchestration.system.check import checked_values, variable_of
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connection, System, Value
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, net_of
+from warmlink.orchestration.system.model import (
+    CONNECTOR_KINDS,
+    Component,
+    Connection,
+    Connector,
+    System,
+    Value,
+)
+from warmlink.orchestration.system.ssp.net import net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
 from warmlink.orchestration.text_files import is_file
@@ -28,12 +35,7 @@ def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -
     Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
     or a value does not fit.
     """
-    info = read_description(fmu)
-    checked = {
-        key: checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
-        for key, value in (values or {}).items()
-    }
-    return Component(name, fmu, values=checked)
+    return Component(name, fmu, values=checked_values(read_description(fmu), values or {}, name))
 
 
 def assemble(
@@ -71,7 +73,7 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
     """
     links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
-    ends = {name: replace(components[name], connectors=()) for name in components if name in used}
+    ends = {name: replace(components[name], connectors={}) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
 
 
@@ -88,9 +90,7 @@ def check_system(system: System) -> None:
     for name, held in system.components.items():
         if name != held.name:
             raise InputError(f"{name}: the component calls itself {held.name}; give it one name")
-        info = read_description(held.fmu)
-        for key, value in held.values.items():
-            checked_value(variable_of(info, key, f"{name}.{key}"), value, f"{name}.{key}")
+        checked_values(read_description(held.fmu), held.values, name)
     for link, found in zip(system.connections, _resolved(system), strict=True):
         if found != link:
             raise InputError(
@@ -108,9 +108,8 @@ def _resolved(system: System) -> list[Connection]:
         if element is not None and element.info is not None and node.connector not in element.connectors:
             causality = variable_of(element.info, node.connector, str(node)).causality
             # Time, which is of no kind, connects to nothing, as a parameter does.
-            element.connectors[node.connector] = DeclaredConnector(
-                next((kind for kind in CONNECTOR_KINDS if kind == causality), "parameter")
-            )
+            kind = causality if causality in CONNECTOR_KINDS else "parameter"
+            element.connectors[node.connector] = Connector(kind)
     resolver = Resolver(net)
     for path in net.components:
         resolver.connectors(path)
@@ -177,5 +176,4 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
-    units = dict(sorted(resolver.units.items()))
-    return System(name, components, connections, experiment, units, tuple(resolver.remarks))
+    return System(name, components, connections, experiment, tuple(resolver.remarks))

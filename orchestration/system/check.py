@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -100,12 +101,18 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
             raise InputError(f"{where}: {number} does not fit into {bits} bits; give {least} to {most}")
     if not math.isfinite(number):
         raise InputError(f"{where}: {number}{unit} is not a finite number; give one")
-    if variable.min is not None and number < variable.min:
-        raise InputError(
-            f"{where}: {number:g}{unit} is below its minimum; give at least {variable.min:g}{unit}"
-        )
-    if variable.max is not None and number > variable.max:
-        raise InputError(
-            f"{where}: {number:g}{unit} is above its maximum; give at most {variable.max:g}{unit}"
-        )
+    low, high = variable.min, variable.max
+    if low is not None and number < low:
+        raise InputError(f"{where}: {number:g}{unit} is below its minimum; give at least {low:g}{unit}")
+    if high is not None and number > high:
+        raise InputError(f"{where}: {number:g}{unit} is above its maximum; give at most {high:g}{unit}")
     return number
+
+
+def checked_values(info: ModelInfo, values: Mapping[str, Value], name: str) -> dict[str, Value]:
+    """Give start values of a component by variable, as `checked_value` does; `name` is the component's."""
+    full = {key: f"{name}.{key}" for key in values}
+    return {
+        key: checked_value(variable_of(info, key, full[key]), value, full[key])
+        for key, value in values.items()
+    }

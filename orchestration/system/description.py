@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -119,7 +118,9 @@ def _read_variables(
 
     ModelStructure refers to indices in FMI 2.0, and to value references in FMI 3.0.
     """
-    types = _declared_types(root, major)
+    # The attributes of a declared type stand in a child of its element in FMI 2.0.
+    named = root.iterfind("TypeDefinitions/SimpleType" if major == 2 else "TypeDefinitions/*")
+    types = {t.get("name"): t[0] if major == 2 else t for t in named if major == 3 or len(t)}
     variables: dict[str, Variable] = {}
     by_key: dict[int, tuple[str, ...]] = {}
     arrays: dict[str, tuple[str, ...]] = {}
@@ -142,41 +143,19 @@ def _read_variables(
     return variables, by_key, arrays
 
 
-def _declared_types(root: Any, major: int) -> dict[str, Any]:
-    """Give the elements that hold the attributes of declared types, by the types' names."""
-    if major == 2:
-        simple = root.iterfind("TypeDefinitions/SimpleType")
-        return {t.get("name"): t[0] for t in simple if len(t) and t.get("name")}
-    return {t.get("name"): t for t in root.iterfind("TypeDefinitions/*") if t.get("name")}
-
-
-def _typed(
-    element: Any, types: dict[str, Any], major: int, where: str
-) -> tuple[Any, Any, Callable[[str], str | None]]:
-    """Give the element that tells a variable's type, its declared type, and a reader of both's attributes."""
-    typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
-    if typed is None:
-        raise InputError(f"{where}: the variable {element.get('name')} has no type")
-    name = typed.get("declaredType")
-    declared = types.get(name)
-    if name is not None and declared is None:
-        raise InputError(f"{where}: {element.get('name')}: its declared type {name} is not defined")
-
-    def attribute(key: str) -> str | None:
-        value = typed.get(key)
-        return declared.get(key) if value is None and declared is not None else value
-
-    return typed, declared, attribute
-
-
 def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
     """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
     name = xml.required(element, "name", where)
-    typed, declared, attribute = _typed(element, types, major, where)
-    kind, where = TYPES.get(typed.tag), f"{where}: {name}"
+    typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
+    if typed is None:
+        raise InputError(f"{where}: the variable {name} has no type")
+    declared = types.get(typed.get("declaredType"), typed)
+    if declared is typed and typed.get("declaredType") is not None:
+        raise InputError(f"{where}: {name}: its declared type {typed.get('declaredType')} is not defined")
+    kind, where, said = TYPES.get(typed.tag), f"{where}: {name}", {**declared.attrib, **typed.attrib}
 
     def bound(key: str) -> float | None:
-        text = attribute(key) if kind in ("Real", "Integer", "Enumeration") else None
+        text = said.get(key) if kind in ("Real", "Integer", "Enumeration") else None
         value = math.inf if text is None else xml.any_number(text, where)
         return value if math.isfinite(value) else None
 
@@ -192,7 +171,7 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
     )
     causality = element.get("causality", "local")
     variability, initial = _defaults(typed.tag, causality, element.get("variability"))
-    listed = () if declared is None or kind != "Enumeration" else declared.iterfind("Item")
+    listed = declared.iterfind("Item") if kind == "Enumeration" else ()
     starts = () if dimensions or kind is None else _starts(typed, kind, where)
     return Variable(
         name=name,
@@ -202,12 +181,12 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
         causality=causality,
         variability=variability,
         initial=element.get("initial") or initial,
-        unit=(attribute("unit") or None) if kind == "Real" else None,
+        unit=(said.get("unit") or None) if kind == "Real" else None,
         start=starts[0] if starts else None,
         min=bound("min"),
         max=bound("max"),
         nominal=bound("nominal"),
-        relative=kind == "Real" and attribute("relativeQuantity") in ("true", "1"),
+        relative=kind == "Real" and said.get("relativeQuantity") in ("true", "1"),
         description=element.get("description", ""),
         items={
             xml.required(i, "name", where): xml.integer(xml.required(i, "value", where), where)

@@ -9,16 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 
-ConnectorKind = Literal[
-    "input", "output", "parameter", "calculatedParameter", "structuralParameter", "local", "constant"
-]
-CONNECTOR_KINDS: tuple[ConnectorKind, ...] = get_args(ConnectorKind)
+CONNECTOR_KINDS = (
+    "input",
+    "output",
+    "parameter",
+    "calculatedParameter",
+    "structuralParameter",
+    "local",
+    "constant",
+)
 ConnectorType = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
 Value = float | int | bool | str
 StartValues = Mapping[str, Mapping[str, Value]]
@@ -42,21 +47,21 @@ TYPES: dict[str, ConnectorType] = {
 
 @dataclass(frozen=True)
 class Connector:
-    """A variable of a component as the system sees it; `unit` is None where the SSP gives none."""
+    """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
 
-    name: str
-    kind: ConnectorKind
-    type: ConnectorType = "Real"
-    unit: str | None = None
+    kind: str
+    type: str | None = None
+    unit: Unit | None = None
+    sizes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU in the system: its file, its connectors, and start values in its variables' own units."""
+    """One FMU in the system: its file, connectors by name, start values in its variables' own units."""
 
     name: str
     fmu: Path
-    connectors: tuple[Connector, ...] = ()
+    connectors: Mapping[str, Connector] = field(default_factory=dict)
     values: dict[str, Value] = field(default_factory=dict)
 
 
@@ -106,15 +111,13 @@ class DefaultExperiment:
 class System(Answer):
     """Components by name, in the order given, and the connections between them.
 
-    `units` are those of connectors that no FMU of the system defines; `remarks` are sentences on what the
-    standard lets a reader pass over.
+    The `remarks` are sentences on what the standard lets a reader pass over.
     """
 
     name: str
     components: dict[str, Component]
     connections: tuple[Connection, ...] = ()
     default_experiment: DefaultExperiment = DefaultExperiment()
-    units: dict[str, Unit] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
     def summary(self) -> str:

@@ -97,9 +97,7 @@ class Replacements:
             if instance not in parts:
                 raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
             before = read_description(parts[instance].fmu)
-            asked = {
-                name: (each.causality, own_unit(before, each)) for name, each in before.variables.items()
-            }
+            asked = {name: (v.causality, own_unit(before, v)) for name, v in before.variables.items()}
             parts[instance] = component(instance, self.fmu(instance, before.model_name, asked, ends))
         touched = [each for each in links if any(name in self.fmus for name, _ in each.ends)]
         anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.views import flag_of
+from warmlink.fmus.packaging.views import with_flag_wires
 from warmlink.fmus.plant import ROD_WIRES, WIRES
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
@@ -133,21 +133,13 @@ class Blueprint:
         """
         known = {**self.foreign, **fmus}
         files = {instance: known[kind] for instance, kind in self.components_with(controller).items()}
-        wires = (*self.wires, *_flag_wires(files, self.wires))
+        ends = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
+        wires = with_flag_wires(self.wires, ends)
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)
         return replace(assemble(self.name, files, wires, values or {}), default_experiment=experiment)
 
 
-def _flag_wires(files: Mapping[str, Path], wires: Iterable[Wire]) -> Iterator[Wire]:
-    """Wires between the flags of what is connected, where both ends have one (see `fmus.packaging.views`)."""
-    known = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
-    for source, target in wires:
-        flags = flag_of(source), flag_of(target)
-        if known.issuperset(flags):
-            yield flags
-
-
-def _fan(source: str, *targets: str) -> tuple[tuple[str, str], ...]:
+def _fan(source: str, *targets: str) -> tuple[Wire, ...]:
     return tuple((source, target) for target in targets)
 
 

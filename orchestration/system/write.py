@@ -15,6 +15,7 @@ from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.views import flag_of
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.assemble import check_system
+from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.drawing import Box, boxes, longer_side, places
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connector, System, Value, Variable
@@ -79,30 +80,26 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
 def _with_connectors(system: System) -> System:
     """Give the system with connectors everywhere: those who read the file connect nothing else."""
     fed = {link.ends[1] for link in system.connections}
-    parts = {
-        name: held if held.connectors else replace(held, connectors=_connectors(held, fed))
-        for name, held in system.components.items()
-    }
-    for link in system.connections:
-        for name, connector in link.ends:
-            if name in parts and connector not in {c.name for c in parts[name].connectors}:
-                raise InputError(
-                    f"{link.source} -> {link.target}: {name} has no connector {connector}; declare it"
-                )
-    return replace(system, components=parts)
+    return replace(
+        system,
+        components={
+            name: held if held.connectors else replace(held, connectors=_connectors(held, fed))
+            for name, held in system.components.items()
+        },
+    )
 
 
-def _connectors(held: Component, fed: set[End]) -> tuple[Connector, ...]:
+def _connectors(held: Component, fed: set[End]) -> dict[str, Connector]:
     """Connect outputs, given parameters and what is fed: some tools feed 0 to every other input listed."""
-    return tuple(
-        Connector(v.name, kind, v.kind, v.unit)
-        for v in read_description(held.fmu).variables.values()
-        for kind in CONNECTOR_KINDS
-        if kind == v.causality
+    info = read_description(held.fmu)
+    return {
+        v.name: Connector(kind, v.kind, own_unit(info, v))
+        for v in info.variables.values()
+        if (kind := v.causality) in CONNECTOR_KINDS
         and v.kind is not None
         and not v.dimensions
         and (kind == "output" or ((held.name, v.name) in fed if kind == "input" else v.name in held.values))
-    )
+    }
 
 
 def _opened(system: System, ports: Ports) -> tuple[System, Net]:
@@ -112,17 +109,19 @@ def _opened(system: System, ports: Ports) -> tuple[System, Net]:
     links = tuple(c for c in system.connections if c.source_component in kept)
     inner = replace(system, components=kept, connections=links)
     net = net_of(inner)
-    top, given = net.elements[()], _names(link.ends[0] for link in cut)
+    flags = [(name, flag_of(variable)) for name, variable in ports.shown]
+    there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
+    shown, top = (*ports.shown, *there), net.elements[()]
+    called = _names((*(link.ends[0] for link in cut), *shown))
     for link in cut:
-        edge = replace(edge_of(link), source=Node((), given[link.ends[0]]))
+        edge = replace(edge_of(link), source=Node((), called[link.ends[0]]))
         taking = net.elements[edge.target.path].connectors[edge.target.connector]
         top.connectors.setdefault(edge.source.connector, replace(taking, kind="input"))
         top.connections.append(edge)
-    flags = [(name, flag_of(variable)) for name, variable in ports.shown]
-    there = [(name, flag) for name, flag in flags if flag in read_description(kept[name].fmu).variables]
-    for (name, variable), shown in _names((*ports.shown, *there)).items():
-        top.connectors[shown] = replace(net.elements[(name,)].connectors[variable], kind="output")
-        top.connections.append(Edge(Node((name,), variable), Node((), shown)))
+    for name, variable in shown:
+        port = called[name, variable]
+        top.connectors[port] = replace(net.elements[(name,)].connectors[variable], kind="output")
+        top.connections.append(Edge(Node((name,), variable), Node((), port)))
     return inner, net
 
 
@@ -142,6 +141,7 @@ class _Document:
 
     def __init__(self, system: System, net: Net) -> None:
         self.system, self.net, self.resolver = system, net, Resolver(net)
+        self.into = net.into  # which refuses a connection of what is no connector
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
         self.fmus: dict[Path, str] = {}
@@ -242,7 +242,7 @@ class _Document:
         """Add the type of a component's connector, or of the one whose values a system's connector has."""
         info = self.net.info(node)
         while info is None:
-            before = self.net.into.get(node)
+            before = self.into.get(node)
             node = before.source if before else self.net.onward[node][0][-1].target
             info = self.net.info(node)
         variable, unit = self._variable(node)

@@ -6,10 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import Belief, variance_along
 from warmlink.controllers.matrices import symmetric, upper, upper_diagonal
+from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import allowed_for, led, quieted, together
-from warmlink.controllers.observer.model import HEATS, MODES, STATES
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, known_heat
+from warmlink.fmus.component.instance import Instance
 
 P: Any = SimpleNamespace(quiet_share=0.1)
 SIZES = [STATES, STATES + 2]
@@ -73,3 +76,50 @@ def test_who_leads(heat: float, seen: float, begun_again: float, alert_leads: bo
         assert all(np.array_equal(one, other) for one, other in zip(filters.alert, alert, strict=True))
         expected = quieted(alert, p) if alert_leads else quiet
         assert all(np.array_equal(one, other) for one, other in zip(filters.quiet, expected, strict=True))
+
+
+def test_the_alert_filter_is_a_kalman_filter() -> None:
+    """Against dense matrices and all readings of a sample at once, one of them missing for a while.
+
+    Of convection's effect on the errors both keep the diagonal.
+    """
+    observer = Instance(OBSERVER)
+    p = OBSERVER.d.read(np.asarray(OBSERVER.settled(OBSERVER.start_values()[0])))
+    rows, sigma = np.reshape(p.sensor_rows, (SENSORS, MODES)), np.asarray(p.sensor_std)
+    used = np.flatnonzero(sigma > 0)
+    heats = np.column_stack([p.shaft_heat_gain, p.link_heat_gain])
+    convection = np.reshape(p.convection, (MODES, MODES))
+    random = np.random.default_rng(5)
+    readings = dict.fromkeys(SENSED, 295.15)
+    observer.set(readings)
+    observer.initialize()
+    for sample in range(300):
+        before = OBSERVER.x.read(np.array(observer.snapshot().states))
+        readings = {name: 295.15 + 0.004 * sample + random.normal(0.0, 0.1) for name in SENSED}
+        if 100 < sample < 130:
+            readings["tip_temperature"] = np.nan
+        observer.set({**readings, "speed": 3.0, "torque": 2.0, "ambient_temperature": 295.15})
+        observer.step(float(sample), 1.0)
+        after = OBSERVER.x.read(np.array(observer.snapshot().states))
+
+        modes, unknown = np.split(before.estimate[::2], [MODES])
+        duty = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
+        mean = np.append(
+            p.decay * modes + p.reach * (known_heat(modes, duty, p) + heats @ unknown), p.fade * unknown
+        )
+        own = np.diag(p.decay + p.reach * duty.speed * np.diag(convection))
+        carried = np.block([[own, p.reach[:, None] * heats], [np.zeros((HEATS, MODES)), np.diag(p.fade)]])
+        variance = np.append(p.profile_std**2 * (1 - p.decay**2), p.disturbance_std**2 * (1 - p.fade**2))
+        spread = carried @ symmetric(before.spread[::2], STATES) @ carried.T + np.diag(variance)
+        by_noise = carried @ symmetric(before.noise_spread[::2], STATES) @ carried.T
+
+        read = [i for i in used if np.isfinite(readings[SENSED[i]]) and not after.trust_out[i]]
+        seen = np.pad(rows[read], ((0, 0), (0, HEATS)))
+        noise = np.diag(sigma[read] ** 2)
+        gain = spread @ seen.T @ np.linalg.inv(seen @ spread @ seen.T + noise)
+        told = np.array([readings[SENSED[i]] for i in read]) - p.linearisation_temperature
+        left = np.eye(STATES) - gain @ seen
+        joseph = (left @ each @ left.T + gain @ noise @ gain.T for each in (spread, by_noise))
+        assert after.estimate[::2] == pytest.approx(mean + gain @ (told - seen @ mean), abs=1e-10)
+        for name, expected in zip(("spread", "noise_spread"), joseph, strict=True):
+            assert symmetric(getattr(after, name)[::2], STATES) == pytest.approx(expected, abs=1e-10)

@@ -3,20 +3,16 @@
 import ctypes
 import itertools
 import re
-from dataclasses import replace
 from typing import NamedTuple
 
 import casadi
 import numpy as np
 import pytest
 
+from tests.built import call_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
 from warmlink.fmus.component.arithmetic import Number
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native.casadi_code import functions_text
-from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-from warmlink.fmus.packaging.native.lanes import in_lanes
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.c_code import functions_text
 
 
 class Pair(NamedTuple):
@@ -50,12 +46,11 @@ def test_every_arithmetic_gives_the_same(use: float) -> None:
 
 
 def test_what_is_idle_is_written_once_and_skipped() -> None:
-    text = functions_text("idle", [graph()], ())
-    assert text.count("/* moved_run:") == 1
+    text = functions_text([graph()], ())
+    assert text.count("static void moved") == 1
     assert "moved_skip" not in text, "what is skipped needs no function"
-    assert len(re.findall(r"if \(any_of\(.+\)\) \{", in_lanes(text, 4))) == 2, (
-        "it runs where any run needs it"
-    )
+    in_lanes = functions_text([graph()], (), lanes=4)
+    assert len(re.findall(r"if \(any_of\(.+\)\) \{", in_lanes)) == 2, "it runs where any run needs it"
 
 
 def chain(kept: bool) -> casadi.Function:
@@ -71,16 +66,10 @@ def chain(kept: bool) -> casadi.Function:
 @pytest.mark.parametrize("kept", [False, True])
 def test_what_is_left_as_it_was_is_moved_by_its_pointer_alone(kept: bool) -> None:
     whole = chain(kept)
-    text = functions_text("chain", [whole], ())
-    if not kept:
-        assert "{ casadi_real *other=" in text
+    text = functions_text([whole], ())
+    assert re.search(r"p(t\d+)=\1;", text)
     text += "void call(const double *const *a, double *y) { chain_of(a[0], a[1], a[2], y); }\n"
-    try:
-        (compiler,) = compilers(platforms_named(None))
-    except InputError as fault:
-        pytest.skip(str(fault))
-    flags = tuple(each for each in compiler.flags if "visibility" not in each)
-    call = loaded(replace(compiler, flags=flags).library({"chain.c": text}, "chain")).call
+    call = call_of(text)
     found = np.zeros(whole.size1_out(0))
     for uses in itertools.product((0.0, 1.0), repeat=3):
         given = [np.array(each) for each in ([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], uses)]
@@ -97,10 +86,21 @@ def picked(given: Number, place: int) -> Number:
 def test_what_differs_by_a_whole_number_is_another_function() -> None:
     given = casadi.MX.sym("given", 2)
     both = casadi.Function("both", [given], [casadi.vertcat(picked(given, 0), picked(given, 1))])
-    text = functions_text("both", [both], ())
-    first, second = (text.index(f"/* picked_{place}:") for place in (0, 1))
+    text = functions_text([both], ())
+    first, second = (text.index(f"static void picked_{place}") for place in (0, 1))
     assert "x0[0]" in text[first:second]
     assert "x0[1]" in text[second:]
+
+
+@kept_whole
+def told_apart(given: Number, by: object) -> Number:
+    return 2.0 * given if by is True else 3.0 * given
+
+
+def test_true_is_not_taken_for_one() -> None:
+    given = casadi.MX.sym("given")
+    both = casadi.Function("both", [given], [told_apart(given, 1), told_apart(given, True)])
+    assert [float(each) for each in both(1.0)] == [3.0, 2.0]
 
 
 @side_by_side(1)
@@ -117,6 +117,6 @@ def test_two_side_by_side_are_a_loop_in_c() -> None:
     graph = casadi.Function("graph", [first, second, factor], list(scaled(Pair(first, second), factor)))
     for one, other in zip(graph(*both, [2.0, 3.0, 4.0]), found, strict=True):
         assert one.full().ravel().tolist() == other.tolist()
-    text = functions_text("pairs", [graph], ())
-    assert "for (i=0; i<2; ++i) {" in text
+    text = functions_text([graph], ())
+    assert "for (int i=0; i<2; ++i) {" in text
     assert "y0[4+i]=" in text

@@ -84,6 +84,7 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatc
         (["simulate", "broken.ssp"], "broken.ssp"),
         (["simulate", "lonely.ssp"], "Absent.fmu"),
         (["check", "absent.fmu"], "absent.fmu: no such file"),
+        (["reduce", "absent.step"], "absent.step: no such file; give a STEP file or a mesh"),
         (["check", "broken.ssp"], "broken.ssp"),
         (["build", "--fmus", "wasm"], "--fmus wasm: no such kind"),
     ],

@@ -54,7 +54,7 @@ def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def two(fmu: Path, second: str = "b", **values: Value) -> Path:
     """Two integrators, the second fed by the first; the values are the second's."""
-    parts = {"a": Component("a", fmu), second: Component(second, fmu, (), dict(values))}
+    parts = {"a": Component("a", fmu), second: Component(second, fmu, {}, dict(values))}
     path = Path("two.ssp")
     wires = (Connection("a", "y", second, "u"),)
     write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 1.0, 1.0 / STEPS)), path)

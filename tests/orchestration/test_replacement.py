@@ -17,8 +17,8 @@ from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.own_system import with_replaced
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.setup import with_replaced
 from warmlink.orchestration.system import replacement
 from warmlink.orchestration.system.replacement import Replacements
 

@@ -51,8 +51,8 @@ def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def oscillator(fmu: Path, stop: float = 10.0, step: float = 0.1, **b: Value) -> Path:
     """a'' = -a from a = 1: two integrators in a loop."""
-    a = Component("a", fmu, (), {"y": 1.0, "rate": -1.0})
-    parts = {"a": a, "b": Component("b", fmu, (), dict(b))}
+    a = Component("a", fmu, {}, {"y": 1.0, "rate": -1.0})
+    parts = {"a": a, "b": Component("b", fmu, {}, dict(b))}
     wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u"))
     path = Path("oscillator.ssp")
     write_ssp(System("oscillator", parts, wires, DefaultExperiment(0.0, stop, step)), path)
@@ -106,6 +106,26 @@ def test_a_tolerance_sets_the_step(fmu: Path, capsys: pytest.CaptureFixture[str]
     assert "--tolerance 0.1 um: fits no output" in said
     _, said = simulate(oscillator(fmu), "--tolerance", "1", "--real-time", "1", capsys=capsys, expected=2)
     assert "needs a second run" in said
+
+
+def test_with_a_tolerance_a_resumed_run_goes_on_to_smaller_steps(
+    fmu: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The checkpoint is the first attempt's; a later one begins anew."""
+    options = (
+        "--tolerance=1e-3",
+        "--watch=a.y",
+        "--step=0.1 s",
+        "--error-budget",
+        "--checkpoint=5",
+        "--resume",
+    )
+    found = []
+    for _ in range(2):
+        answer, _ = simulate(oscillator(fmu, 1.0), *options, "--out=o", capsys=capsys)
+        assert answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
+        found.append(pd.read_parquet("o/results.parquet"))
+    pd.testing.assert_frame_equal(*found)
 
 
 @pytest.mark.parametrize("option", ["--no-error-budget", "--checkpoint=5", "--real-time=100"])

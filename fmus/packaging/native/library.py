@@ -6,7 +6,7 @@ import os
 import platform
 import sys
 import tempfile
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -40,3 +40,15 @@ def loaded(library: bytes) -> ctypes.CDLL:
         with contextlib.suppress(OSError):  # Windows keeps the file of a loaded library
             file.unlink()
             folder.rmdir()
+
+
+@cache
+def processor() -> tuple[int, str | None]:
+    """Lanes worth their while on this machine, and the level of its processor as compilers name it."""
+    try:
+        flags = set(Path("/proc/cpuinfo").read_text("utf-8").partition("flags")[2].partition("\n")[0].split())
+    except OSError:
+        flags = set()
+    if {"avx512f", "avx512dq", "avx512vl", "avx512bw", "avx512cd"} <= flags:
+        return 8, "x86-64-v4"
+    return 4, "x86-64-v3" if {"avx2", "fma", "bmi2"} <= flags else None

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.packaging.native.lanes import runs_here
-from warmlink.fmus.packaging.native.library import loaded
+from warmlink.fmus.packaging.native.library import loaded, processor
 
 Array = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ class Rollout:
     @property
     def runs_here(self) -> bool:
         """Whether this machine's processor knows the library's instructions."""
-        return runs_here(self.level)
+        return self.level is None or self.level <= (processor()[1] or "")
 
     def periods(self, given: Given) -> tuple[float, ...]:
         """Sample times in s of a run with such parameters; runs go side by side only if these are equal."""

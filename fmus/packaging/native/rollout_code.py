@@ -5,7 +5,6 @@ cycle, become a table over time. Of what the others compute, that which depends 
 factors of a micro step's matrix, say, as long as the duty stays the same) is kept until one of them changes.
 """
 
-import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,17 +15,17 @@ from warmlink.fmus.component.arithmetic import LARGEST
 from warmlink.fmus.component.join import Joint, join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
     Function,
     Symbols,
     function,
-    functions_text,
     unsimplified,
 )
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.joint_code import places, running_parts
-from warmlink.fmus.packaging.native.lanes import in_lanes, processor
+from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
 
@@ -45,7 +44,7 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     lanes = most if side_by_side else 1
     (compiler,) = compilers(platforms_named(None))
     options = ("-w", *(() if level is None else (f"-march={level}",)))
-    sources = {name: in_lanes(text, lanes) for name, text in cell.texts().items()}
+    sources = cell.texts(lanes)
     sources["run.c"] += cell.core()
     library = replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout")
     layouts = zip((whole.p, whole.u), whole.start_values(), strict=True)
@@ -139,18 +138,18 @@ class _Cell:
         self._seen = [(n, [*a, kept], r) for (n, a, _), r in zip(self._seen, rest, strict=True)]
         self._view: Function = ("view", now, view)
 
-    def texts(self) -> dict[str, str]:
+    def texts(self, lanes: int) -> dict[str, str]:
         """C that the core calls, in files of which a similar system needs some as they are."""
         alone = {"advance": self._steps, **{name: [each] for name, each in self._updates.items()}}
         apart = {name: [half for each in of for half in each] for name, of in alone.items()}
-        texts = {f"{name}.c": _text(name, of, [each[0] for each in of]) for name, of in apart.items()}
+        texts = {f"{name}.c": _text(of, [each[0] for each in of], lanes) for name, of in apart.items()}
         declared = "".join(
-            _DECLARED.format(name, ", ".join(["const double *"] * len(arguments)))
+            _DECLARED.format(name, ", ".join(["const lanes *"] * len(arguments)))
             for of in apart.values()
             for name, arguments, _ in of
         )
         together = [*self._demands(), self._standing, self._view, *self._seen]
-        return {**texts, "run.c": declared + _text("run", together, ())}
+        return {**texts, "run.c": _text(together, (), lanes) + declared}
 
     def core(self) -> str:
         """C that does one task after another: sizes, what each clock does, and the hand-written loop."""
@@ -265,13 +264,12 @@ def _refused(values: Iterable[tuple[Input | Parameter, Expression]]) -> Expressi
 _LOOP = Path(__file__).parent / "sources" / "rollout.c"
 """The loop over the tasks of a run."""
 
-_DECLARED = "void {0}_lanes({1}, double *);\n#define {0}_of {0}_lanes\n"
+_DECLARED = "void {0}_lanes({1}, lanes *);\n#define {0}_of {0}_lanes\n"
 
 
-def _text(name: str, functions: Iterable[Function], declared: Collection[str]) -> str:
-    """C of functions without CasADi's comments, which tell sizes that do not matter."""
-    found = functions_text(f"rollout_{name}", (function(*each) for each in functions), declared)
-    return "#define WL(name) name##_lanes\n" + re.sub(r"^/\*.*\*/\n", "", found, flags=re.MULTILINE)
+def _text(functions: Iterable[Function], declared: Collection[str], lanes: int) -> str:
+    text = functions_text((function(*each) for each in functions), declared, lanes)
+    return "#define WL(name) name##_lanes\n" + text
 
 
 _SAMPLE = """    case {clock}:

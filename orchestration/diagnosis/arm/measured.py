@@ -7,7 +7,8 @@ that joint's axis, and what it does to the others is accounted for.
 A neighbour's temperature drives an axis as an input does, and its noise with it: in the last cell of a light
 link a reading that is 0.1 K off for ten seconds is a disturbance. Between two changes of the duty cycle a
 temperature bends slowly, so it is replaced by a straight line fitted to the readings about each row; at a
-change, where it has a kink, the lines end.
+change, where it has a kink, the lines end. Over minutes the noise still adds up in a shaft. That is no cause
+either, and so the fit is told how much the readings scatter.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
+from warmlink.orchestration.diagnosis.data.thinning import row_noise
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
@@ -94,12 +96,14 @@ def _experiment(number: int, run: Run, changes: Array) -> Experiment:
         known["link.tip_conductance"] = axis(number + 1).motor["neighbour_conductance"]
     # Said of the link too: the room's temperature would else feed the tip's sink as well.
     inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
+    scatter: dict[str, float] = {}
     for name in ("motor.neighbour_temperature", "link.tip_sink_temperature"):
         if name in inputs:
+            scatter[name] = row_noise(inputs[name])
             inputs[name] = over_steps(smoothed(run.time, inputs[name], changes))
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
-    run = replace(run, name=name, inputs=inputs, fit_until=until)
+    run = replace(run, name=name, inputs=inputs, scatter=scatter, fit_until=until)
     return Experiment(name, rig(CELL), (run,), run.measured, known)
 
 

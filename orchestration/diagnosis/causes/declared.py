@@ -6,7 +6,7 @@ Each frees parameters (`frees`), adds a heat path (`adds`), or is a fault of a r
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,8 +14,7 @@ from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
-from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value
-from warmlink.orchestration.scenarios.quantity import converter, quantity
+from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value, converter, quantity
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.text_files import read_toml, shown
 
@@ -142,9 +141,8 @@ class CausesFile:
 
     def __post_init__(self) -> None:
         names = [each.name for each in self.cause]
-        for name in names:
-            if names.count(name) > 1:
-                raise InputError(f"two causes are called {name}; rename one")
+        for name in (name for name in names if names.count(name) > 1):
+            raise InputError(f"two causes are called {name}; rename one")
 
     @property
     def paths(self) -> dict[str, AddsTable]:
@@ -164,21 +162,11 @@ Declared = Callable[[str, str], Scalar]
 def causes_of(
     file: CausesFile, declared: Declared, known: Mapping[str, float], measured: Mapping[str, str], where: str
 ) -> Iterator[Cause]:
-    """Causes for a system.
+    """Causes of a file by the name of `where` for a system.
 
-    Parameters
-    ----------
-    file : what was declared
-    declared : finds a variable of the system
-    known : values of variables that the experiment gives, in SI
-    measured : column by output that was measured
-    where : name of the file
-
-    Raises
-    ------
-    InputError
-        A variable does not exist or was not measured, units do not fit, or bounds do not hold the value that
-        the system has.
+    Its variables are `declared`, some of them `known` to the experiment, in SI, and `measured` has the column
+    by output. InputError is raised where a variable does not exist or was not measured, units do not fit, or
+    bounds do not hold the value that the system has.
     """
     for table in file.cause:
         place, reading = f"{where}: {table.name}", table.reading
@@ -190,16 +178,15 @@ def causes_of(
         lower, upper = (
             quantity(each, unit, f"{place}.between", difference=not temperature) for each in table.between
         )
+        of = "" if unit == "1" else f" {unit}"
         if not lower <= start <= upper or lower == upper:
-            of = "" if unit == "1" else f" {unit}"
             raise InputError(
                 f"{place}.between: {lower:g} to {upper:g}{of} does not contain {start:g}{of}, the value "
                 "without the cause; give a lower and an upper bound about it"
             )
-        words = table.looks_like, table.check
+        told = frees, lower, upper, table.looks_like, table.check
         kind: Kind = "plant" if reading is None else "declared reading"
-        cause = Cause(table.name, table.sentence, frees, lower, upper, *words, shown_unit=unit, kind=kind)
-        yield replace(cause, declared=True)
+        yield Cause(table.name, table.sentence, *told, shown_unit=unit, kind=kind, declared=True)
 
 
 _Freed = tuple[tuple[str, ...], float, str, bool]

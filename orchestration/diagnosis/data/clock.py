@@ -16,7 +16,6 @@ from warmlink.orchestration.diagnosis.data.signals import numbers
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
 
 FEWEST_ROWS = 20
 """Rows with a reading; fewer say nothing about noise."""
@@ -74,11 +73,7 @@ def _seconds(cells: Any) -> Array:
 
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     values, lost = numbers(sheet, column)
-    if lost.size:
-        row = int(lost[0])
-        raise InputError(
-            f"{sheet.at(row, column)}: {sheet.cell(row, column)} is no time; correct it or remove the row"
-        )
+    sheet.refuse(lost, column, "{} is no time; correct it or remove the row")
     if unit is not None:
         conversion, unit = conversion_to(unit, "s", sheet.of(column), difference=True)
         return conversion.factor * values, unit
@@ -92,9 +87,7 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
     """Seconds of written dates or times of the day."""
-    row = _first(text.to_numpy() == "")
-    if row is not None:
-        raise InputError(f"{sheet.at(row, column)}: the time is missing")
+    sheet.refuse(np.flatnonzero(text == ""), column, "the time is missing")
     if form is not None and "%" in form:
         return _by_forms(sheet, column, text, [form])
     text = text.str.replace(r"(:\d\d),(\d+)", r"\1.\2", regex=True)
@@ -127,14 +120,12 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
     found: dict[str, Array] = {}
     worst = 0
     for form in forms:
-        iso = form == "ISO8601"
-        stamps = pd.to_datetime(text, format=form, errors="coerce", utc=iso)
-        if not iso and "%f" not in form:
+        stamps = pd.to_datetime(text, format=form, errors="coerce", utc=form == "ISO8601")
+        if "%f" not in form and "%S" in form:
             stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
-        if stamps.hasnans:
-            worst = max(worst, int(np.argmax(stamps.isna())))
-        else:
+        if not stamps.hasnans:
             found[form] = _seconds(stamps)
+        worst = max(worst, int(np.argmax(stamps.isna())))
     if not found:
         raise InputError(
             f"{sheet.at(worst, column)}: {text.iloc[worst]!r} is not of the form of the rows before; "
@@ -154,8 +145,7 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    row = _first(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?").to_numpy(dtype=bool))
-    if row is not None:
+    for row in np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))[:1].tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {text.iloc[row]!r} is not of the form HH:MM:SS; write it so, or give "
             f'its form, as --unit "{sheet.headers[column]}=%H:%M"'
@@ -165,18 +155,12 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     return values + DAY * np.cumsum(midnights), "HH:MM:SS"
 
 
-def _first(wrong: NDArray[np.bool_]) -> int | None:
-    """Number of the first row that is wrong; None where none is."""
-    return int(np.argmax(wrong)) if wrong.any() else None
-
-
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
     """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
-    row = _first(~np.isfinite(values))
-    if row is not None:
-        raise InputError(f"{sheet.at(row, column)}: the time is missing; give it or remove the row")
-    row = _first(np.diff(values, prepend=-np.inf) <= 0)
-    if row is not None:
+    sheet.refuse(
+        np.flatnonzero(~np.isfinite(values)), column, "the time is missing; give it or remove the row"
+    )
+    for row in np.flatnonzero(np.diff(values, prepend=-np.inf) <= 0)[:1].tolist():
         raise InputError(
             f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
             "increase, so sort the rows, and give fractions of a second where rows come faster"

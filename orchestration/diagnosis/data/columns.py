@@ -8,14 +8,8 @@ from difflib import SequenceMatcher
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.layout import (
-    TIME,
-    TIMES,
-    converts,
-    name_and_unit,
-    plain,
-    with_suffix,
-)
+from warmlink.orchestration.diagnosis.data import layout
+from warmlink.orchestration.diagnosis.data.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.data.sheet import Sheet
 from warmlink.orchestration.system.replacement import Replacements
@@ -123,11 +117,9 @@ class Assignment:
 
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
-        date = self._used.get(_DATE)
-        if TIME in self._used:
-            return self._used[TIME], date
-        if date is not None:
-            return date, None
+        time, date = self._used.get(TIME), self._used.get(_DATE)
+        if first := time or date:
+            return first, date if time else None
         raise InputError(
             f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
             f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
@@ -165,16 +157,15 @@ class Assignment:
         """What a column is; the variable is empty where the user leaves it out."""
         header = self._sheet.headers[column]
         name, unit = (header, None) if header in self._rig.variables else self._headings[column]
-        source = "header"
-        if unit is None and self._sheet.units[column] is not None:
-            unit, source = self._sheet.units[column], "row of units"
+        source = "header" if unit or not self._sheet.units[column] else "row of units"
+        unit = self._sheet.units[column] if unit is None else unit
         variable = self._named.get(header, self._named.get(name))
         chosen = variable is not None
         if variable is None and name != "T":  # a temperature, and no time
             variable = self._known(name)
         if unit == "-" and variable and self._si(variable) != "1":
             unit = None  # a dash in a row of units says nothing
-        for stem, suffix in with_suffix(name) if unit is None else ():
+        for stem, suffix in layout.with_suffix(name) if unit is None else ():
             meant = variable or self._known(stem)
             if meant and converts(suffix, self._si(meant)):
                 name, unit, variable, source = name if chosen else stem, suffix, meant, "name"
@@ -206,7 +197,7 @@ class Assignment:
     def _known(self, name: str) -> str | None:
         """Variable that a name says by itself."""
         rig, short = self._rig, plain(name)
-        if short in TIMES:
+        if short in layout.TIMES:
             return _DATE if short == _DATE else TIME
         if short in rig.columns:
             return rig.columns[short]
@@ -243,8 +234,5 @@ class Assignment:
         best = max(likeness, key=lambda n: likeness[n], default="")
         if best in absent and likeness[best] >= _ALIKE:
             return best
-        for other, variable in absent.items():
-            drives = variable in self._rig.externals and self._si(variable) != "K"
-            if unit and drives and converts(unit, self._si(variable)):
-                return other
-        return None
+        units = {n: self._si(v) for n, v in absent.items() if v in self._rig.externals}
+        return next((n for n, si in units.items() if unit and si != "K" and converts(unit, si)), None)

@@ -189,8 +189,8 @@ def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID)
 
     InputError is raised as by `read_experiment`, and for a run given twice or an experiment among several.
     """
-    for path in sources:
-        if len(sources) > 1 and isinstance(path, Path) and path.suffix.lower() == ".toml":
+    for path in sources if len(sources) > 1 else ():
+        if isinstance(path, Path) and path.suffix.lower() == ".toml":
             raise InputError(
                 f"{path}: an experiment file cannot be combined with other files; "
                 "give further runs in it, each as a [[run]]"

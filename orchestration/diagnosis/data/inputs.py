@@ -129,9 +129,9 @@ def _is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:
 
 def _refuse_undriven(experiment: Experiment) -> None:
     driving = [group for group in experiment.rig.driven_by if not group[0].endswith(_AMBIENT)]
+    names = [experiment.rig.column_of(group[0]) for group in driving]
     for run in experiment.runs if driving else ():
         if not any(_is_given(experiment, run, *group) for group in driving):
-            names = [experiment.rig.column_of(group[0]) for group in driving]
             still = " ".join(f"--assume {name}={_neutral(experiment.rig, name)[1]}" for name in names)
             raise InputError(
                 f"{run.name}: nothing drives the run: there is no column {' or '.join(names)}; add what was "
@@ -159,7 +159,7 @@ def _neutral(system: Rig, name: str) -> tuple[str, str]:
     scalar = system.variables[system.columns.get(name, name)]
     start, unit = float(scalar.start or 0.0), scalar.variable.unit
     if scalar.is_temperature:
-        return f"{start - ZERO_CELSIUS:g} degC", f'"{start - ZERO_CELSIUS:g} degC"'
+        return (text := f"{start - ZERO_CELSIUS:g} degC"), f'"{text}"'
     return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"
 
 

@@ -9,9 +9,10 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.scenarios.entries import converter, heading
 from warmlink.orchestration.system.units import Conversion, parse_unit
 from warmlink.orchestration.text_files import shown
 
@@ -62,11 +63,10 @@ def is_unit(text: str) -> bool:
     bare = _bare(text)
     if not bare or bare in _SPELLINGS:
         return bool(bare)
-    try:
+    with suppress(InputError):
         parse_unit(bare)
-    except InputError:
-        return False
-    return not bare.isdigit()
+        return not bare.isdigit()
+    return False
 
 
 def _bare(unit: str) -> str:
@@ -95,11 +95,9 @@ def with_suffix(name: str) -> Iterator[tuple[str, str]]:
 
 def converts(unit: str, si_unit: str) -> bool:
     """Whether a unit measures the quantity of an SI unit."""
-    try:
-        conversion_to(unit, si_unit, "", difference=False)
-    except InputError:
-        return False
-    return True
+    with suppress(InputError):
+        return bool(conversion_to(unit, si_unit, "", difference=False))
+    return False
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
@@ -141,7 +139,7 @@ def _is_value(cell: str) -> bool:
 
 def most_common(counts: Sequence[int]) -> int:
     """The most frequent of some numbers, 0 of none."""
-    return Counter(counts).most_common(1)[0][0] if counts else 0
+    return Counter(counts or [0]).most_common(1)[0][0]
 
 
 def headers_of(
@@ -188,8 +186,7 @@ def _is_data(row: Sequence[str], width: int) -> bool:
 def decimal_of(cells: Sequence[str]) -> str:
     """Decimal mark of a file by what some cells say without doubt; the marked column is judged by cell."""
     numbers = [cell for cell in cells if NUMBER.fullmatch(cell) and ("," in cell or "." in cell)]
-    sure = [mark for mark in map(_sure_decimal, numbers) if mark]
-    if sure:
+    if sure := [mark for mark in map(_sure_decimal, numbers) if mark]:
         return Counter(sure).most_common(1)[0][0]
     return "point" if numbers and all("," not in cell for cell in numbers) else ""
 

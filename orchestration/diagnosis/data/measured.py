@@ -42,6 +42,7 @@ class Run:
     inputs : signal held until the next row by input, shape (n,); NaN where the pad is off
     readings : measured values by output, shape (n,); NaN where there is none
     covariates : columns that only a cause may use, by the input that it would feed
+    scatter : 1 sigma by which each row of an input is off by itself, as a thermometer's reading is
     labels, known : what the experiment says of this run
     heldout : whether it is kept from fitting and choosing
     fit_until : s; rows from here on are held out
@@ -57,6 +58,7 @@ class Run:
     inputs: Mapping[str, Array]
     readings: Mapping[str, Array]
     covariates: Mapping[str, Array] = field(default_factory=dict)
+    scatter: Mapping[str, float] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     heldout: bool = False
@@ -128,7 +130,7 @@ def read_run(
     covariates: Mapping[str, str] | None = None,
     told: Said = NOTHING_SAID,
 ) -> Run:
-    """Read a run.
+    """Read a run; raises InputError where the file, a header or a cell does not fit.
 
     Parameters
     ----------
@@ -138,11 +140,6 @@ def read_run(
         may be what the run lacks is refused
     covariates : input by header of a column that only causes may use
     told : units and names of columns that the user gave
-
-    Raises
-    ------
-    InputError
-        The file, a header or a cell does not fit.
     """
     sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
     extra = covariates or {}
@@ -208,23 +205,26 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     """
     if run.time.size <= most:
         return run
-    starts = np.arange(0, run.time.size, -(-run.time.size // most))
+    import pandas as pd
 
-    def mean(values: Array, steady: bool) -> Array:
-        full = np.isfinite(values)
-        count = np.add.reduceat(full.astype(float), starts)
-        sums = np.add.reduceat(np.where(full, values, 0.0), starts)
-        return np.where(full[starts] if steady else count > 0, sums / np.maximum(count, 1.0), np.nan)
+    group, place = np.divmod(np.arange(run.time.size), -(-run.time.size // most))
+    first = run.part(place == 0)
 
-    inputs = {n: v[starts] if n in discrete else mean(v, True) for n, v in run.inputs.items()}
-    readings = {n: mean(v, False) for n, v in run.readings.items()}
-    covariates = {n: mean(v, True) for n, v in run.covariates.items()}
-    return replace(run, time=run.time[starts], inputs=inputs, readings=readings, covariates=covariates)
+    def mean(values: Array) -> Array:
+        return pd.Series(values).groupby(group).mean().to_numpy()
+
+    def steady(values: Array, held: Array) -> Array:
+        return np.where(np.isfinite(held), mean(values), np.nan)
+
+    inputs = {n: v if n in discrete else steady(run.inputs[n], v) for n, v in first.inputs.items()}
+    readings = {n: mean(v) for n, v in run.readings.items()}
+    covariates = {n: steady(run.covariates[n], v) for n, v in first.covariates.items()}
+    return replace(first, inputs=inputs, readings=readings, covariates=covariates)
 
 
 def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:
+    known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
     if not readings:
-        known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
         raise InputError(
             f"{name}: no measured column is known{known}; give at least one temperature or the elongation, "
             'and say which is which with --map "COLUMN=base_temperature"'

@@ -18,7 +18,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
-from warmlink.orchestration.scenarios.own_system import blueprint_of
+from warmlink.orchestration.scenarios.setup import blueprint_of
 from warmlink.orchestration.system.assemble import component, connect, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -62,13 +62,10 @@ def rig_of_own(own: Own, looped: bool = False) -> Rig:
     foreign: dict[str, Component] = {}
     values: dict[str, dict[str, Value]] = {}
     for name, part in own.system.components.items():
-        info, kind = read_description(part.fmu), blueprint.components[name]
+        info, kind, given = read_description(part.fmu), blueprint.components[name], part.values.items()
         if kind in blueprint.foreign:
             foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
-        values[name] = {
-            key: value if isinstance(value, str) else _to_si(info, key)(float(value))
-            for key, value in part.values.items()
-        }
+        values[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
     return Rig(blueprint, values=values, foreign=foreign, looped=looped, own=own)
 
 

@@ -5,7 +5,7 @@ A rig is derived from a system's wires. The names in it are those of the SSP: in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -18,7 +18,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.scenarios.own_system import DRIVER
+from warmlink.orchestration.scenarios.setup import DRIVER
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
 
@@ -152,13 +152,10 @@ class Rig:
     @cached_property
     def wandering(self) -> dict[str, tuple[str, ...]]:
         """Slots to which a room that wanders beside its log adds, and those to which heat adds, by signal."""
-        room, heat = (
-            [name for name in self.parameters if name.endswith(f".{parameter}")]
-            for parameter in ("ambient_offset", "standby_power")
-        )
-        for name in self.externals:
-            if self.part_of(name) in self.foreign and self.unit(name) == "K" and "ambient" in name:
-                room.append(f"{OFFSET}:{name}")
+        room = [name for name in self.parameters if name.endswith(".ambient_offset")]
+        heat = [name for name in self.parameters if name.endswith(".standby_power")]
+        logged = (name for name in self.externals if self.part_of(name) in self.foreign)
+        room += (f"{OFFSET}:{name}" for name in logged if self.unit(name) == "K" and "ambient" in name)
         return {signal: tuple(names) for signal, names in (("room", room), ("heat", heat)) if names}
 
     @cached_property
@@ -193,14 +190,13 @@ class Rig:
     @cached_property
     def driven_by(self) -> tuple[tuple[str, ...], ...]:
         """Inputs that every run should have, each with those that may stand in its place."""
-        found: list[tuple[str, ...]] = []
+        found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
             for names in _DEMANDS.get(self.blueprint.components[instance], "").split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
-                known = any(group[0] in self.fed_with(each[0]) for each in found)
-                if group[0] in self.externals and not known:
-                    found.append(group)
-        return tuple(found)
+                if group[0] in self.externals:
+                    found.setdefault(self.fed_with(group[0]), group)
+        return tuple(found.values())
 
     @cached_property
     def columns(self) -> dict[str, str]:
@@ -226,10 +222,9 @@ class Rig:
                 found[output] = instrument
         for link in self.called("link"):
             for name, element in AT_SENSOR.items():
-                ends = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
-                for one, other in (ends, ends[::-1]):
-                    if one in found:
-                        found.setdefault(other, found[one])
+                one, other = f"{link}.{name}", f"{link}.sensor_temperature[{element}]"
+                if seen := found.get(one) or found.get(other):
+                    found = {one: seen, other: seen, **found}
         return found
 
     def _seen_by(self, end: str) -> str:
@@ -255,9 +250,10 @@ class Rig:
         """Name of a variable's column in a bare CSV file; its own where there is none."""
         return next((column for column, named in self.columns.items() if named == variable), variable)
 
-    def fed_with(self, name: str) -> tuple[str, ...]:
-        """Inputs that a signal for this input feeds, itself among them."""
-        return next((group for group in self.shared.values() if name in group), (name,))
+    def fed_with(self, name: str, given: Collection[str] = ()) -> tuple[str, ...]:
+        """Inputs that a signal for this input feeds, itself among them; not others that are `given` apart."""
+        group = next((group for group in self.shared.values() if name in group), (name,))
+        return tuple(each for each in group if each == name or each not in given)
 
 
 @cache

@@ -61,6 +61,11 @@ class Sheet:
         """A cell as a sentence shows it."""
         return shown(str(self.cells[column].iloc[row]))
 
+    def refuse(self, rows: NDArray[np.intp], column: int, sentence: str) -> None:
+        """Raise InputError at the first of some rows, where there are any; `{}` stands for its cell."""
+        for row in rows[:1].tolist():
+            raise InputError(f"{self.at(row, column)}: {sentence.replace('{}', self.cell(row, column))}")
+
     def taken_for_missing(self, rows: NDArray[np.intp], column: int) -> str:
         """Say which cells are taken for missing values."""
         row, more = int(rows[0]), f", as are {rows.size - 1} more in this column" if rows.size > 1 else ""
@@ -192,11 +197,9 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
 
 def _spread(text: str) -> list[str]:
     """Whole lines from all over a long text."""
-    found = []
-    for i in range(_SAMPLED if len(text) > 100_000 else 0):
-        begin = text.find("\n", i * len(text) // _SAMPLED) + 1
-        found.append(text[begin : text.find("\n", begin)].rstrip("\r"))
-    return found
+    places = range(0, len(text), -(-len(text) // _SAMPLED)) if len(text) > 100_000 else ()
+    begins = (text.find("\n", place) + 1 for place in places)
+    return [text[begin : text.find("\n", begin)].rstrip("\r") for begin in begins]
 
 
 def _fitted(
@@ -216,9 +219,8 @@ def _fitted(
 
 
 def _remedy(separator: str) -> str:
-    if separator == ",":
-        return "give every column a header; where commas are decimal marks too, separate cells by semicolons"
-    return "give every column a header and every row the same cells"
+    commas = "; where commas are decimal marks too, separate cells by semicolons"
+    return f"give every column a header{commas if separator == ',' else ' and every row the same cells'}"
 
 
 def _last(fault: Exception) -> str:

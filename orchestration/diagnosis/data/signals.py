@@ -102,8 +102,7 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
         filled[lost] = words.isin(["off", "none"])
     elif not filled.any():
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
-    if not filled[0]:
-        raise InputError(f"{sheet.at(0, place.column)}: an input needs a value in the first row")
+    sheet.refuse(np.flatnonzero(~filled[:1]), place.column, "an input needs a value in the first row")
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
 
 
@@ -115,15 +114,14 @@ def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
     """
     cells: Any = sheet.cells[column]
     if cells.dtype.kind in "iufb":
-        values, words = cells.to_numpy(dtype=float, na_value=np.nan).copy(), np.flatnonzero([])
+        values, words = cells.to_numpy(dtype=float, na_value=np.nan), np.flatnonzero([])
     else:
         values, words = _of_text(sheet, column)
     size = np.abs(values)
     marks = np.isin(size, _MARKS)
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
-    none = np.flatnonzero((size >= OVERRANGE) | (marks & (size > _FAR * usual)))
-    values[none] = np.nan
-    return values, np.union1d(words, none)
+    none = (size >= OVERRANGE) | (marks & (size > _FAR * usual))
+    return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))
 
 
 def _of_text(sheet: Sheet, column: int) -> tuple[Array, Rows]:
@@ -139,21 +137,14 @@ def _of_text(sheet: Sheet, column: int) -> tuple[Array, Rows]:
         plain.iloc[row] = _without_thousands(sheet, row, column, text.iloc[row], mark)
     parsed = pd.to_numeric(plain, errors="coerce")
     words = np.flatnonzero((parsed.isna() & (text != "")).to_numpy())
-    for row in words.tolist():
-        cell = text.iloc[row]
-        if re.search(r"\d", cell) and not cell[0].isalpha() and "#" not in cell:
-            raise InputError(
-                f"{sheet.at(row, column)}: {shown(cell)} is not a number; correct it or leave the cell empty"
-            )
+    wrong = text.iloc[words].str.fullmatch(r"(?=[\W\d_])[^#]*\d[^#]*").to_numpy(dtype=bool)
+    sheet.refuse(words[wrong], column, "{} is not a number; correct it or leave the cell empty")
     if 2 * words.size > np.count_nonzero(text != ""):
         raise InputError(
             f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
             f'numbers; correct them, or leave the column out with --map "{sheet.headers[column]}="'
         )
-    values = np.full(len(text), np.nan)
-    good = parsed.notna().to_numpy()
-    values[good] = plain[good].astype(float)
-    return values, words
+    return plain.where(parsed.notna(), np.nan).astype(float).to_numpy(), words
 
 
 def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str) -> str:
@@ -172,17 +163,14 @@ def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str
 
 def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:
     """Readings of a column without those that only repeat the one before, and what is to be said of these."""
-    rows = repeats(values)
-    why = "repeat the one before and are left out; the sensor sticks, or the logger writes more often than "
-    why += "it samples"
-    if not rows.size:
-        rows = between_jumps(values)
-        why = "lie between jumps and are left out; the sensor sticks, and is right when it has just jumped"
+    why = "repeat the one before", "or the logger writes more often than it samples"
+    if not (rows := repeats(values)).size:
+        why, rows = ("lie between jumps", "and is right when it has just jumped"), between_jumps(values)
     if not rows.size:
         return values, []
-    kept = values.copy()
-    kept[rows] = np.nan
-    return kept, [f"{sheet.name}: {rows.size} of {values.size} values of {name} {why}"]
+    kept = np.where(np.isin(np.arange(values.size), rows), np.nan, values)
+    said = f"{sheet.name}: {rows.size} of {values.size} values of {name} {why[0]} and are left out; "
+    return kept, [f"{said}the sensor sticks, {why[1]}"]
 
 
 def quantum(values: Array) -> float:

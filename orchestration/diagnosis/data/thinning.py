@@ -80,7 +80,7 @@ def thinned(run: Run, variables: Sequence[str]) -> Thinned:
     quanta = np.array([quantum(column) for column in table.T])
     for column, step in zip(table.T, quanta, strict=True):
         column[spike_rows(column, step)] = np.nan
-    scatter = np.array([_noise(column) for column in table.T])
+    scatter = np.array([row_noise(column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
@@ -107,16 +107,14 @@ def _means(time: Array, table: Array, starts: Rows, count: Rows, sparse: NDArray
     """
     full = np.isfinite(table)
     filled = np.add.reduceat(full.astype(float), starts, axis=0)
-    rows = np.where(full, table, 0.0)
-    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
-    due = np.empty(filled.shape)
+    rows, due = np.where(full, table, 0.0), np.empty(filled.shape)
     for i, there in enumerate(full.T):
-        read = np.flatnonzero(there)
-        gaps = ~there & np.repeat(sparse, count)
-        if read.size:
-            rows[gaps, i] = np.interp(time[gaps], time[there], rows[there, i])
+        gaps = ~there & np.repeat(sparse, count) & there.any()
+        rows[gaps, i] = np.interp(time[gaps], time[there], rows[there, i]) if gaps.any() else 0.0
         # A logger may read an output less often than others.
-        due[:, i] = count / (float(np.median(np.diff(read))) if read.size > 1 else 1.0)
+        apart = np.diff(np.flatnonzero(there))
+        due[:, i] = count / (np.median(apart) if apart.size else 1.0)
+    counted = np.where(sparse[:, None], count[:, None], np.maximum(filled, 1.0))
     means = np.add.reduceat(rows, starts, axis=0) / counted
     return np.where(filled >= np.maximum(due / 2, 1), means, np.nan)
 
@@ -157,7 +155,7 @@ def spike_rows(values: Array, step: float) -> Rows:
     middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
     first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
     away = np.abs(filled - np.concatenate([first, middle, last]))
-    limit = max(SPIKE * max(_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
+    limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
     inner = np.flatnonzero(away[half:-half] > limit)
     near = windows[inner]
     slope = np.median(np.diff(near, axis=1), axis=1)
@@ -177,7 +175,7 @@ def _line(values: Array) -> Array:
     return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
 
 
-def _noise(values: Array) -> float:
+def row_noise(values: Array) -> float:
     """White noise of a slow signal from its second differences, whose variance is six times as large."""
     filled = values[np.isfinite(values)]
     if filled.size <= 3:

@@ -104,44 +104,33 @@ def _phases(run: Run, times: Array, readings: Array) -> pd.DataFrame:
     rate = np.gradient(uniform_filter1d(filled, width, mode="nearest"), times)
     phases = {"heating": rate > _STEADY, "steady": np.abs(rate) <= _STEADY, "cooling": rate < -_STEADY}
     for name, signal in run.inputs.items():
-        word = name.partition(".")[2]
-        events = _changes(run.time, signal)
+        word, filled = name.partition(".")[2], np.nan_to_num(signal, nan=0.0)
+        events = run.time[1:][np.abs(np.diff(filled)) > 0.1 * np.ptp(filled)]
         if 0 < events.size <= 50 and f"after a change of {word}" not in phases:
             since = times[:, None] - events[None, :]
             phases[f"after a change of {word}"] = np.any((since >= 0) & (since < _AFTER), axis=1)
     return pd.DataFrame(phases)
 
 
-def _changes(times: Array, signal: Array) -> Array:
-    filled = np.nan_to_num(signal, nan=0.0)
-    span = float(np.ptp(filled))
-    return times[1:][np.abs(np.diff(filled)) > 0.1 * span] if span > 0 else times[:0]
-
-
 def _when(errors: Array, phases: pd.DataFrame) -> tuple[str, ...]:
     """Phases in which errors, in units of the noise, are notable, worst first."""
-    by_phase = {name: errors[phase.to_numpy()] for name, phase in phases.items()}
-    sizes = {str(n): float(np.sqrt(np.mean(each**2))) for n, each in by_phase.items() if each.size >= 10}
-    wrong = [name for name, size in sizes.items() if size > _NOTABLE]
-    return tuple(sorted(wrong, key=lambda name: -sizes[name]))
+    by_phase = {str(name): errors[phase.to_numpy()] for name, phase in phases.items()}
+    sizes = {name: np.sqrt(np.mean(each**2)) for name, each in by_phase.items() if each.size >= 10}
+    return tuple(name for name in sorted(sizes, key=lambda name: -sizes[name]) if sizes[name] > _NOTABLE)
 
 
 def _signals(problem: Problem, run: int) -> pd.DataFrame:
     """Signals that a residual may follow, at the rows of a run."""
     import pandas as pd
 
-    data, measured = problem.data[run], problem.experiment.runs[run]
+    data, measured, unit = problem.data[run], problem.experiment.runs[run], problem.experiment.rig.unit
     held = measured.row_at(data.time)
     signals = {"time": data.time}
     for name, signal in {**measured.inputs, **measured.covariates}.items():
-        word = name.rpartition(".")[2]
-        if word != "pad_temperature":
-            signals.setdefault(word, signal[held])
-    temperatures = {
-        problem.names[v]: data.readings[:, i]
-        for i, v in enumerate(problem.variables)
-        if problem.experiment.rig.unit(v) == "K"
-    }
+        signals.setdefault(name.rpartition(".")[2], signal[held])
+    signals.pop("pad_temperature", None)
+    columns = zip(problem.variables, data.readings.T, strict=True)
+    temperatures = {problem.names[v]: column for v, column in columns if unit(v) == "K"}
     for name, values in temperatures.items():
         signals[name] = values
         if measured.ambient is not None:
@@ -156,9 +145,8 @@ def _followed(residual: Array, signals: pd.DataFrame) -> tuple[tuple[str, float]
     import pandas as pd
 
     left = pd.Series(residual, index=signals.index)
-    found = {str(name): float(signal.corr(left, min_periods=11)) for name, signal in signals.items()}
-    followed = [(name, r) for name, r in found.items() if abs(r) > _FOLLOWS]
-    return tuple(sorted(followed, key=lambda pair: -abs(pair[1]))[:4])
+    found = [(str(name), float(signal.corr(left, min_periods=11))) for name, signal in signals.items()]
+    return tuple(sorted((p for p in found if abs(p[1]) > _FOLLOWS), key=lambda pair: -abs(pair[1]))[:4])
 
 
 def _whiteness_p(residual: Array) -> float:
@@ -201,8 +189,7 @@ class Carried:
             own = f.calibrated and f.added  # a start is that of its run alone
             theta.append(fitted.get(f.key, float(np.mean(like)) if like and not own else f.start))
         self.values = problem.values_by_run(self.freed, theta)
-        every = [*problem.calibrated, *(f for item in problem.items for f in item.freed)]
-        self._there = {f.key: f for f in every}
+        self._there = {f.key: f for f in problem.numbers}
         self._predicted: dict[int, tuple[Array, Array]] = {}
 
     def predict(self, run: int) -> tuple[Array, Array]:

@@ -49,12 +49,13 @@ class Point:
         chi2 = sum(float(gram[0, 0]) for gram in grams)
         return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
 
-    def moved(self, steps: Sequence[Array]) -> Point:
-        """The same after a step so small that the linearisation holds, given by run, shape (slots,) each."""
-        curved = [gram @ step for gram, step in zip(self.gram, steps, strict=True)]
-        ends = zip(self.gradient, curved, steps, strict=True)
-        chi2 = self.chi2 + sum(float((bent - 2 * slope) @ step) for slope, bent, step in ends)
-        gradient = (slope - bent for slope, bent in zip(self.gradient, curved, strict=True))
+    def moved(self, numbers: Sequence[Freed], change: Array, overriding: Sequence[Freed]) -> Point:
+        """The same, by the linearisation, where numbers of all that are `overriding` have changed."""
+        chi2, gradient = self.chi2, []
+        for run, (gram, slope) in enumerate(zip(self.gram, self.gradient, strict=True)):
+            step = by_number(np.eye(slope.size), numbers, run, overriding) @ change
+            chi2 += float((gram @ step - 2 * slope) @ step)
+            gradient.append(slope - gram @ step)
         return Point(chi2, self.gram, tuple(gradient))
 
 
@@ -125,24 +126,21 @@ def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: Poin
 def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Array:
     """Derivatives in a run by chosen numbers, shape (..., numbers), from those by slot, shape (..., slots).
 
-    They are 0 for a number that does not act in the run, and for a calibrated one that is overridden.
+    They are 0 for a number that does not act in the run, and for a calibrated one that a cause's replaces.
     """
     result = np.zeros((*by_slot.shape[:-1], len(wanted)))
+    replaced = {slot for f in overriding if run in f.runs and not f.calibrated for slot in f.slots}
     for j, freed in enumerate(wanted):
-        if run in freed.runs and not (freed.calibrated and _overridden(freed, overriding, run)):
+        if run in freed.runs and not (freed.calibrated and replaced.intersection(freed.slots)):
             result[..., j] = by_slot[..., list(freed.slots)].sum(axis=-1)
     return result
 
 
-def _overridden(freed: Freed, by: Sequence[Freed], run: int) -> bool:
-    """Whether a number of a cause replaces a calibrated one in a run."""
-    return any(
-        o is not freed and not o.calibrated and run in o.runs and set(freed.slots) & set(o.slots) for o in by
-    )
-
-
 class Fitter:
-    """Fits models to a problem under a noise model of each channel, and what wanders beside its log."""
+    """Fits models to a problem under a noise model of each channel, and what wanders beside its log.
+
+    What the scatter of logged inputs does to the readings counts as noise as well.
+    """
 
     def __init__(
         self,
@@ -155,18 +153,23 @@ class Fitter:
         self.wander, self.responses = wander, responses
         self.rows: list[list[NDArray[np.int64]]] = []
         self._whiteners: list[list[Whitener]] = []
-        self._smoothing: list[Smoothing] = []
+        self._smoothing: list[list[Smoothing]] = [[] for _ in problem.data]
         for run, data in enumerate(problem.data):
             here = problem.noise_in(run, self.noise)
             rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
             self.rows.append(rows)
             self._whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
+        self._count_as_noise(problem.scattered)
         if responses is not None and not wander.still:
-            white = [self.whiten(i, self.by_channel(i, c)) for i, c in enumerate(responses.columns)]
-            self._smoothing = [
-                Smoothing(np.concatenate(each) @ responses.root(i, wander)) for i, each in enumerate(white)
-            ]
+            self._count_as_noise([c @ responses.root(i, wander) for i, c in enumerate(responses.columns)])
+
+    def _count_as_noise(self, columns: Sequence[Array]) -> None:
+        """Whiten for courses of unit variance too, by their columns in each run's readings."""
+        for run, each in enumerate(columns):
+            if each.shape[2]:
+                white = np.concatenate(self.whiten(run, self.by_channel(run, each)))
+                self._smoothing[run].append(Smoothing(white))
 
     def by_channel(self, run: int, table: Array) -> list[Array]:
         """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""
@@ -175,10 +178,13 @@ class Fitter:
     def whiten(self, run: int, channels: Sequence[Array]) -> list[Array]:
         """Whiten columns of a run, given and returned by channel, shape (rows, columns) each."""
         white = [whiten(each) for whiten, each in zip(self._whiteners[run], channels, strict=True)]
-        if not self._smoothing:
+        if not self._smoothing[run]:
             return white
         ends = np.cumsum([each.shape[0] for each in white])
-        return np.split(self._smoothing[run](np.concatenate(white)), ends[:-1])
+        joined = np.concatenate(white)
+        for smoothing in self._smoothing[run]:
+            joined = smoothing(joined)
+        return np.split(joined, ends[:-1])
 
     def whitened(self, freed: Sequence[Freed], theta: Array) -> list[list[Array]]:
         """Whitened residual, beside it the derivatives by slot, by run and channel."""
@@ -204,11 +210,10 @@ class Fitter:
         """
         freed = (*self.problem.calibrated, *(f for item in items for f in item.freed))
         theta = np.array([(start or {}).get(f, f.start) for f in freed])
-        lower, upper, _ = _bounds(freed)
+        lower, upper, neutral = _bounds(freed)
         theta = np.clip(theta, lower, upper)
         begun = self._tried(freed, theta)
-        if begun is None:
-            theta = np.array([f.start for f in freed])
+        theta = neutral if begun is None else theta
         point = begun or self.at(freed, theta)
         evaluations, share = _MOST_EVALUATIONS if freed else 0, 1.0
         while evaluations > 0:
@@ -244,9 +249,7 @@ class Fitter:
         if not 0 < expected < self._small(point):
             return theta, point
         ahead = np.clip(theta + step, lower, upper)
-        slots = np.eye(point.gradient[0].size)
-        steps = [by_number(slots, freed, run, freed) @ (ahead - theta) for run in range(len(point.gradient))]
-        return ahead, point.moved(steps)
+        return ahead, point.moved(freed, ahead - theta, freed)
 
     def _small(self, point: Point) -> float:
         """Decrease of chi-square that is not worth a simulation."""
@@ -290,15 +293,10 @@ def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tu
     step = np.linalg.solve(matrix, target)
     low, high = lower * scale, upper * scale
     if np.any(step < low) or np.any(step > high):
-        step = _between(matrix, target, low, high)
+        from scipy.optimize import lsq_linear
+
+        factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))
+        room = low, np.where(high > low, high, low + 1e-12)
+        step = lsq_linear(factor.T, np.linalg.solve(factor, target), room, method="bvls").x.clip(low, high)
     decrease = float(2 * target @ step - step @ correlation @ step)
     return step / scale, decrease
-
-
-def _between(matrix: Array, target: Array, low: Array, high: Array) -> Array:
-    from scipy.optimize import lsq_linear
-
-    factor = np.linalg.cholesky(matrix + 1e-12 * np.eye(target.size))
-    goal = np.linalg.solve(factor, target)
-    room = np.where(high > low, high, low + 1e-12)
-    return np.clip(np.asarray(lsq_linear(factor.T, goal, (low, room), method="bvls").x), low, high)

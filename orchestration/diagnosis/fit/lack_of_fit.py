@@ -7,18 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.fit import noise
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
-from warmlink.orchestration.diagnosis.fit.noise import (
-    FEWEST,
-    LIKED,
-    NoiseModel,
-    Sample,
-    Spectrum,
-    estimate,
-    slow_courses,
-    undisturbed,
-)
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 
 UNEXPLAINED = 0.001
@@ -44,7 +35,7 @@ def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
         residuals.append(joined[:, 0])
         sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
         times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
-        tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
+        tables = [noise.slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
         ends = np.cumsum([t.size for t in times])
         courses.append(np.concatenate(fitter.whiten(run, np.split(block_diag(*tables), ends[:-1]))))
         widths += [table.shape[1] for table in tables if table.shape[1]]
@@ -66,9 +57,7 @@ def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
     return min(1.0, 2 * min(chance(slow), len(widths) * single))
 
 
-def estimated_noise(
-    problem: Problem, fit: Fit | None, floors: list[float], liked: float = LIKED
-) -> list[NoiseModel]:
+def estimated_noise(problem: Problem, fit: Fit | None, liked: float) -> list[noise.NoiseModel]:
     """Noise model of each channel from residuals without slow courses.
 
     Parameters
@@ -76,32 +65,27 @@ def estimated_noise(
     problem : the data
     fit : the model whose residuals serve; None before any model: then everything that a candidate may
         explain is taken out as well
-    floors : least standard deviation by channel, in SI
     liked : see `estimate`
     """
-    predicted = []
-    for run in range(len(problem.data)):
-        freed, theta = (fit.freed, fit.theta) if fit else ((), np.zeros(0))
-        predicted.append(problem.predict(run, problem.values(run, freed, theta)))
+    at = problem.values_by_run(fit.freed, fit.theta) if fit else problem.neutral
+    predicted = [problem.predict(run, z) for run, z in enumerate(at)]
     spectra = []
-    for channel in range(len(problem.variables)):
-        samples, raw = [], [np.zeros(0)]
-        least = floors[channel]
+    for channel, floor in enumerate(problem.floors.tolist()):
+        samples, raw, least = [], [np.zeros(0)], floor
         for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
             rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
             residual = data.readings[rows, channel] - values[rows, channel]
             raw.append(residual)
-            if rows.size < FEWEST:
+            if rows.size < noise.FEWEST:
                 continue
             columns = by_slot[rows, channel]
             if fit is not None and fit.items:
                 columns = by_number(columns, fit.freed, run, fit.freed)
-            removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
-            samples += undisturbed(
-                Sample(data.time[rows], residual - removed @ (removed.T @ residual), removed, data.averaging)
-            )
+            removed = orthonormal(np.column_stack([columns, noise.slow_courses(data.time[rows])]), 1e-3)
+            residual = residual - removed @ (removed.T @ residual)
+            samples += noise.undisturbed(noise.Sample(data.time[rows], residual, removed, data.averaging))
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
         together = np.concatenate(raw)
         unresolved = float(np.sqrt(together @ together / max(together.size, 1)))
-        spectra.append(Spectrum(samples, least, problem.averaging, unresolved))
-    return estimate(spectra, liked)
+        spectra.append(noise.Spectrum(samples, least, problem.averaging, unresolved))
+    return noise.estimate(spectra, liked)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -12,15 +11,12 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, Point
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.search import Search
-from warmlink.orchestration.diagnosis.fit.wandering import (
-    HEATS,
-    MEMORIES,
-    ROOMS,
-    STILL,
-    Responses,
-    Wander,
-    integrated_out,
-)
+from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Wander, integrated_out
+
+MEMORIES = (600.0, 1800.0)
+ROOMS = (0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28)
+HEATS = (0.05, 0.1, 0.2)
+"""Correlation times in s, and amplitudes in K and W that are ordinary; beyond them something is wrong."""
 
 _WORTH, _LIKED, _HOPELESS = 6.0, 3.0, 10.0
 """Of twice the log-likelihood: the gain that each wandering signal must bring, the loss up to which an
@@ -29,15 +25,12 @@ amplitude is likely, and the loss beyond which it is not tried."""
 
 def likeliest(search: Search, fits: Iterable[Fit]) -> tuple[Wander, Responses]:
     """How much wanders, judged from models, each with up to two further causes in linear approximation."""
-    fitter = search.fitter
-    problem = fitter.problem
+    problem = search.fitter.problem
     tried: list[tuple[float, Wander, Responses]] = []
     for fit in fits:
-        values = problem.values_by_run(fit.freed, fit.theta)
-        seen = Integrated(search, fit, Responses(problem, values))
+        seen = Integrated(search, fit, Responses(problem, problem.values_by_run(fit.freed, fit.theta)))
         tried += [(seen.misfit(wander), wander, seen.responses) for wander in seen.candidates()]
-    least = min(misfit for misfit, _, _ in tried)
-    _, best, responses = min(tried, key=lambda each: each[0])
+    least, best, responses = min(tried, key=lambda each: each[0])
     if best.room == ROOMS[-1]:
         return STILL, responses  # no ordinary room: something else is wrong
     if best.room:
@@ -58,7 +51,7 @@ class Integrated:
             columns = np.concatenate(plain.whiten(run, plain.by_channel(run, responses.columns[run])))
             joined = np.concatenate(channels)
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
-        self.misfit = cache(self._misfit)
+        self._misfits: dict[Wander, float] = {}
 
     def candidates(self) -> list[Wander]:
         """Nothing and rooms that wander, the likely ones also with the likeliest heat."""
@@ -90,14 +83,17 @@ class Integrated:
         covariance = root @ np.linalg.solve(np.eye(len(root)) + root.T @ inner @ root, root.T)
         return covariance @ across[:, 0], covariance
 
+    def misfit(self, wander: Wander) -> float:
+        """Least score of the model, alone or with one or two further causes, found once."""
+        if wander not in self._misfits:
+            self._misfits[wander] = self._misfit(wander)
+        return self._misfits[wander]
+
     def _misfit(self, wander: Wander) -> float:
-        """Least score of the model, alone or with one or two further causes."""
         point, constant = self._point(wander)
         near = Neighbours(replace(self.fit, point=point), self.search.items, ())
-        least = near.chi2 + self.search.penalty(self.fit.items)
-        chosen = [*near.singles(), *near.pairs()]
-        for each in near.proposals(self.fit.items, chosen):
-            least = min(least, each.chi2 + self.search.penalty(each.items))
+        tried = near.proposals(self.fit.items, [(), *near.singles(), *near.pairs()])
+        least = min(each.chi2 + self.search.penalty(each.items) for each in tried)
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
     def _point(self, wander: Wander) -> tuple[Point, float]:

@@ -51,35 +51,26 @@ class Neighbours:
         taken = {item.name for item in fit.items} - {item.name for item in removed}
         self.candidates = [i for i in candidates if i.name not in taken and i.title not in fit.key]
         gone = {f for item in removed for f in item.freed}
-        base = [f for f in fit.freed if f not in gone]
+        self.base = [f for f in fit.freed if f not in gone]
+        self.added = [f for item in self.candidates for f in item.freed]
+        self.values = fit.values
         back = [f for f in fit.freed if f in gone]
-        added = [f for item in self.candidates for f in item.freed]
-        gram, gradient = of_numbers([*base, *back, *added], fit.freed, fit.point)
-        nb, nr = len(base), len(back)
-        values = fit.values
-        change = np.array([f.start - values[f] for f in back])
-        shifted = gradient - gram[:, nb : nb + nr] @ change
-        self.chi2 = (
-            fit.chi2
-            - 2 * gradient[nb : nb + nr] @ change
-            + change @ gram[nb : nb + nr, nb : nb + nr] @ change
-        )
-        inner = gram[:nb, :nb]
-        self._inverse = inverse_of(inner, 1e-10)
-        self._across = gram[nb + nr :, :nb]
-        self._inner_gradient = shifted[:nb]
-        self.chi2 -= float(shifted[:nb] @ self._inverse @ shifted[:nb])
-        own = np.diag(gram)[nb + nr :].copy()
-        self.gram = gram[nb + nr :, nb + nr :] - self._across @ self._inverse @ self._across.T
-        self.gradient = shifted[nb + nr :] - self._across @ self._inverse @ shifted[:nb]
-        self.base, self.values, self.added = base, values, added
-        self.left = np.diag(self.gram) / np.maximum(own, 1e-300)
+        point = fit.point.moved(back, np.array([f.start - self.values[f] for f in back]), fit.freed)
+        gram, gradient = of_numbers([*self.base, *self.added], fit.freed, point)
+        n = len(self.base)
+        self._inverse, self._across = inverse_of(gram[:n, :n], 1e-10), gram[n:, :n]
+        self._inner_gradient = gradient[:n]
+        self.chi2 = point.chi2 - float(gradient[:n] @ self._inverse @ gradient[:n])
+        self.gram = gram[n:, n:] - self._across @ self._inverse @ self._across.T
+        self.gradient = gradient[n:] - self._across @ self._inverse @ gradient[:n]
+        self.left = np.diag(self.gram) / np.maximum(np.diag(gram)[n:], 1e-300)
         # A column that the calibration explains all but entirely says nothing.
         self.alive = self.left > 1e-7
         starts = np.cumsum([0, *(len(item.freed) for item in self.candidates)])
         self.spans = [slice(a, b) for a, b in pairwise(starts)]
-        self._lower = np.array([f.lower - f.start for f in added])
-        self._upper = np.array([f.upper - f.start for f in added])
+        self._all = np.arange(starts[-1])
+        self._lower = np.array([f.lower - f.start for f in self.added])
+        self._upper = np.array([f.upper - f.start for f in self.added])
 
     def usable(self) -> list[int]:
         """Indices of candidates that affect the data."""
@@ -90,7 +81,7 @@ class Neighbours:
 
         The gain of a set that is not feasible is minus infinity.
         """
-        columns = [self._columns_of(each) for each in chosen]
+        columns = [self.columns_of(each) for each in chosen]
         found: dict[int, tuple[float, Array]] = {}
         for size in {each.size for each in columns}:
             places = [k for k, each in enumerate(columns) if each.size == size]
@@ -98,10 +89,9 @@ class Neighbours:
             found |= dict(zip(places, zip(gains.tolist(), changes, strict=True), strict=True))
         return [found[k] for k in range(len(columns))]
 
-    def _columns_of(self, chosen: Sequence[int]) -> NDArray[np.int64]:
-        return np.array(
-            [k for i in chosen for k in range(self.spans[i].start, self.spans[i].stop)], dtype=int
-        )
+    def columns_of(self, chosen: Sequence[int]) -> NDArray[np.int64]:
+        """Columns of candidates, one after another."""
+        return np.concatenate([self._all[self.spans[i]] for i in chosen] or [self._all[:0]])
 
     def _outcomes(self, index: NDArray[np.int64]) -> tuple[Array, Array]:
         """As `outcomes`, of sets of as many columns each, shape (sets, columns)."""
@@ -124,7 +114,7 @@ class Neighbours:
     def alone(self) -> Iterable[tuple[Item, int, dict[Freed, float]]]:
         """Each candidate of one number, its column, and by how much the fit's numbers move for 1 of it."""
         for item, span in zip(self.candidates, self.spans, strict=True):
-            if span.stop - span.start == 1:
+            if len(item.freed) == 1:
                 follows = -self._inverse @ self._across[span.start]
                 yield item, span.start, dict(zip(self.base, follows.tolist(), strict=True))
 
@@ -143,8 +133,6 @@ class Neighbours:
         """The pairs that promise most."""
         usable = [i for i in self.usable() if self.spans[i].stop - self.spans[i].start == 1]
         columns = np.array([self.spans[i].start for i in usable], dtype=int)
-        if columns.size < 2:
-            return []
         a, b = np.triu_indices(columns.size, 1)
         i, j = columns[a], columns[b]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -165,7 +153,7 @@ class Neighbours:
 
     def _start(self, chosen: Sequence[int], change: Array) -> dict[Freed, float]:
         """Values in SI where the candidates' values are changed, and the others follow."""
-        index = self._columns_of(chosen)
+        index = self.columns_of(chosen)
         follows = self._inverse @ (self._inner_gradient - self._across[index].T @ change)
         start = {f: self.values[f] + delta for f, delta in zip(self.base, follows, strict=True)}
         start |= {self.added[k]: self.added[k].start + delta for k, delta in zip(index, change, strict=True)}
@@ -192,8 +180,8 @@ def family_wise_level(null: Neighbours, false_alarms: float) -> float:
     if not usable:
         return false_alarms
     # A candidate that does not affect the data has a column of rounding, which no correlation may hold.
-    sizes = [null.spans[i].stop - null.spans[i].start for i in usable]
-    columns = np.concatenate([np.arange(null.spans[i].start, null.spans[i].stop) for i in usable])
+    sizes = [len(null.candidates[i].freed) for i in usable]
+    columns = null.columns_of(usable)
     correlation, _ = correlation_of(null.gram[np.ix_(columns, columns)])
     draws = root_of(correlation) @ np.random.default_rng(0).standard_normal((columns.size, _DRAWS))
     share = prior_shares(null.candidates)

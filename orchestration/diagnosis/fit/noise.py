@@ -151,17 +151,13 @@ def undisturbed(sample: Sample) -> list[Sample]:
         return [sample]
     blocks = sample.values[: windows * _STRETCH].reshape(windows, -1, _BLOCK).mean(axis=2)
     power = np.mean(blocks**2, axis=1) / np.median(np.mean(blocks**2, axis=1))
-    loud = power > _LOUD
-    beside = np.convolve(loud, [1, 1, 1], "same") > 0
-    loud |= beside & (power > _LOUDER)
+    beside = np.convolve(power > _LOUD, [1, 1, 1], "same") > 0
+    loud = beside & (power > _LOUDER)
     if not loud.any() or loud.mean() > 0.5:
         return [sample]
-    parts = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[1], loud.astype(int), [1]])))
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
-        rows = slice(first * _STRETCH, None if last == windows else last * _STRETCH)
-        parts.append(sample.part(rows))
-    return parts
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], loud.astype(int), [1]]))) * _STRETCH
+    edges[edges == windows * _STRETCH] = sample.times.size
+    return [sample.part(slice(first, last)) for first, last in edges.reshape(-1, 2).tolist()]
 
 
 class Spectrum:
@@ -181,18 +177,17 @@ class Spectrum:
         from scipy.fft import dct
 
         self._known, self.least, self.unresolved = known, least, unresolved
-        long = [sample for sample in samples if sample.times.size >= FEWEST]
-        self._averagings = [sample.averaging for sample in long]
+        self._averagings: list[Averaging] = []
         found = [np.zeros((5, 0))]
-        for place, sample in enumerate(long):
-            size = sample.times.size
+        for sample in (each for each in samples if each.times.size >= FEWEST):
+            size, place = sample.times.size, len(self._averagings)
+            self._averagings.append(sample.averaging)
             first = int(np.ceil(2 * float(np.ptp(sample.times)) / SLOW)) + 1
             kept = 1 - np.sum(dct(sample.removed, axis=0, norm="ortho") ** 2, axis=1)
             modes = np.arange(size)
             modes = modes[(modes >= first) & (kept > _KEPT)]
             power = dct(sample.values, norm="ortho")[modes] ** 2 / kept[modes]
-            step = float(np.median(np.diff(sample.times)))
-            same = np.repeat([[step], [place]], modes.size, axis=1)
+            same = np.repeat([[np.median(np.diff(sample.times))], [place]], modes.size, axis=1)
             found.append(np.vstack([power, np.pi * modes / size, kept[modes], same]))
         self.power, self.phase, self.weight, self.steps, of_sample = np.concatenate(found, axis=1)
         self._of_sample = of_sample.astype(int)
@@ -210,16 +205,12 @@ class Spectrum:
     def _shape(self, memory: float, share: float) -> Array:
         decay = np.exp(-self.steps / memory)
         correlated = (1 - decay**2) / (1 - 2 * decay * np.cos(self.phase) + decay**2)
-        white, slow = self._sizes(memory)
-        return (1 - share) * white + share * slow * correlated
-
-    def _sizes(self, memory: float) -> tuple[Array, Array]:
-        """Variance of white and of correlated noise at each frequency, as a multiple of the known one."""
+        # Variance of white and of correlated noise in each sample, as a multiple of the known one.
         unit = NoiseModel(1.0, 1.0, memory)
         here = [unit.averaged(averaging, self._known) for averaging in self._averagings]
         sizes = np.array([(each.white**2, each.slow**2) for each in here]).reshape(-1, 2)
         white, slow = sizes[self._of_sample].T
-        return white, slow
+        return (1 - share) * white + share * slow * correlated
 
 
 def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseModel]:
@@ -228,23 +219,20 @@ def estimate(spectra: Sequence[Spectrum], liked: float = LIKED) -> list[NoiseMod
     The correlated share and its duration are the same in all channels unless one clearly differs: an hour of
     a single channel is too short to estimate them.
     """
+    models = [NoiseModel(max(spectrum.least, spectrum.unresolved)) for spectrum in spectra]
     known = [i for i, spectrum in enumerate(spectra) if spectrum.power.size >= FEWEST]
-    forms = [(60.0, 0.0)]
-    if known:
-        step = min(float(np.median(spectra[i].steps)) for i in known)
-        forms += [(m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES]
-    losses = [[spectra[i].misfit(*form) for form in forms] for i in known]
-    table = np.array(losses).reshape(len(known), len(forms))
+    if not known:
+        return models
+    step = min(float(np.median(spectra[i].steps)) for i in known)
+    forms = [(60.0, 0.0), *((m, s) for m in _MEMORIES if m > 0.7 * step for s in _SHARES)]
+    table = np.array([[spectra[i].misfit(*form) for form in forms] for i in known])
     together = table.sum(axis=0)
-    common = int(np.argmin(together)) if known else 0
-    if known and together[common] > together[0] - _WORTH:
-        common = 0
-    elif known:
+    common = 0
+    if together.min() <= together[0] - _WORTH:
         # Of forms that the data like about equally the one with the most noise in slow courses: what
         # is only noise must not be called a finding.
-        likely = np.flatnonzero(together < together[common] + liked)
+        likely = np.flatnonzero(together < together.min() + liked)
         common = int(max(likely, key=lambda i: _long_run(*forms[i], step)))
-    models = [NoiseModel(max(spectrum.least, spectrum.unresolved)) for spectrum in spectra]
     for row, i in zip(table, known, strict=True):
         own = int(np.argmin(row))
         memory, share = forms[own if row[own] < row[common] - _APART else common]

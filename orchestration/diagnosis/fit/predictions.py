@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
@@ -10,29 +11,32 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Averaging, Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings, neutral
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.loop import Bounds, Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, initial_values
+from warmlink.orchestration.diagnosis.model.loop import Loop
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, initial_values
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+
+_SPACING, _MOST_NODES = 120.0, 120
+"""s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
 """Floors by SI unit; of other units as a share of the readings' range, and at least."""
 
 
-class Predictions:
+class Predictions(ABC):
     """Simulated readings of every run, at any values of what may be freed.
 
     Parameters
     ----------
     experiment : what was measured
     inner, outer : variables of the simulation, and of the instruments, that may be freed
-    bounds : of the former, which finite differences go by
 
     Attributes
     ----------
@@ -41,10 +45,8 @@ class Predictions:
     slots : the variables that may be freed, inner ones first
     """
 
-    def __init__(
-        self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...], bounds: Bounds
-    ) -> None:
-        self.experiment, self._bounds = experiment, bounds
+    def __init__(self, experiment: Experiment, inner: tuple[str, ...], outer: tuple[str, ...]) -> None:
+        self.experiment = experiment
         self.variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
         self.slots = (*inner, *outer)
@@ -53,6 +55,10 @@ class Predictions:
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
+
+    @abstractmethod
+    def _ordinary(self) -> tuple[Array, Array]:
+        """Bounds of the inner slots, which finite differences go by, shape (slots,) each."""
 
     def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -87,30 +93,26 @@ class Predictions:
             self._finest, self._cells = finer, CHECK_CELLS
         return float(np.sqrt(total))
 
-    def resolve(self, values: Sequence[Array]) -> None:
-        """Take the error of the finest steps out, as it is at given values of the freed variables.
-
-        It is of second order, so that it is 4/3 of what half of each step changes. The cells stay: their
-        number is a property of the model.
-        """
-        for simulated in (self._readings, self._finest):
-            for readings, z in zip(simulated, values, strict=True):
-                readings.forward.lay(z[: len(self._inner)])
-        changes = self._changes(self._halved(self._cells), values)
-        self._beyond_finest = tuple(4 / 3 * change for change in changes)
-
     def _halved(self, cells: int) -> list[Readings]:
         return self._simulated(cells, [each.forward for each in self._finest])
 
     def _changes(self, finer: Sequence[Readings], values: Sequence[Array]) -> list[Array]:
         """What a finer simulation changes, by run, shape (rows, outputs) each."""
-        pairs = ((self._means(each, i, z)[0] for each in (finer, self._finest)) for i, z in enumerate(values))
-        return [after - before for after, before in pairs]
+        return [
+            self._means(finer, i, z)[0] - self._means(self._finest, i, z)[0] for i, z in enumerate(values)
+        ]
 
     def refine(self, values: Sequence[Array]) -> None:
-        """Take the grid's error out at given values of the freed variables, slots by run."""
-        for readings, z in zip(self._readings, values, strict=True):
-            readings.forward.linearise(z[: len(self._inner)])
+        """Take the grid's error out as it is at given values of the freed variables, slots by run.
+
+        That of the finest steps is of second order, so that it is 4/3 of what half of each step changes. The
+        cells stay: their number is a property of the model.
+        """
+        for simulated in (self._readings, self._finest):
+            for readings, z in zip(simulated, values, strict=True):
+                readings.forward.refine(z[: len(self._inner)])
+        changes = self._changes(self._halved(self._cells), values)
+        self._beyond_finest = tuple(4 / 3 * change for change in changes)
         self._corrections = tuple(
             self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
         )
@@ -118,19 +120,18 @@ class Predictions:
     @cached_property
     def floors(self) -> Array:
         """Least noise of each channel in SI: the forward model is no more exact than this."""
-        return np.array([self._floor(i, variable) for i, variable in enumerate(self.variables)])
-
-    def _floor(self, channel: int, variable: str) -> float:
-        unit = self.experiment.rig.unit(variable)
-        read = np.concatenate([data.readings[:, channel] for data in self.data])
-        return _FLOORS.get(unit) or max(_SHARE * float(np.nanmax(read) - np.nanmin(read)), _LEAST)
+        units = map(self.experiment.rig.unit, self.variables)
+        read = zip(units, np.concatenate([data.readings for data in self.data]).T, strict=True)
+        return np.array(
+            [_FLOORS.get(u) or max(_SHARE * (np.nanmax(r) - np.nanmin(r)), _LEAST) for u, r in read]
+        )
 
     def _means(self, readings: Sequence[Readings], run: int, z: Array) -> tuple[Array, Array]:
-        """Readings and derivatives as means over the blocks of rows that were averaged."""
         values, by_slot = readings[run](z)
         return self._mean(run, values), self._mean(run, by_slot)
 
     def _mean(self, run: int, each: Array) -> Array:
+        """Readings or derivatives as means over the blocks of rows that were averaged."""
         weight = self.data[run].weight
         if weight.shape[1] == 1:
             return each
@@ -141,6 +142,27 @@ class Predictions:
         simulated = self._readings[run]
         inner = z[: len(self._inner)]
         return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
+
+    @cached_property
+    def scattered(self) -> tuple[Array, ...]:
+        """What the scatter of logged inputs does to each run's readings, shape (rows, outputs, columns).
+
+        Columns are independent, 1 sigma each. The scatter is replaced by a broken line, whose values at the
+        nodes are independent and have its power at the low frequencies, to which alone heat responds.
+        """
+        return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
+
+    def _scattered(self, i: int, run: Run) -> Array:
+        if not run.scatter:
+            return np.zeros((self.data[i].time.size, len(self.variables), 0))
+        span = float(run.time[-1])
+        count = int(np.clip(span / _SPACING, 2, _MOST_NODES))
+        slots = [(self.slots.index(f"{OFFSET}:{name}"),) for name in run.scatter]
+        courses = Courses(tuple(slots), np.linspace(0.0, span, count + 1))
+        # White rows have the power of so many rows of equal length.
+        rows = span**2 / float(np.sum(np.diff(run.time) ** 2))
+        sizes = np.array([*run.scatter.values()]) * np.sqrt(count / rows)
+        return self.responses(i, self.neutral[i], courses) * np.repeat(sizes, count + 1)
 
     @cached_property
     def neutral(self) -> tuple[Array, ...]:
@@ -166,20 +188,15 @@ class Predictions:
             known, rig = self.known(run), self.experiment.rig
             if rig.in_loop:
                 coarser = grid if isinstance(grid, Loop) else None
-                bounds = self._bounds if derivatives else None
+                bounds = self._ordinary if derivatives else None
                 return Loop(rig, self._inner, self.variables, run, known, coarser, bounds)
-            compiled = equations(rig, cells, self._inner, self.variables, derivatives)
+            apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
+            compiled = equations(rig, cells, self._inner, self.variables, derivatives, apart)
             assert isinstance(grid, Resolution | Forward)
             return Forward(compiled, run, known, grid)
 
         return [
-            Readings(
-                simulation(run, grid),
-                self.variables,
-                self._outer,
-                data.within.ravel(),
-                _ambient(run, self.known(run)),
-            )
+            Readings(simulation(run, grid), self.variables, self._outer, data.within.ravel())
             for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
         ]
 
@@ -189,11 +206,3 @@ class Predictions:
         if self.experiment.initial_measured:
             known = {**initial_values(self.experiment.rig, run, known), **known}
         return known
-
-
-def _ambient(run: Run, known: Mapping[str, float]) -> tuple[Array, Array]:
-    """Times in s and logged ambient temperature in K by row, which the sensors' stems are exposed to."""
-    if run.ambient is not None:
-        return run.time, run.ambient
-    given = [value for name, value in known.items() if name.endswith(".ambient_temperature")]
-    return run.time, np.full(run.time.size, given[0] if given else 295.15)

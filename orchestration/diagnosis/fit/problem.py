@@ -98,19 +98,24 @@ class Problem(Predictions):
             for named in _freed_by(cause, experiment, self.names)
         ]
         inner, outer = self._slots(experiment)
-        super().__init__(experiment, inner, outer, lambda: self._ordinary(len(inner)))
+        super().__init__(experiment, inner, outer)
 
-    def _ordinary(self, count: int) -> tuple[Array, Array]:
-        """Bounds between which the first slots are freed, the narrowest, shape (count,) each."""
+    def _ordinary(self) -> tuple[Array, Array]:
+        """Bounds between which the inner slots are freed, the narrowest, shape (slots,) each."""
+        count = len(self._inner)
         middle = self.neutral[0][:count]
         lower, upper = middle - 1.0, middle + 1.0
         narrowest = np.full(count, np.inf)
-        for freed in (*self.calibrated, *(f for item in self.items for f in item.freed)):
-            for i in freed.slots:
-                if i < count and freed.span < narrowest[i]:
-                    start = middle[i] if freed.added else 0.0
-                    narrowest[i], lower[i], upper[i] = freed.span, start + freed.lower, start + freed.upper
+        for freed in self.numbers:
+            for i in (i for i in freed.slots if i < count and freed.span < narrowest[i]):
+                start = middle[i] if freed.added else 0.0
+                narrowest[i], lower[i], upper[i] = freed.span, start + freed.lower, start + freed.upper
         return lower, upper
+
+    @property
+    def numbers(self) -> list[Freed]:
+        """Every number that some model fits."""
+        return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
 
     def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
@@ -209,6 +214,7 @@ class Problem(Predictions):
         for cause, _, variables in self._offered:
             (inner if cause.kind in _INNER else outer).extend(variables)
         inner += (slot for slots in experiment.rig.wandering.values() for slot in slots)
+        inner += (f"{OFFSET}:{name}" for run in experiment.runs for name in run.scatter)
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
@@ -235,8 +241,8 @@ def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) ->
         yield from _inputs(cause, experiment)
     elif cause.kind == "declared reading":
         output, fault = cause.frees
-        slots = {"clock": f"{CLOCK}:{output}", "stem": channel_of(rig, output).variable("stem_conduction")}
-        yield cause.name, (slots.get(fault, channel_of(rig, output).variable(fault)),)
+        slot = channel_of(rig, output).variable("stem_conduction" if fault == "stem" else fault)
+        yield cause.name, (f"{CLOCK}:{output}" if fault == "clock" else slot,)
     elif cause.kind == "record":
         yield cause.name, cause.frees
         groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
@@ -257,26 +263,22 @@ def _of_parts(cause: Cause, experiment: Experiment) -> Iterable[Named]:
     if cause.declared:
         yield cause.name, cause.frees
         return
-    parts = dict.fromkeys(name.partition(".")[0] for name in cause.frees)
-    found = {
-        instance: [v for v in (f"{instance}.{n}" for n in names) if v in rig.parameters]
-        for part in parts
-        for names in [[name.partition(".")[2] for name in cause.frees if name.startswith(f"{part}.")]]
-        for instance in rig.called(part)
-        if cause.covariate is None or _logged(f"{instance}.{cause.covariate}", experiment)
-    }
-    several = {instance: variables for instance, variables in found.items() if variables}
-    if len(parts) == 1 and len(several) > 1:
-        yield from ((f"{cause.name}:{instance}", tuple(each)) for instance, each in several.items())
-    elif several:
-        yield cause.name, tuple(variable for each in several.values() for variable in each)
+    found: dict[str, tuple[str, ...]] = {}
+    for part, _, name in (each.partition(".") for each in cause.frees):
+        for instance in rig.called(part):
+            if f"{instance}.{name}" in rig.parameters and _logged(cause, instance, experiment):
+                found[instance] = (*found.get(instance, ()), f"{instance}.{name}")
+    if len({name.partition(".")[0] for name in cause.frees}) == 1 and len(found) > 1:
+        yield from ((f"{cause.name}:{instance}", each) for instance, each in found.items())
+    elif found:
+        yield cause.name, tuple(variable for each in found.values() for variable in each)
 
 
-def _logged(covariate: str, experiment: Experiment) -> bool:
-    """Whether an input that a cause needs follows a column, or another part of the plant."""
-    name = covariate.rpartition(".")[2]
-    logged = any(name in run.covariates or covariate in run.inputs for run in experiment.runs)
-    return logged or covariate not in experiment.rig.variables
+def _logged(cause: Cause, instance: str, experiment: Experiment) -> bool:
+    """Whether an input that a cause needs, if any, follows a column, or another part of the plant."""
+    name, needed = cause.covariate, f"{instance}.{cause.covariate}"
+    logged = any(name in run.covariates or needed in run.inputs for run in experiment.runs)
+    return name is None or logged or needed not in experiment.rig.variables
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:

@@ -16,15 +16,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.fit import neighbours
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
-from warmlink.orchestration.diagnosis.fit.neighbours import (
-    MADE_UP_FOR,
-    Neighbours,
-    Proposal,
-    family_wise_level,
-    prior_shares,
-)
+from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
 from warmlink.orchestration.diagnosis.fit.problem import Item
 
 FALSE_ALARMS = 0.007
@@ -91,21 +86,19 @@ class Search:
     @cached_property
     def level(self) -> float:
         """Probability below which a cause's gain counts, all candidates considered."""
-        return family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
+        return neighbours.family_wise_level(Neighbours(self.null, self.items, ()), FALSE_ALARMS)
 
     @cached_property
     def _prices(self) -> dict[str, tuple[float, float]]:
         """What each candidate must gain in chi-square as the only cause, and as a further one."""
         from scipy.special import chdtri
 
-        shares = prior_shares(self.items)
-        levels = self.level, self.level * INVENTED / FALSE_ALARMS
-        prices = {}
-        for item in self.fitter.problem.items:
-            count, share = len(item.freed), shares[item.cause.name]
-            first, further = (float(chdtri(count, level * share)) for level in levels)
-            prices[item.title] = first, further
-        return prices
+        shares, further = neighbours.prior_shares(self.items), self.level * INVENTED / FALSE_ALARMS
+        wanted = [(i.title, len(i.freed), shares[i.cause.name]) for i in self.fitter.problem.items]
+        return {
+            title: (float(chdtri(count, self.level * share)), float(chdtri(count, further * share)))
+            for title, count, share in wanted
+        }
 
     def penalty(self, items: Sequence[Item], alone: bool = False) -> float:
         """What a set must gain in chi-square; with each of its causes counted as if it were `alone`."""
@@ -140,9 +133,9 @@ class Search:
         self._chances.pop(fit.key, None)
         for proposal in self._proposed_by(fit):
             known = self._proposals.get(proposal.key)
-            if any(one.covers(other) for one in proposal.items for other in proposal.items):
-                continue
-            if proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2):
+            covered = any(one.covers(other) for one in proposal.items for other in proposal.items)
+            new = proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2)
+            if new and not covered:
                 self._proposals[proposal.key] = proposal
                 self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
@@ -196,11 +189,8 @@ class Search:
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
-        size = len(best.items)
-        score = self.score(best)
-        close = [
-            fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < score + within
-        ]
+        size, bar = len(best.items), self.score(best) + within
+        close = [fit for fit in self.fits.values() if len(fit.items) == size and self.score(fit) < bar]
         every = {twin.key: twin for fit in close for twin in (*self._twins(fit), fit)}
         every.pop(best.key, None)
         return sorted(every.values(), key=self.score)
@@ -219,7 +209,7 @@ class Search:
         """
         found = []
         near = Neighbours(best, self.items, ())
-        usable = [each for each in near.alone() if near.left[each[1]] < MADE_UP_FOR]
+        usable = [each for each in near.alone() if near.left[each[1]] < neighbours.MADE_UP_FOR]
         for other, _, rates in usable if len(best.items) < MOST_CAUSES else ():
             (freed,) = other.freed
             for weak in (f for item in best.items for f in item.freed if rates.get(f)):
@@ -257,14 +247,9 @@ class Search:
         for removed in ((), *((item,) for item in fit.items)):
             near = Neighbours(fit, self.items, removed)
             kept = tuple(item for item in fit.items if item not in removed)
-            chosen: list[tuple[int, ...]] = []
-            if len(kept) + 1 <= MOST_CAUSES:
-                chosen += near.singles()
-            if not removed and size + 2 <= MOST_CAUSES:
-                chosen += near.pairs()
-            if removed and kept:
-                chosen.append(())
-            yield from near.proposals(kept, chosen)
+            singles = near.singles() if len(kept) < MOST_CAUSES else ()
+            pairs = near.pairs() if not removed and size + 2 <= MOST_CAUSES else ()
+            yield from near.proposals(kept, [*singles, *pairs, *([()] if removed and kept else [])])
 
 
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:

@@ -10,13 +10,8 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import (
-    UNEXPLAINED,
-    estimated_noise,
-    lack_of_fit_p,
-)
+from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, estimated_noise, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
 from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -71,36 +66,27 @@ class Assessment:
 
 
 def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
-    """Search for what is wrong, on the fitted rows alone.
-
-    Raises
-    ------
-    InputError
-        A run is too short to tell anything from noise.
-    """
+    """Search for what is wrong, on the fitted rows alone; InputError where a run is too short for that."""
     problem = Problem(fitted_part(experiment))
     refuse_too_short(problem)
     progress("simulating as it stands")
-    start = [f.start for f in problem.calibrated]
-    begun = problem.values_by_run(problem.calibrated, start)
+    begun = problem.values_by_run(problem.calibrated, [f.start for f in problem.calibrated])
     problem.refine(begun)
     noise = _noise(problem, None)
     # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
     artefact = problem.artefact(begun, noise)
     if problem.calibrated:
         calibrated = Fitter(problem, noise).fit(())
-        problem.refine(problem.values_by_run(calibrated.freed, calibrated.theta))
+        _refine(problem, calibrated)
         noise = _noise(problem, calibrated)
     search = _search(problem, noise, (), progress)
-    best = search.run()
-    lasting = any(n.lasting for n in search.fitter.noise)
+    best, lasting = search.run(), any(n.lasting for n in noise)
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
     elif best.items and not lasting:
         search, best = _searched_again(search, best, progress)
-        fewer = _with_fewer(search, best)
-        if fewer is not None:
+        if fewer := _with_fewer(search, best):
             search, best = _searched_again(search, fewer, progress)
     unexplained = search.lack_of_fit_p(best) < UNEXPLAINED
     if unexplained and not lasting and any(n.slow for n in search.fitter.noise):
@@ -138,26 +124,27 @@ def _searched_again(
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
     progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
-    problem.resolve(problem.values_by_run(best.freed, best.theta))
-    problem.refine(problem.values_by_run(best.freed, best.theta))
-    seeds = [best, *search.rivals(best)] if best.items else []
-    known = (best,) if best.items else ()
-    fresh = _search(problem, _noise(problem, best, inflation, liked), known, progress, search.fits)
-    for seed in seeds[:_SEEDS]:
+    _refine(problem, best)
+    known = [best, *search.rivals(best)] if best.items else []
+    fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)
+    for seed in known[:_SEEDS]:
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
 
 
+def _refine(problem: Problem, fit: Fit) -> None:
+    """Take the grid's error out as it is with a fit's values."""
+    problem.refine(problem.values_by_run(fit.freed, fit.theta))
+
+
 def _refined(fitter: Fitter, fit: Fit) -> Fit:
     """A fit again, until the grid's error and what is linear are those where it ends."""
-    problem = fitter.problem
     for _ in range(_MOST_REFINED):
-        problem.refine(problem.values_by_run(fit.freed, fit.theta))
+        _refine(fitter.problem, fit)
         before, fit = fit.theta, fitter.fit(fit.items, fit.values)
         if not np.any(np.abs(fit.theta - before) > _ARRIVED * np.sqrt(np.diag(fit.covariance()))):
             break
-        problem.resolve(problem.values_by_run(fit.freed, fit.theta))
     return fit
 
 
@@ -168,11 +155,10 @@ def _with_fewer(search: Search, best: Fit) -> Fit | None:
     leaves of another set's error.
     """
     near = best.chi2 + search.penalty(best.items) + _GRID
-    fewer = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
-    sets = [best, *(f for f in fewer if f.items and search.score(f) < near)]
-    own = []
-    for fit in sets if len(sets) > 1 else ():
-        search.fitter.problem.refine(search.fitter.problem.values_by_run(fit.freed, fit.theta))
+    subsets = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
+    fewer, own = [f for f in subsets if f.items and search.score(f) < near], []
+    for fit in (best, *fewer) if fewer else ():
+        _refine(search.fitter.problem, fit)
         own.append(search.fitter.fit(fit.items, fit.values))
     first = min(own, key=search.score, default=best)
     return None if first.key == best.key else first
@@ -186,18 +172,14 @@ def _noise(
     A stated noise of about the size of the scatter from row to row, or smaller, adds nothing. One
     that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
     """
-    models = estimated_noise(problem, fit, problem.floors.tolist(), liked)
-    result = []
+    models = estimated_noise(problem, fit, liked)
     for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
-        stated = problem.experiment.noise.get(variable)
+        stated = problem.experiment.noise.get(variable, 0.0)
         scatter = max(float(data.scatter[i]) for data in problem.data)
-        if stated is None or max(model.sigma, scatter) > _LIKE_STATED * stated:
-            result.append(model)
-        else:
+        if max(model.sigma, scatter) <= _LIKE_STATED * stated:
             # As much white as stated keeps a fit from trusting the fast course, which the inputs blur.
-            white, lasting = stated, inflation * stated
-            result.append(NoiseModel(white, model.slow, model.memory, lasting))
-    return result
+            models[i] = replace(model, white=stated, lasting=inflation * stated)
+    return models
 
 
 def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
@@ -210,8 +192,7 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
         rivals += _off_bounds(search, best, {fit.key for fit in rivals})
         if all(fit.resting for fit in rivals):
             return "unknown", rivals  # nothing explains the data within the bounds
-    rivals += tuple(search.extended(best))
-    rivals = rivals or tuple(search.cancelling(best))
+    rivals = (*rivals, *search.extended(best)) or tuple(search.cancelling(best))
     return ("ambiguous" if rivals else "named"), rivals
 
 
@@ -230,11 +211,6 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
 
 def fitted_part(experiment: Experiment) -> Experiment:
     """Give the experiment without anything that is held out."""
-    runs = tuple(_until(run) for run in experiment.runs if not run.heldout)
-    return replace(experiment, runs=runs)
-
-
-def _until(run: Run) -> Run:
-    if run.fit_until > run.time[-1]:
-        return run
-    return run.part(run.time < run.fit_until)
+    runs = (run for run in experiment.runs if not run.heldout)
+    parts = (run if run.fit_until > run.time[-1] else run.part(run.time < run.fit_until) for run in runs)
+    return replace(experiment, runs=tuple(parts))

@@ -31,11 +31,9 @@ class Wander:
     memory: float = 600.0
 
     def __str__(self) -> str:
-        parts = [
-            *([f"a room that wanders by {self.room:g} K beside its log"] if self.room else []),
-            *([f"heat into the shaft that wanders by {self.heat:g} W"] if self.heat else []),
-        ]
-        return " and ".join(parts) or "nothing that wanders"
+        room = f"a room that wanders by {self.room:g} K beside its log" if self.room else ""
+        heat = f"heat into the shaft that wanders by {self.heat:g} W" if self.heat else ""
+        return " and ".join(filter(None, (room, heat))) or "nothing that wanders"
 
     @property
     def still(self) -> bool:
@@ -44,10 +42,6 @@ class Wander:
 
 
 STILL = Wander()
-MEMORIES = (600.0, 1800.0)
-ROOMS = (0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28)
-HEATS = (0.05, 0.1, 0.2)
-"""Correlation times in s, and amplitudes in K and W that are ordinary; beyond them something is wrong."""
 
 
 class Responses:

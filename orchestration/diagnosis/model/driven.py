@@ -17,14 +17,14 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import owner_of
-from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, halved
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.isolation import without_main
 from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
-from warmlink.orchestration.studies.processes import without_main
 from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
 
 LOG = "measured log"
@@ -49,20 +49,10 @@ class Driven(NamedTuple):
         return self._replace(signals=signals, time=halved(self.time))
 
 
-def halved(time: Array) -> Array:
-    """Times with another one in the middle of each step."""
-    return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)
-
-
 def courses(runs: Sequence[Driven]) -> list[Array]:
     """Outputs of each run in the variables' own units, shape (points, outputs) each, on all cores.
 
-    Raises
-    ------
-    NotSimulatedError
-        A run ended early.
-    InputError
-        An FMU ended its process.
+    NotSimulatedError is raised where a run ended early, InputError where an FMU ended its process.
     """
     try:
         with without_main():

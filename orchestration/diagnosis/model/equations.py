@@ -6,7 +6,7 @@ So the diagnosis integrates the same equations as the FMUs, without the communic
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -34,7 +34,6 @@ _PAYS_FROM = 2_500
 _BLOCK = 64
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
 
-
 Indices = NDArray[np.int64]
 
 
@@ -47,6 +46,7 @@ class Equations:
     slots : freed parameters or inputs, by full name
     outputs : outputs wanted, by full name
     derivatives : whether those by the slots are wanted beside the values
+    given : inputs with a signal of their own, which a slot of another input leaves alone
 
     Attributes
     ----------
@@ -58,14 +58,19 @@ class Equations:
     """
 
     def __init__(
-        self, rig: Rig, slots: Sequence[str], outputs: Sequence[str], derivatives: bool = True
+        self,
+        rig: Rig,
+        slots: Sequence[str],
+        outputs: Sequence[str],
+        derivatives: bool = True,
+        given: Collection[str] = (),
     ) -> None:
         import casadi as ca
 
         self.rig, self.slots, self.outputs = rig, tuple(slots), tuple(outputs)
         self.columns = len(self.slots) if derivatives else 0
         self.taken = 0
-        joined = _Symbols(rig, self.slots)
+        joined = _Symbols(rig, self.slots, given)
         rates, observed = joined.rates, ca.vertcat(*(joined.values[name] for name in outputs))
         needed = _needed_states(ca, joined.x, rates, observed)
         self.states = tuple(rig.component.x.names[i] for i in needed)
@@ -127,22 +132,26 @@ class Equations:
 
     @cached_property
     def _before(self) -> ctypes.CDLL | None:
-        return _loaded(lambda: kept_before(*self._kept_as))
-
-    @property
-    def _kept_as(self) -> tuple[str, object]:
-        return "steps", (*made_here(), self._sources)
+        return self._loaded(kept_before)
 
     @cached_property
     def _compiled(self) -> ctypes.CDLL | None:
+        return self._loaded(lambda name, made_of: kept(name, made_of, self._built))
+
+    def _loaded(self, contents: Callable[[str, object], bytes | None]) -> ctypes.CDLL | None:
+        """A compiled library; None where nothing compiles here, or may be loaded from a file."""
+        try:
+            library = contents("steps", (*made_here(), self._sources))
+            return None if library is None else loaded(library)
+        except (InputError, OSError):
+            return None
+
+    def _built(self) -> bytes:
         from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 
-        def compiled() -> bytes:
-            (compiler,) = compilers(platforms_named(None))
-            quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
-            return kept(*self._kept_as, lambda: quick.library(self._sources, "steps"))
-
-        return _loaded(compiled)
+        (compiler,) = compilers(platforms_named(None))
+        quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
+        return quick.library(self._sources, "steps")
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.
@@ -174,21 +183,17 @@ class Equations:
         return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
 
 
-def _loaded(contents: Callable[[], bytes | None]) -> ctypes.CDLL | None:
-    """A compiled library; None where nothing compiles here, or may be loaded from a file."""
-    try:
-        library = contents()
-        return None if library is None else loaded(library)
-    except (InputError, OSError):
-        return None
-
-
 @lru_cache(maxsize=24)
 def equations(
-    rig: Rig, cells: int, slots: tuple[str, ...], outputs: tuple[str, ...], derivatives: bool
+    rig: Rig,
+    cells: int,
+    slots: tuple[str, ...],
+    outputs: tuple[str, ...],
+    derivatives: bool,
+    given: frozenset[str] = frozenset(),
 ) -> Equations:
     """Compiled functions of a rig, kept for the next problem of the same kind."""
-    return Equations(replace(rig, cells=cells), slots, outputs, derivatives)
+    return Equations(replace(rig, cells=cells), slots, outputs, derivatives, given)
 
 
 def bound(function: Any, given: Sequence[Array], found: Sequence[Array]) -> tuple[Any, Any]:
@@ -207,7 +212,7 @@ def bound(function: Any, given: Sequence[Array], found: Sequence[Array]) -> tupl
 class _Symbols:
     """A rig's rates, start values and outputs as expressions; slots stand in place of what they free."""
 
-    def __init__(self, rig: Rig, slots: tuple[str, ...]) -> None:
+    def __init__(self, rig: Rig, slots: tuple[str, ...], given: Collection[str]) -> None:
         import casadi as ca
 
         component = rig.component
@@ -224,7 +229,8 @@ class _Symbols:
                 u[component.u.index[name]] = self.z[i]
             elif name.startswith(SCALE) or name.startswith(OFFSET):
                 logged = name.partition(":")[2]
-                for k in (component.u.index[n] for n in rig.fed_with(logged) if n in component.u.index):
+                fed = rig.fed_with(logged, given)
+                for k in (component.u.index[n] for n in fed if n in component.u.index):
                     u[k] = u[k] * self.z[i] if name.startswith(SCALE) else u[k] + self.z[i]
         for i, name in enumerate(slots):
             if name.startswith(PLACE):

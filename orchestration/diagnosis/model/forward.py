@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,12 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
-from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, Simulation, Trajectory
+from warmlink.orchestration.diagnosis.model.simulation import (
+    NotSimulatedError,
+    Simulation,
+    Trajectory,
+    halved,
+)
 from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, controlled, hermite
 
 _AT_ONCE = 100.0
@@ -37,7 +42,7 @@ class Forward(Simulation):
         starts = zip(self.rig.parameters, equations.parameter_values, strict=True)
         self._p = np.array([known.get(name, start) for name, start in starts])
         # Instruments are fitted to the same course.
-        self._course = lru_cache(maxsize=1)(lambda z: self._integrate(np.frombuffer(z)))
+        self._kept: dict[bytes, tuple[Array, Array, Array]] = {}
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
         self._levels = Levels(run.time, self._table, discrete)
         self._laid_for = self.start_values()
@@ -46,20 +51,21 @@ class Forward(Simulation):
     def steps(self) -> Steps:
         """What the steps are in time; found when they are first needed."""
         if isinstance(self._grid, Forward):
-            return self._levels.halved(self._grid.steps.time)
+            return self._levels.steps(halved(self._grid.time))
         z = self._laid_for
         begun, _ = self.equations.begin(z, self._p, self._table[:, 0])
-        return controlled(Integrator(self.equations, z, self._p), self._levels, begun, self._grid)
+        integrator = Integrator(self.equations, z, self._p)
+        return controlled(integrator, self._levels, begun, self._grid, self._thin)
 
-    def lay(self, z: Array) -> None:
+    def refine(self, z: Array) -> None:
         """Lay the steps anew where they are short enough with these values."""
         if np.array_equal(z, self._laid_for):
             return
         if isinstance(self._grid, Forward):
-            self._grid.lay(z)
+            self._grid.refine(z)
         self._laid_for = z.copy()
         self.__dict__.pop("steps", None)
-        self._course.cache_clear()
+        self._kept = {}
 
     @property
     def time(self) -> Array:
@@ -80,7 +86,10 @@ class Forward(Simulation):
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate; derivatives through the states and by the slots themselves."""
-        values, slopes, by_slot, direct = self._interpolated(z, *self._course(z.tobytes()), times)
+        key = z.tobytes()
+        if key not in self._kept:
+            self._kept = {key: self._integrate(z)}
+        values, slopes, by_slot, direct = self._interpolated(z, *self._kept[key], times)
         return Trajectory(values, slopes, by_slot + direct)
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
@@ -98,7 +107,7 @@ class Forward(Simulation):
         else:
             begun = np.zeros((x.size, courses.size))
         step = Integrator(self.equations, z, self._p, courses)
-        states, left, right, _ = step(self.steps, np.column_stack([x, begun]))
+        states, left, right = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
         if self._thin.size:
@@ -113,8 +122,7 @@ class Forward(Simulation):
         Cubic Hermite in time, as the states' slopes are known at both ends.
         """
         time = self.steps.time
-        columns = [shares[0][0] for shares in self.steps.shares]
-        columns.append(columns[-1])
+        columns = np.append(self.steps.first, self.steps.first[-1:])
         y, by_state, direct = self.equations.observe(
             states[:, :, 0].T, z, self._p, self.steps.inputs[columns].T, time
         )
@@ -122,10 +130,10 @@ class Forward(Simulation):
         through = by_state @ states
         through[:, :, 0] = y
         known = np.concatenate([through, by_state[:-1] @ left, by_state[1:] @ right])
-        k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(self.steps.shares) - 1)
+        k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, time.size - 2)
         length = time[k + 1] - time[k]
         s = np.clip((times - time[k]) / length, 0.0, 1.0)
-        ends = np.stack([k, k + 1, time.size + k, time.size + len(self.steps.shares) + k], axis=1)
+        ends = np.stack([k, k + 1, time.size + k, 2 * time.size - 1 + k], axis=1)
         inside = 6 * s * (1 - s) / length
         rates = -inside, inside, (1 - s) * (1 - 3 * s), s * (3 * s - 2)
         value = _weighted(hermite(s, length), ends, known)
@@ -138,7 +146,7 @@ def _drawn(steps: Steps, states: Array) -> tuple[Array, Array]:
     length = np.diff(steps.time)[:, None, None]
     lines = np.diff(states, axis=0) / length
     left, right = lines.copy(), lines.copy()
-    smooth = steps.smooth
+    smooth = steps.follows[1:-1] & steps.follows[:-2]
     k = np.flatnonzero(smooth) + 1
     left[k] = right[k - 1] = (length[k] * lines[k - 1] + length[k - 1] * lines[k]) / (
         length[k] + length[k - 1]

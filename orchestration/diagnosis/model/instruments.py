@@ -17,7 +17,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, held_row
+from warmlink.orchestration.diagnosis.model.simulation import Simulation
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -27,12 +27,8 @@ CLOCK, DRIFT = "record.clock_offset", "record.clock_drift"
 _SHORTEST_LAG = 1e-3
 
 _FAULTS = {
-    "offset": 0.0,
-    "crosstalk": 0.0,
-    "lag": 0.0,
-    "stem_conduction": 0.0,
+    **dict.fromkeys(("offset", "crosstalk", "lag", "stem_conduction", "drift_rate"), 0.0),
     "scale": 1.0,
-    "drift_rate": 0.0,
 }
 """Faults of a sensor or camera, with the values that change nothing."""
 
@@ -87,25 +83,17 @@ class Readings:
     outputs : outputs that were read, in the order of the equations
     slots : variables of instruments that may be freed; they follow the equations' own
     times : s, rising, shape (times,)
-    ambient : times in s and logged temperatures of the surroundings in K, each held until the next
     """
 
     def __init__(
-        self,
-        forward: Simulation,
-        outputs: Sequence[str],
-        slots: Sequence[str],
-        times: Array,
-        ambient: tuple[Array, Array],
+        self, forward: Simulation, outputs: Sequence[str], slots: Sequence[str], times: Array
     ) -> None:
-        self.forward, self.times = forward, times
-        self._outputs = outputs
-        self._slots = {name: i for i, name in enumerate(slots)}
-        self._inner = len(forward.slots)
-        self._ambient = ambient
-        rig = forward.rig
-        self._channels = [channel_of(rig, output) for output in outputs]
-        self._clocks = [(f"{CLOCK}:{logger_of(rig, each)}", f"{CLOCK}:{each}") for each in outputs]
+        self.forward, self.times, self._inner = forward, times, len(forward.slots)
+        self._slots = {name: self._inner + i for i, name in enumerate(slots)}
+        self._channels = [channel_of(forward.rig, output) for output in outputs]
+        loggers = [logger_of(forward.rig, output) for output in outputs]
+        pairs = zip(loggers, outputs, strict=True)
+        self._clocks = [(CLOCK, *(f"{CLOCK}:{each}" for each in pair)) for pair in pairs]
 
     def __call__(self, z: Array) -> tuple[Array, Array]:
         """Readings and derivatives.
@@ -119,40 +107,35 @@ class Readings:
         tuple of numpy.ndarray
             Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
         """
-        named = {name: float(z[self._inner + i]) for name, i in self._slots.items()}
+        named = {name: float(z[slot]) for name, slot in self._slots.items()}
         ends = self.forward.time
-        fast = 1 + named.get(DRIFT, 0.0)
-        late = [sum(named.get(clock, 0.0) for clock in (CLOCK, *clocks)) for clocks in self._clocks]
-        wanted = {lag: self.times * fast - lag for lag in late}
+        late = [sum(named.get(clock, 0.0) for clock in clocks) for clocks in self._clocks]
+        wanted = {lag: self.times * (1 + named.get(DRIFT, 0.0)) - lag for lag in late}
         asked = {lag: np.clip(times, 0.0, ends[-1]) for lag, times in wanted.items()}
         lagging = any(c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
         dense = asked[late[0]]
         if lagging or len(asked) > 1:
             dense = np.unique(np.concatenate([ends, *asked.values()]))
         truth = self.forward(z[: self._inner], dense)
-        values = np.empty((self.times.size, len(self._outputs)))
+        values = np.empty((self.times.size, len(self._channels)))
         by_slot = np.zeros((*values.shape, z.size))
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
-            joined, slope, faults = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
-            by_fault = {channel.variable(n): each for n, each in faults.items()}
+            joined, slope, by_fault = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
             pick = np.searchsorted(dense, asked[late[i]])
             values[:, i] = joined[pick, 0]
             by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
             moving = np.where(wanted[late[i]] == asked[late[i]], slope[pick], 0.0)
-            extra = {name: each[pick] for name, each in by_fault.items()}
-            extra |= dict.fromkeys((CLOCK, *self._clocks[i]), -moving) | {DRIFT: moving * self.times}
-            for name, column in extra.items():
-                if name in self._slots:
-                    by_slot[:, i, self._inner + self._slots[name]] = column
+            extra = {channel.variable(name): each[pick] for name, each in by_fault.items()}
+            extra |= dict.fromkeys(self._clocks[i], -moving) | {DRIFT: moving * self.times}
+            for name in extra.keys() & self._slots.keys():
+                by_slot[:, i, self._slots[name]] = extra[name]
         return values, by_slot
 
     def _read(self, faults: Mapping[str, float], joined: Array, slope: Array, times: Array) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
         stem, lag, scale = faults["stem_conduction"], faults["lag"], faults["scale"]
-        rows, logged = self._ambient
-        ambient = logged[held_row(rows, times)]
-        current = self.forward.current(times)
+        ambient, current = self.forward.ambient(times), self.forward.current(times)
         by_stem = ambient - joined[:, 0]
         joined = (1 - stem) * joined
         joined[:, 0] += stem * ambient

@@ -18,41 +18,45 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component.integrator import GAMMA, ros2
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.model.equations import Equations, bound
-
-Shares = tuple[tuple[int, float], ...]
-"""Levels of the inputs that act in a step, and their shares of its length."""
+from warmlink.orchestration.diagnosis.model.equations import Equations, Indices, bound
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps in order: points in s between them, shape (steps + 1,), and what acts in each.
+    """Steps: points in s between them, and what acts in each.
 
-    `inputs` are the levels that the inputs take, shape (levels, inputs), row by row; `shares` has for each
-    step the levels that act in it and their shares of its length.
+    Attributes
+    ----------
+    time : shape (steps + 1,), or (groups, steps + 1) for as many in each group, which has a start of its own
+    inputs : the levels that the inputs take, shape (levels, inputs), row by row
+    begins : where the levels of each step begin in those of all, and where the last ones end
+    levels, shares : levels that act, step by step, and their shares of its length
     """
 
     time: Array
     inputs: Array
-    shares: tuple[Shares, ...]
+    begins: Indices
+    levels: Indices
+    shares: Array
 
-    def follows(self, step: int) -> bool:
-        """Whether a step begins on the one level of the inputs on which the step before it ends."""
-        near = self.shares[max(step - 1, 0) : step + 1]
-        return len(near) == 2 and near[0] == near[1] and len(near[0]) == 1
+    @property
+    def together(self) -> int:
+        """Number of steps that follow one another from each start."""
+        return self.time.shape[-1] - 1
+
+    @property
+    def first(self) -> Indices:
+        """The level on which each step begins, shape (steps,)."""
+        return self.levels[self.begins[:-1]]
 
     @cached_property
-    def smooth(self) -> NDArray[np.bool_]:
-        """Whether each inner point and the point before it lie within a level, shape (steps - 1,)."""
-        follows = np.array([self.follows(k) for k in range(len(self.shares))], dtype=bool)
-        return np.asarray(follows[1:] & follows[:-1])
-
-    @cached_property
-    def laid(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Where the levels of each step begin, one place further on where they end; levels and shares."""
-        begins = np.cumsum([0, *(len(each) for each in self.shares)], dtype=np.int64)
-        levels, shares = zip(*(pair for each in self.shares for pair in each), strict=True)
-        return begins, np.array(levels, dtype=np.int64), np.array(shares)
+    def follows(self) -> NDArray[np.bool_]:
+        """Whether a step begins on the one level on which the one before ends, for each and the end."""
+        single = np.diff(self.begins) == 1
+        same = single[1:] & single[:-1] & (np.diff(self.first) == 0)
+        found = np.concatenate([[False], same, [False]])
+        found[:: self.together] = False
+        return found
 
 
 @dataclass(frozen=True)
@@ -75,12 +79,7 @@ class Courses:
         """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
         if self is each_slot(by_slot.shape[1]):
             return by_slot
-        at = np.ones(1)
-        if self.nodes.size > 1:
-            k = int(np.clip(np.searchsorted(self.nodes, time) - 1, 0, self.nodes.size - 2))
-            later = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
-            at = np.zeros(self.nodes.size)
-            at[k : k + 2] = 1 - later, later
+        at = [np.interp(time, self.nodes, hat) for hat in np.eye(self.nodes.size)]
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
 
@@ -114,23 +113,25 @@ class Integrator:
         kind = _OnCasadi if library is None else partial(_InC, library)
         self._fill = kind(equations, z, p, courses)
 
-    def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array, Array]:
-        """Step on from states at the start, shape (n, 1 + values), the sensitivities beside each state.
+    def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array]:
+        """Step on from states at each start, shape (..., n, 1 + values), the sensitivities beside each state.
 
         Returns
         -------
         tuple of numpy.ndarray
-            States between steps, shape (steps + 1, n, 1 + values); their slopes at the start and the end of
-            each step, shape (steps, n, 1 + values); and the inverse of the last step's matrix, shape (n, n).
+            States at the points, shape (..., points, n, 1 + values), and slopes at the start and the end
+            of each step, shape (steps, n, 1 + values).
         """
-        states = np.empty((steps.time.size, *begun.shape))
-        left, right = np.empty((2, steps.time.size - 1, *begun.shape))
-        states[0] = begun
-        return states, left, right, self._fill(steps, states, left, right)
+        table = begun.shape[-2:]
+        states = np.empty((*steps.time.shape, *table))
+        left, right = np.empty((2, len(steps.begins) - 1, *table))
+        states[..., 0, :, :] = begun
+        self._fill(steps, states.reshape(-1, *table), left, right)
+        return states, left, right
 
 
 class _OnCasadi:
-    """Fills the tables of `Integrator` on CasADi's machine; gives the inverse of the last step's matrix."""
+    """Fills the tables of `Integrator` on CasADi's machine."""
 
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses) -> None:
         self._equations, self._courses, linear = equations, courses, equations.linear
@@ -148,20 +149,21 @@ class _OnCasadi:
         ]
 
     @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
-    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
+    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
         self._equations.taken += len(left)
-        inverse = np.empty(0)
-        for k, (start, end) in enumerate(pairwise(steps.time.tolist())):
-            acting = [(steps.inputs[level], share) for level, share in steps.shares[k]]
-            left[k], jacobian = self._slopes(start, acting, states[k])
-            if steps.follows(k):
+        time = steps.time.ravel().tolist()
+        for k, (first, last) in enumerate(pairwise(steps.begins.tolist())):
+            at = k + k // steps.together
+            start, end = time[at : at + 2]
+            acting = list(zip(steps.inputs[steps.levels[first:last]], steps.shares[first:last], strict=True))
+            left[k], jacobian = self._slopes(start, acting, states[at])
+            if steps.follows[k]:
                 right[k - 1] = left[k]
             inverse = _inverse(np.eye(len(jacobian)) - GAMMA * (end - start) * jacobian)
             ending = partial(self._slopes_alone, end, acting)
-            states[k + 1] = ros2(left[k], inverse.__matmul__, ending, states[k], end - start)
-            if not steps.follows(k + 1):
-                right[k] = ending(states[k + 1])
-        return inverse
+            states[at + 1] = ros2(left[k], inverse.__matmul__, ending, states[at], end - start)
+            if not steps.follows[k + 1]:
+                right[k] = ending(states[at + 1])
 
     def _at(self, inputs: Array) -> Array:
         """Rates, and what is not zero of their derivatives, until next time."""
@@ -197,25 +199,11 @@ def _inverse(matrix: Array) -> Array:
 
 
 class _System(ctypes.Structure):
-    """`System` of `integrator.c`."""
+    """`System` of `integrator.c`: eight sizes, and where eight tables are."""
 
     _fields_ = (
-        ("states", ctypes.c_int64),
-        ("columns", ctypes.c_int64),
-        ("inputs", ctypes.c_int64),
-        ("arguments", ctypes.c_int64),
-        ("results", ctypes.c_int64),
-        ("integers", ctypes.c_int64),
-        ("reals", ctypes.c_int64),
-        ("jacobian_rows", ctypes.c_void_p),
-        ("jacobian_columns", ctypes.c_void_p),
-        ("slot_rows", ctypes.c_void_p),
-        ("slot_columns", ctypes.c_void_p),
-        ("slots", ctypes.c_void_p),
-        ("parameters", ctypes.c_void_p),
-        ("nodes", ctypes.c_int64),
-        ("node_times", ctypes.c_void_p),
-        ("course_of_slot", ctypes.c_void_p),
+        *((f"size_{i}", ctypes.c_int64) for i in range(8)),
+        *((f"table_{i}", ctypes.c_void_p) for i in range(8)),
     )
 
 
@@ -225,25 +213,21 @@ class _InC:
     def __init__(
         self, library: ctypes.CDLL, equations: Equations, z: Array, p: Array, courses: Courses
     ) -> None:
-        linear = equations.linear
-        self._states, self._integrate = linear.size1_in(0), library.integrate
-        sizes = self._states, 1 + courses.size, linear.size1_in(3)
-        work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w()
-        tables = *chain(*equations.by_row), z, p
-        nodes, course_of_slot = courses.nodes, np.full(z.size, -1, dtype=np.int64)
+        linear, self._integrate = equations.linear, library.integrate
+        sizes = linear.size1_in(0), 1 + courses.size, linear.size1_in(3)
+        work = linear.sz_arg(), linear.sz_res(), linear.sz_iw(), linear.sz_w(), courses.nodes.size
+        course_of_slot = np.full(z.size, -1, dtype=np.int64)
         for course, added_to in enumerate(courses.added_to):
             course_of_slot[list(added_to)] = course
         # C has the arrays' addresses alone.
-        self._kept = tables, nodes, course_of_slot
-        rest = nodes.size, nodes.ctypes.data, course_of_slot.ctypes.data
-        self._system = _System(*sizes, *work, *(each.ctypes.data for each in tables), *rest)
+        self._kept = *chain(*equations.by_row), z, p, courses.nodes, course_of_slot
+        self._system = _System(*sizes, *work, *(each.ctypes.data for each in self._kept))
 
-    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> Array:
-        inverse = np.empty((self._states, self._states))
-        tables = steps.time, *steps.laid, steps.inputs  # in the order of `Steps` of `integrator.c`
+    def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
+        tables = steps.time, steps.begins, steps.levels, steps.shares, steps.inputs  # as in `integrator.c`
         laid = (ctypes.c_void_p * len(tables))(*(each.ctypes.data for each in tables))
-        filled = (ctypes.c_void_p(each.ctypes.data) for each in (states, left, right, inverse))
-        count, gamma = ctypes.c_int64(len(left)), ctypes.c_double(GAMMA)
-        if self._integrate(ctypes.byref(self._system), laid, count, gamma, *filled):
+        filled = (ctypes.c_void_p(each.ctypes.data) for each in (states, left, right))
+        count, together = ctypes.c_int64(len(left)), ctypes.c_int64(steps.together)
+        gamma = ctypes.c_double(GAMMA)
+        if self._integrate(ctypes.byref(self._system), laid, count, together, gamma, *filled):
             raise MemoryError
-        return inverse

@@ -17,9 +17,9 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
-from warmlink.orchestration.diagnosis.model.driven import Driven, courses, halved
+from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, held_row
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, given_inputs, halved
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
@@ -52,6 +52,7 @@ class Loop(Simulation):
         bounds: Bounds | None,
     ) -> None:
         super().__init__(rig, slots, run, known)
+        self._given = given_inputs(rig, run, known)
         self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
         self._system = _needed(rig, outputs)
         units = [unit_of(self._system, name) for name in outputs]
@@ -59,11 +60,10 @@ class Loop(Simulation):
             np.array([getattr(u, n) for u in units]) for n in ("factor", "offset")
         )
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
-        self._acting = self._table[:, held_row(run.time, middle)]
+        self._acting = self._table[:, run.row_at(middle)]
         self._kept: dict[bytes, Array] = {}
         self._at: Array | None = None
-        self._columns = np.empty(0)
-        self._answers: dict[tuple[object, bytes], Array] = {}
+        self._columns, self._answers = np.empty(0), dict[tuple[object, bytes], Array]()
 
     @cached_property
     def time(self) -> Array:
@@ -72,22 +72,20 @@ class Loop(Simulation):
             return halved(self._finer_than.time)
         infos = [read_description(part.fmu) for part in self._system.components.values()]
         uneven = all(info.capabilities.variable_step for info in infos)
-        return _communication(self._rows, self.rig.blueprint.step_size, uneven)
+        return _communication(self.run.time, self.rig.blueprint.step_size, uneven)
 
-    def linearise(self, z: Array) -> None:
-        """Take all derivatives anew at values of the slots."""
+    def refine(self, z: Array) -> None:
+        """Take all derivatives anew at values of the slots, where any are given."""
         self._at, self._answers = z.copy(), {}
-        self._columns = self._by_slot(z, range(z.size))
+        self._columns = self._by_slot(z, range(z.size if self._bounds else 0))
 
     def __call__(self, z: Array, times: Array) -> Trajectory:
         """Simulate. Between communication points the outputs are interpolated."""
-        by_slot: Array = np.empty((self.time.size, len(self._outputs), 0))
-        if self._bounds:
-            if self._at is None:
-                self.linearise(z)
-            by_slot = self._columns.copy()
-            moved = np.flatnonzero(z != self._at).tolist()
-            by_slot[:, :, moved] = self._by_slot(z, moved)
+        if self._at is None:
+            self.refine(z)
+        by_slot = self._columns.copy()
+        moved = np.flatnonzero(z != self._at).tolist() if self._bounds else []
+        by_slot[:, :, moved] = self._by_slot(z, moved)
         values = self._course(z)  # which the differences have left behind
         slopes = np.gradient(values, self.time, axis=0)
         return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
@@ -108,10 +106,9 @@ class Loop(Simulation):
         return self._interpolated(self._answers[key], times)
 
     def _interpolated(self, values: Array, times: Array) -> Array:
-        k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, self.time.size - 2)
-        share = (times - self.time[k]) / (self.time[k + 1] - self.time[k])
-        share = share.reshape(-1, *(1,) * (values.ndim - 1))
-        return np.asarray((1 - share) * values[k] + share * values[k + 1])
+        from scipy.interpolate import make_interp_spline
+
+        return np.asarray(make_interp_spline(self.time, values, k=1)(times))
 
     def _course(self, z: Array) -> Array:
         """Outputs at the communication points in SI, shape (points, outputs)."""
@@ -157,7 +154,7 @@ class Loop(Simulation):
             if kind not in (SCALE, OFFSET):
                 signals[slot] = value
                 continue
-            for name in logged.intersection(self.rig.fed_with(fed)):
+            for name in logged.intersection(self.rig.fed_with(fed, self._given)):
                 signals[name] = signals[name] * value if kind == SCALE else signals[name] + value
         starts = {name: float(signal[0]) for name, signal in signals.items()}
         driven = {}

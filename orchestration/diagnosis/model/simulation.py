@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
@@ -54,8 +53,8 @@ class Simulation(ABC):
     """
 
     def __init__(self, rig: Rig, slots: Sequence[str], run: Run, known: Mapping[str, float]) -> None:
-        self.rig, self.slots = rig, tuple(slots)
-        self._known, self._rows, self._table = known, run.time, input_table(rig, run, known)
+        self.rig, self.slots, self.run = rig, tuple(slots), run
+        self._known, self._table = known, input_table(rig, run, known)
 
     @property
     @abstractmethod
@@ -70,11 +69,9 @@ class Simulation(ABC):
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
 
-    def linearise(self, z: Array) -> None:  # noqa: B027
-        """Take derivatives that hold near some values of the slots alone anew."""
-
-    def lay(self, z: Array) -> None:  # noqa: B027
-        """Lay steps that are short enough near some values of the slots alone anew."""
+    @abstractmethod
+    def refine(self, z: Array) -> None:
+        """Take anew what holds near some values of the slots alone: derivatives, and the length of steps."""
 
     def start_values(self) -> Array:
         """Values of the slots as the experiment has them, shape (slots,)."""
@@ -84,19 +81,24 @@ class Simulation(ABC):
 
     def current(self, times: Array) -> Array:
         """Motor current in A as logged at times in s, shape (times,); 0 without a motor of ours."""
-        rig = self.rig
-        if rig.in_loop or "motor.current" not in rig.externals:
+        inputs, name = self.rig.externals, "motor.torque_constant"
+        if self.rig.in_loop or "motor.current" not in inputs:
             return np.zeros(times.size)
-        constant = self._known.get("motor.torque_constant", rig.variables["motor.torque_constant"].start)
-        current, torque = (
-            self._table[rig.externals.index(f"motor.{name}")] for name in ("current", "torque")
-        )
-        return np.asarray((current + torque / constant)[held_row(self._rows, times)])
+        constant = self._known.get(name, self.rig.variables[name].start)
+        current, torque = (self._table[inputs.index(f"motor.{each}")] for each in ("current", "torque"))
+        return np.asarray((current + torque / constant)[self.run.row_at(times)])
+
+    def ambient(self, times: Array) -> Array:
+        """Ambient temperature in K at times in s, about the stems of sensors, shape (times,)."""
+        if self.run.ambient is not None:
+            return self.run.ambient[self.run.row_at(times)]
+        given = (v for name, v in self._known.items() if name.endswith(".ambient_temperature"))
+        return np.full(times.size, next(given, 295.15))
 
 
-def held_row(rows: Array, times: Array) -> NDArray[np.int64]:
-    """Rows whose values hold at times in s, shape (times,)."""
-    return np.clip(np.searchsorted(rows, times, side="right") - 1, 0, rows.size - 1)
+def halved(time: Array) -> Array:
+    """Times with another one in the middle of each step."""
+    return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)
 
 
 def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
@@ -104,21 +106,26 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
     begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
     table = np.repeat(begun[:, None], run.time.size, axis=1)
     index = {name: i for i, name in enumerate(rig.externals)}
-    for name, value in known.items():
-        if name in index:
-            table[index[name]] = value
-    given_here = {*run.inputs, *(name for name in known if name in index)}
-    for name, signal in [*run.inputs.items(), *_covariates(rig.externals, run)]:
-        for target in rig.fed_with(name):
-            if target == name or target not in given_here:
-                table[index[target]] = signal
+    given_here = given_inputs(rig, run, known)
+    for name in index.keys() & known.keys():
+        table[index[name]] = known[name]
+    # A covariate is named without its instance.
+    covariates = [(n, s) for c, s in run.covariates.items() for n in index if c in (n, n.rpartition(".")[2])]
+    for name, signal in [*run.inputs.items(), *covariates]:
+        for target in rig.fed_with(name, given_here):
+            table[index[target]] = signal
     for motor in rig.called("motor"):
         if f"{motor}.pad_temperature" in index:
             _switch_pad(motor, table, index, given_here)
     return table
 
 
-def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: set[str]) -> None:
+def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[str]:
+    """Inputs with a column or a known value of their own."""
+    return frozenset(run.inputs) | known.keys() & set(rig.externals)
+
+
+def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: Collection[str]) -> None:
     """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
     pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
     temperature = table[index[pad]]
@@ -127,16 +134,6 @@ def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: 
         by_power = PAD_POWER if f"{motor}.pad_power" in given_here else PAD_OFF
         table[index[mode]] = np.where(held & (pad in given_here), PAD_TEMPERATURE, by_power)
     table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
-
-
-def _covariates(externals: Sequence[str], run: Run) -> list[tuple[str, Array]]:
-    """Signal by full input name for covariates, which are named without their instance."""
-    return [
-        (name, signal)
-        for covariate, signal in run.covariates.items()
-        for name in externals
-        if name == covariate or name.rpartition(".")[2] == covariate
-    ]
 
 
 def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, float]:
@@ -184,19 +181,11 @@ def _along_link(
 ) -> dict[str, float]:
     component = rig.components[link]
     start = float(np.mean(list(measured.values()))) if measured else mean
-    if "sensor_position[1]" not in component.p.index:  # a reduced link's are in its shape
-        rises = [measured.get(i, start) - start for i in range(1, SENSORS + 1)]
-        return _starting(link, start, rises)
-    starts = [known.get(f"{link}.{n}", rig.variables[f"{link}.{n}"].start) for n in component.p.names]
-    places = np.array(sensor_positions(component.p.read(np.array(starts, dtype=float))), dtype=float)
-    if measured:
+    there = np.array([measured.get(i, start) for i in range(1, SENSORS + 1)])
+    if measured and "sensor_position[1]" in component.p.index:  # a reduced link's are in its shape
+        starts = [known.get(f"{link}.{n}", rig.variables[f"{link}.{n}"].start) for n in component.p.names]
+        places = np.array(sensor_positions(component.p.read(np.array(starts, dtype=float))), dtype=float)
         order = sorted(measured, key=lambda i: places[i - 1])
         there = np.interp(places, [places[i - 1] for i in order], [measured[i] for i in order])
-    else:
-        there = np.full(SENSORS, start)
-    return _starting(link, start, there - start)
-
-
-def _starting(link: str, start: float, rises: Iterable[float]) -> dict[str, float]:
-    named = {f"{link}.initial_temperature_rise[{i}]": float(rise) for i, rise in enumerate(rises, 1)}
-    return {f"{link}.initial_temperature": start, **named}
+    rises = {f"{link}.initial_temperature_rise[{i}]": float(t - start) for i, t in enumerate(there, 1)}
+    return {f"{link}.initial_temperature": start, **rises}

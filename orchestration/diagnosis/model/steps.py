@@ -1,20 +1,21 @@
 """Time steps of a run: short after its inputs change, growing while they stay, and their error is known.
 
-Along the run with nothing freed each step is compared with two shorter ones on the inputs as they were
-logged. A step that errs is cut in two, and cut again; inputs that change within a step are replaced by their
+Along the run at given values, steps that bend are compared with two shorter ones on the inputs as they were
+logged. Those that err are cut in two, and cut again; inputs that change within a step are replaced by their
 mean only where that changes nothing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.model.integrator import Integrator, Shares, Steps
+from warmlink.orchestration.diagnosis.model.integrator import Integrator, Steps
 
 SIGNIFICANT = 0.1
 """Share of an input's range by which it must change for the steps to begin anew."""
@@ -24,12 +25,8 @@ MOST_EVENTS = 150
 
 MOST_LEVELS = 20_000
 
-
 _CUTS = 5
 """How often a step may be cut in two."""
-
-_AHEAD = 32
-"""Steps that are taken at once, where nothing changes."""
 
 _ORDINARY = 300.0
 """K; the tolerance of a larger state, such as a heat in J, grows in proportion to it."""
@@ -88,41 +85,40 @@ class Levels:
         self.table = np.ascontiguousarray(inputs[:, rows].T)
         self._discrete = discrete
 
-    def within(self, start: float, end: float) -> Shares:
-        """Levels that act from one time in s to another, in order, with their shares of it."""
-        first = int(np.searchsorted(self.starts, start, side="right")) - 1
-        last = int(np.searchsorted(self.starts, end, side="left"))
-        if last - first == 1:
-            return ((first, 1.0),)
-        edges = np.concatenate([[start], self.starts[first + 1 : last], [end]])
-        shares = np.diff(edges) / (end - start)
-        return tuple(zip(range(first, last), shares.tolist(), strict=True))
+    def steps(self, points: Array) -> Steps:
+        """Steps between points in s, shape (..., steps + 1), and every level as it is."""
+        start, end = points[..., :-1].ravel(), points[..., 1:].ravel()
+        first = np.searchsorted(self.starts, start, side="right") - 1
+        count = np.searchsorted(self.starts, end, side="left") - first
+        begins = np.append(0, np.cumsum(count))
+        step = np.repeat(np.arange(count.size), count)
+        levels = np.arange(step.size) + (first - begins[:-1])[step]
+        ends = np.append(self.starts[1:], np.inf)[levels]
+        lasts = np.minimum(ends, end[step]) - np.maximum(self.starts[levels], start[step])
+        return Steps(points, self.table, begins, levels, lasts / (end - start)[step])
 
-    def mean(self, shares: Shares) -> Array | None:
-        """One level in place of several; None where they differ in an input that has no mean."""
-        columns, weights = zip(*shares, strict=True)
-        values = self.table[list(columns)]
-        if np.any(values[:, self._discrete] != values[0, self._discrete]):
-            return None
-        return np.where(self._discrete, values[0], np.array(weights) @ values)
+    def mean(self, steps: Steps) -> tuple[Array, NDArray[np.bool_]]:
+        """One level in place of those of each step, and whether no input differs in it that has no mean."""
+        begins, acting = steps.begins[:-1], self.table[steps.levels]
+        mean = np.add.reduceat(steps.shares[:, None] * acting, begins)
+        names = acting[:, self._discrete]
+        mean[:, self._discrete] = names[begins]
+        same = np.maximum.reduceat(names, begins) == np.minimum.reduceat(names, begins)
+        return mean, same.all(axis=1)
 
-    def cut(self, start: float, end: float) -> float:
-        """Time in s at which to cut a step in two: the change of level nearest its middle, or that itself."""
-        inside = self.starts[np.searchsorted(self.starts, start, "right") : np.searchsorted(self.starts, end)]
+    def cut(self, start: Array, end: Array) -> Array:
+        """Times in s at which to cut steps in two: the change of level nearest the middle, or that itself."""
         middle = (start + end) / 2
-        return float(inside[np.argmin(np.abs(inside - middle))]) if inside.size else middle
+        edges = np.concatenate([[-np.inf], self.starts, [np.inf]])
+        after = np.searchsorted(edges, middle)
+        near = edges[np.stack([after - 1, after])]
+        away = np.where((near > start) & (near < end), np.abs(near - middle), np.inf)
+        nearest = np.where(away[1] < away[0], near[1], near[0])
+        return np.where(np.isfinite(away).any(axis=0), nearest, middle)
 
     def events(self) -> Array:
         """Times in s at which an input that is not noisy changes by much, shape (events,)."""
         return self.starts[1:][_large(self.table.T)]
-
-    def steps(self, points: Array) -> Steps:
-        """Steps between points in s, and every level as it is."""
-        return Steps(points, self.table, tuple(self.within(a, b) for a, b in pairwise(points.tolist())))
-
-    def halved(self, points: Array) -> Steps:
-        """Two steps for each between points in s, and every level as it is."""
-        return self.steps(np.insert(points, np.arange(1, points.size), (points[:-1] + points[1:]) / 2))
 
 
 def layout(levels: Levels, resolution: Resolution) -> Array:
@@ -161,30 +157,6 @@ def _changes(inputs: Array, discrete: NDArray[np.bool_]) -> NDArray[np.int64]:
     return rows[kept]
 
 
-def controlled(integrator: Integrator, levels: Levels, x: Array, resolution: Resolution) -> Steps:
-    """Steps over a run that meet their tolerance wherever cutting them reaches it.
-
-    Parameters
-    ----------
-    integrator : of the run, with nothing freed
-    levels : the run's inputs
-    x : states at the start, shape (n,)
-    resolution : first steps and tolerance
-    """
-    control = _Control(integrator, levels, resolution.tolerance)
-    points = layout(levels, resolution)
-    ahead = 1
-    while points.size > 1:
-        passed, x = control.run(x, points[: ahead + 1])
-        ahead = min(2 * ahead, _AHEAD) if passed == ahead else 1
-        points = points[passed:]
-        if ahead == 1 and points.size > 1:
-            x = control.settle(control.step(x, *points[:2].tolist()), _CUTS)
-            points = points[1:]
-    inputs = np.vstack([levels.table, *control.means])
-    return Steps(np.array(control.time), inputs, tuple(control.shares))
-
-
 Weights = tuple[Array, Array, Array, Array]
 
 
@@ -197,92 +169,92 @@ def hermite(s: Array, length: Array) -> Weights:
     return outside, inside, length * s * (1 - s) ** 2, -length * s**2 * (1 - s)
 
 
-@dataclass(frozen=True)
-class _Step:
-    """One step: times in s, what acts, states and their slopes at both ends, inverse matrix of the method."""
+class _Taken(NamedTuple):
+    """Steps that were taken: times in s, shape (steps,), states and slopes at both ends, shape (steps, n)."""
 
-    start: float
-    end: float
-    shares: Shares
+    start: Array
+    end: Array
     x: Array
     reached: Array
     first: Array
     last: Array
-    inverse: Array
+
+    def those(self, which: NDArray[Any]) -> _Taken:
+        return _Taken(*(each[which] for each in self))
 
     @property
-    def bend(self) -> Array:
-        """Difference from the trapezoidal rule: about the error of the step, at no cost."""
-        return self.settled(self.reached - self.x - (self.end - self.start) / 2 * (self.first + self.last))
+    def ends(self) -> Array:
+        return np.stack([self.start, self.end], axis=1)
 
-    def settled(self, error: Array) -> Array:
-        """An error without what settles within the step, where slopes are rounding and say nothing.
-
-        E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, Springer 1996, eq. (IV.8.20).
-        """
-        return np.asarray(self.inverse @ error)
-
-    def at(self, time: float) -> Array:
-        """States within the step, interpolated as for the rows of a run."""
-        length = np.array(self.end - self.start)
-        known = np.stack([self.x, self.reached, self.first, self.last])
-        return np.stack(hermite((time - self.start) / length, length)) @ known
+    @property
+    def length(self) -> Array:
+        return (self.end - self.start)[:, None]
 
 
-class _Control:
-    """Steps that were settled so far: their ends in s, means of inputs, and what acts in each."""
+def controlled(
+    integrator: Integrator, levels: Levels, x: Array, resolution: Resolution, thin: NDArray[np.int64]
+) -> Steps:
+    """Steps over a run that meet their tolerance wherever cutting them reaches it.
 
-    def __init__(self, integrator: Integrator, levels: Levels, tolerance: float) -> None:
-        self._integrator, self._levels, self._tolerance = integrator, levels, tolerance
-        self.time = [0.0]
-        self.means: list[Array] = []
-        self.shares: list[Shares] = []
+    Parameters
+    ----------
+    integrator : of the run, without sensitivities
+    levels : the run's inputs
+    x : states at the start, shape (n,)
+    resolution : first steps and tolerance
+    thin : states that are known at the ends of steps alone
+    """
 
-    def run(self, x: Array, points: Array) -> tuple[int, Array]:
-        """Add steps up to the first that may err, or whose inputs change; gives number and states."""
-        several = self._levels.starts[np.searchsorted(self._levels.starts, points[0], "right") :][:1]
-        count = int(np.searchsorted(points, several[0], "right") if several.size else points.size) - 1
-        if count == 0:
-            return 0, x
-        steps = self._levels.steps(points[: count + 1])
-        states, first, last, _ = self._integrator(steps, x[:, None])
-        ends = states[:, :, 0]
-        length = np.diff(steps.time)[:, None]
-        bend = np.diff(ends, axis=0) - length / 2 * (first + last)[:, :, 0]
-        count = int(np.argmin(np.append(self._small(bend, ends[:-1]), False)))
-        self.time += steps.time[1 : count + 1].tolist()
-        self.shares += steps.shares[:count]
-        return count, ends[count]
-
-    def settle(self, step: _Step, cuts: int) -> Array:
-        """Add a step, or several shorter ones in its place; gives the states at its end."""
-        x, start, end, shares = step.x, step.start, step.end, step.shares
-        if cuts > 0 and (len(shares) > 1 or not self._small(step.bend, x)):
-            cut = self._levels.cut(start, end)
-            halves = self._levels.steps(np.array([start, cut, end]))
-            _, half, there = self._integrator(halves, x[:, None])[0][:, :, 0]
-            between = step.settled(step.at(cut) - half)
-            wrong = np.maximum(np.abs(step.reached - there), np.abs(between))
-            if not self._small(wrong, x):
-                half = self.settle(self.step(x, start, cut), cuts - 1)
-                return self.settle(self.step(half, cut, end), cuts - 1)
-        mean = self._levels.mean(shares) if len(shares) > 1 else None
-        if mean is not None:
-            leaning = self.step(x, start, end, mean).reached - step.reached
-            if self._small(leaning * _MEMORY / (end - start), x):
-                shares = ((len(self._levels.table) + len(self.means), 1.0),)
-                self.means.append(mean)
-        self.time.append(end)
-        self.shares.append(shares)
-        return step.reached
-
-    def _small(self, error: Array, x: Array) -> NDArray[np.bool_]:
-        within = np.abs(error) <= self._tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)
+    def small(error: Array, x: Array) -> NDArray[np.bool_]:
+        within = np.abs(error) <= resolution.tolerance * np.maximum(1.0, np.abs(x) / _ORDINARY)
         return np.asarray(np.all(within, axis=-1))
 
-    def step(self, x: Array, start: float, end: float, mean: Array | None = None) -> _Step:
-        """A step on the inputs as they were logged, or on their mean."""
-        ends = np.array([start, end])
-        one = self._levels.steps(ends) if mean is None else Steps(ends, mean[None], (((0, 1.0),),))
-        states, first, last, inverse = self._integrator(one, x[:, None])
-        return _Step(start, end, one.shares[0], x, states[1, :, 0], first[0, :, 0], last[0, :, 0], inverse)
+    taken, settled = _taken(integrator, levels.steps(layout(levels, resolution)), x), []
+    for _ in range(_CUTS):
+        # The difference from the trapezoidal rule: about the error of a step, at no cost.
+        bend = taken.reached - taken.x - taken.length / 2 * (taken.first + taken.last)
+        doubtful = (np.diff(levels.steps(taken.ends).begins) > 1) | ~small(bend, taken.x)
+        settled.append(taken.those(~doubtful))
+        taken = taken.those(doubtful)
+        cut = levels.cut(taken.start, taken.end)
+        halves = _taken(integrator, levels.steps(np.stack([taken.start, cut, taken.end], axis=1)), taken.x)
+        weights = hermite((cut - taken.start)[:, None] / taken.length, taken.length)
+        between = sum(map(np.multiply, weights, taken[2:])) - halves.reached[::2]
+        between[:, thin] = 0.0
+        wrong = ~small(np.maximum(np.abs(taken.reached - halves.reached[1::2]), np.abs(between)), taken.x)
+        settled.append(taken.those(~wrong))
+        taken = halves.those(np.repeat(wrong, 2))
+    found = _Taken(*map(np.concatenate, zip(*settled, taken, strict=True)))
+    return _averaged(integrator, levels, found.those(np.argsort(found.start)), small)
+
+
+def _taken(integrator: Integrator, steps: Steps, x: Array) -> _Taken:
+    """Steps on from one state, shape (n,), or in each of several groups from its own, shape (groups, n)."""
+    states, first, last = (each[..., 0] for each in integrator(steps, x[..., None]))
+    start, end = steps.time[..., :-1].ravel(), steps.time[..., 1:].ravel()
+    before, after = (each.reshape(-1, x.shape[-1]) for each in (states[..., :-1, :], states[..., 1:, :]))
+    return _Taken(start, end, before, after, first, last)
+
+
+def _averaged(
+    integrator: Integrator,
+    levels: Levels,
+    taken: _Taken,
+    small: Callable[[Array, Array], NDArray[np.bool_]],
+) -> Steps:
+    """Steps of a run, on one mean level each wherever that changes nothing."""
+    steps = levels.steps(taken.ends)
+    mean, averaged = levels.mean(steps)
+    averaged &= np.diff(steps.begins) > 1
+    some, each = taken.those(averaged), np.arange(np.count_nonzero(averaged))
+    alone = Steps(some.ends, mean[averaged], np.arange(each.size + 1), each, np.ones(each.size))
+    leaning = (_taken(integrator, alone, some.x).reached - some.reached) * _MEMORY / some.length
+    averaged[averaged] = small(leaning, some.x)
+    acting, shares, first = steps.levels.copy(), steps.shares.copy(), steps.begins[:-1][averaged]
+    acting[first], shares[first] = len(levels.table) + np.arange(first.size), 1.0
+    count = np.diff(steps.begins)
+    kept = ~np.repeat(averaged, count)
+    kept[first] = True
+    begins = np.append(0, np.cumsum(np.where(averaged, 1, count)))
+    points = np.append(taken.start, taken.end[-1])
+    return Steps(points, np.vstack([levels.table, mean[averaged]]), begins, acting[kept], shares[kept])

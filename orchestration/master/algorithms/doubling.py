@@ -96,35 +96,30 @@ class DoublingStepper(PartsStepper):
             begun = zip(self._still, sent, self._sent(self._moving), strict=False)
             return held != self._sent(self._switching) or any(s and old != new for s, old, new in begun)
 
-        def accepted(error: float, end: Array) -> float:
-            self._before = step_size, ((end - start) / step_size).tolist()
-            self._still = [old == new for old, new in zip(sent, self._sent(self._moving), strict=True)]
-            return error
-
         self.inner.step(time, step_size)
-        if jumped() and not last:
+        sudden, end = jumped(), self._values()
+        if sudden and not last:
             return math.inf
-        coarse = self._values()
-        bend = self._bend(coarse - start, step_size)
-        expected = self._expected(step_size, bend)
-        if expected < self._growth and not jumped():
+        bend = self._bend(end - start, step_size)
+        error = self._expected(step_size, bend)
+        if error < self._growth and not sudden:
             self._trusted += 1
-            return accepted(expected, coarse)
-        self.back()
-        self.inner.step(time, step_size / 2)
-        self.inner.step(time + step_size / 2, step_size / 2)
-        self._trusted = 0
-        fine = self._values()
-        if jumped():
-            if last:
-                accepted(1.0, fine)
+        else:
+            self.back()
+            self.inner.step(time, step_size / 2)
+            self.inner.step(time + step_size / 2, step_size / 2)
+            sudden, coarse, end = jumped(), end, self._values()
+            allowed, share = self._tolerances * (step_size / self._duration), float(2**self._order - 1)
+            error = float(np.max(np.abs(end - coarse) / share / allowed, initial=0.0))
+            self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
+        if sudden:
             self.disturb()
-            return 1.0 if last else math.inf
-        allowed = self._tolerances * (step_size / self._duration)
-        share = float(2**self._order - 1)
-        error = float(np.max(np.abs(fine - coarse) / share / allowed, initial=0.0))
-        self._compared = step_size, error, bend / (self._before[0] + step_size)
-        return accepted(error, fine) if error <= 1.0 else error
+            error = 1.0 if last else math.inf
+        elif error <= 1.0:
+            self._before = step_size, ((end - start) / step_size).tolist()
+        if error <= 1.0:
+            self._still = [old == new for old, new in zip(sent, self._sent(self._moving), strict=True)]
+        return error
 
     def _bend(self, change: Array, step_size: float) -> float:
         """Distance from where the rates of the part before lead, as a fraction of the error allowed.

@@ -8,11 +8,13 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
@@ -55,22 +57,25 @@ def how_it_ended(code: int | None) -> str:
 class OtherProcess:
     """A process that answers over a pipe.
 
-    The target is called there with its end of the pipe and the arguments; it and they must be picklable.
+    The target is called there with its end of the pipe and the arguments; it and they must be picklable. The
+    first answer is None.
     """
 
     def __init__(self, name: str, target: Callable[..., None], *arguments: Any) -> None:
+        # Spawned, since a fork would inherit FMUs and threads of whoever calls.
         context = multiprocessing.get_context("spawn")
-        self._pipe, other = context.Pipe()
+        self.pipe, other = context.Pipe()
         self._process = context.Process(
             target=_begin, args=(target, other, arguments), daemon=True, name=name
         )
-        self._process.start()
+        with _no_interrupts(), without_main():
+            self._process.start()
         other.close()
 
     def ask(self, question: object) -> None:
         """Send something; raises `ProcessEndedError` where nobody is there to take it."""
         try:
-            self._pipe.send(question)
+            self.pipe.send(question)
         except OSError:
             raise self._ended() from None
 
@@ -82,13 +87,13 @@ class OtherProcess:
         """
         end = time.monotonic() + limit
         try:
-            while not self._pipe.poll(min(0.1, limit)):
+            while not self.pipe.poll(min(0.1, limit)):
                 if hurried():
                     end = min(end, time.monotonic() + PATIENCE)
                 if time.monotonic() > end:
                     self._process.kill()
                     raise TimeoutError
-            return self._pipe.recv()
+            return self.pipe.recv()
         except (EOFError, ConnectionError):
             raise self._ended() from None
 
@@ -98,7 +103,7 @@ class OtherProcess:
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
-        self._pipe.close()
+        self.pipe.close()
 
     def _ended(self) -> ProcessEndedError:
         self._process.join(5.0)
@@ -112,6 +117,30 @@ def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) 
     print_to_standard_error()
     pipe.send(None)
     target(pipe, *arguments)
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # which would set the mask back
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def without_main() -> Iterator[None]:
+    """Keep a new process from running the script of whoever calls once more: it needs nothing of it."""
+    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def die_with_parent() -> None:

@@ -32,8 +32,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     Segment,
     check_segments,
 )
-from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
-from warmlink.orchestration.scenarios.quantity import converter, heading
+from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole, converter, heading
 from warmlink.orchestration.scenarios.written import TABLE, read_table
 from warmlink.orchestration.system.units import IDENTITY, Conversion
 from warmlink.orchestration.text_files import read_text, read_toml, shortened, shown

@@ -11,8 +11,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, ConnectorKind, ModelInfo, System
-from warmlink.orchestration.system.units import Conversion, Unit
+from warmlink.orchestration.system.model import Connection, Connector, ModelInfo, System
+from warmlink.orchestration.system.units import Conversion
 
 Path = tuple[str, ...]
 """Names on the way to a component or a system; none for the outermost system."""
@@ -61,20 +61,10 @@ def edge_of(link: Connection) -> Edge:
 
 
 @dataclass(frozen=True)
-class DeclaredConnector:
-    """A connector as written: `type` is SSP's name of it, None where none is given; `sizes` of an array."""
-
-    kind: ConnectorKind
-    type: str | None = None
-    unit: Unit | None = None
-    sizes: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
 class Element:
     """A component with its FMU, or a system with the connections inside it; connectors by name."""
 
-    connectors: dict[str, DeclaredConnector] = field(default_factory=dict)
+    connectors: dict[str, Connector] = field(default_factory=dict)
     fmu: File | None = None
     info: ModelInfo | None = None
     connections: list[Edge] = field(default_factory=list)
@@ -103,7 +93,7 @@ class Net:
         """Give the description of the FMU that a connector belongs to; None for one of a system."""
         return self.elements[node.path].info
 
-    def declared(self, node: Node) -> DeclaredConnector | None:
+    def declared(self, node: Node) -> Connector | None:
         """Give a connector's declaration, or None where there is none."""
         return self.elements[node.path].connectors.get(node.connector)
 
@@ -217,13 +207,7 @@ def net_of(system: System, nested: bool = False) -> Net:
                 raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
         if path in net.elements:
             raise InputError(f"{name}: is a component and a system; rename one")
-        shown = {
-            c.name: DeclaredConnector(
-                c.kind, c.type, system.units.get(c.unit, Unit(c.unit)) if c.unit else None
-            )
-            for c in held.connectors
-        }
-        net.add(path, Element(shown, held.fmu))
+        net.add(path, Element(dict(held.connectors), held.fmu))
     for link in system.connections:
         _lay(net, link, _path(link.source_component, nested), _path(link.target_component, nested))
     return net
@@ -248,7 +232,7 @@ def _lay(net: Net, link: Connection, start: Path, end: Path) -> None:
     net.elements[end[:-1]].connections.append(last)
 
 
-def _passed(net: Net, giving: Node, within: Path, to: Path, kind: ConnectorKind, name: str) -> Node:
+def _passed(net: Net, giving: Node, within: Path, to: Path, kind: str, name: str) -> Node:
     """Connector of the system `to` that passes a value on, connected in another one where it is not yet."""
     connections, known = net.elements[within].connections, net.elements[to].connectors
     for edge in connections:

@@ -14,7 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Net, Node, Path
+from warmlink.orchestration.system.ssp.net import Edge, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import Parameter
 from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 
@@ -63,22 +63,21 @@ class _Carried:
 class Resolver:
     """A net beside the variables of its FMUs.
 
-    The bindings of inner elements come before those of the systems around them. It gathers `units` that
-    connectors use because their FMUs tell none, and `remarks` on what the standard lets a reader pass over.
+    The bindings of inner elements come before those of the systems around them. It gathers `remarks` on what
+    the standard lets a reader pass over.
     """
 
     net: Net
     bindings: Sequence[Binding] = ()
-    units: dict[str, Unit] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
 
-    def connectors(self, path: Path) -> tuple[Connector, ...]:
-        """Give a component's connectors, checked against its FMU in name, kind, type and unit."""
-        return tuple(
-            self._connector(node, declared)
+    def connectors(self, path: Path) -> dict[str, Connector]:
+        """Give a component's connectors by name, checked against its FMU in name, kind, type and unit."""
+        return {
+            node.connector: self._connector(node, declared)
             for name, declared in self.net.elements[path].connectors.items()
             for node in self._scalars(Node(path, name), declared.sizes)
-        )
+        }
 
     def connections(self) -> Iterator[Connection]:
         """Give all connections from an output to an input, through whatever systems lie between.
@@ -190,15 +189,13 @@ class Resolver:
         variable = variable_of(info, node.connector, str(node))
         return variable, own_unit(info, variable, declared.unit if declared else None)
 
-    def _connector(self, node: Node, declared: DeclaredConnector) -> Connector:
+    def _connector(self, node: Node, declared: Connector) -> Connector:
         where = str(node)
         variable, unit = self.variable(node)
         kind = check_connector(variable, declared.kind, declared.type, where)
         remedy = "declare the connector in a unit of its variable"
         _Carried(where, remedy, unit, variable.relative).into(declared.unit)
-        if declared.unit and declared.unit.exponents is not None and variable.unit is None:
-            self.units[declared.unit.name] = declared.unit
-        return Connector(node.connector, declared.kind, kind, unit.name if unit else None)
+        return Connector(declared.kind, kind, unit)
 
     def _shown_unit(self, node: Node) -> Unit | None:
         """Give the unit that a connector shows to those connected with it."""

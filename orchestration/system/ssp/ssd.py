@@ -5,7 +5,7 @@ What the rest cannot make use of is refused here, by name.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path as File
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -13,8 +13,8 @@ from urllib.parse import unquote, urlsplit
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import archive, xml
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, DefaultExperiment
-from warmlink.orchestration.system.ssp.net import DeclaredConnector, Edge, Element, Net, Node, Path
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment
+from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
     parameter_set,
@@ -31,28 +31,27 @@ PACKAGE_TYPE = "application/x-ssp-package"
 _DEEPEST = 8
 
 
-@dataclass
+@dataclass(frozen=True)
 class Reader:
     """What is read of an SSD in an unpacked SSP, and of all that it refers to, never outside its folder.
 
-    Packages inside the package are unpacked into `workdir`.
+    Packages inside the package are unpacked into `workdir`. Of the document that is being read it knows where
+    that lies, which units it defines, and those that hold it, itself among them.
     """
 
     workdir: File
     net: Net = field(default_factory=Net)
     bindings: list[Binding] = field(default_factory=list)
+    path: File = File()
+    units: dict[str, Unit] = field(default_factory=dict)
+    enclosing: tuple[File, ...] = ()
 
-    def read(
-        self, path: File, at: Path = (), enclosing: tuple[File, ...] = ()
-    ) -> tuple[str, DefaultExperiment]:
-        """Read an SSD as the system `at` a path; give its name and the experiment that it proposes.
-
-        `enclosing` are the .ssd files whose systems hold this one.
-        """
+    def read(self, path: File, at: Path = ()) -> tuple[str, DefaultExperiment]:
+        """Read an SSD as the system `at` a path; give its name and the experiment that it proposes."""
         where = path.name
-        if path in enclosing:
+        if path in self.enclosing:
             raise InputError(f"{where}: holds itself as a component; take it out")
-        if len(enclosing) > _DEEPEST:
+        if len(self.enclosing) > _DEEPEST:
             raise InputError(f"{where}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
         root = xml.root_of_file(path, "SystemStructureDescription", where)
         xml.refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
@@ -60,35 +59,24 @@ class Reader:
         if top is None:
             raise InputError(f"{where}: holds no System; there is nothing to simulate")
         units = definitions_of_units(xml.only_child(root, "Units"), where)
-        document = _Document(self, path, units, (*enclosing, path))
         experiment = _experiment(xml.only_child(root, "DefaultExperiment"), where)
-        document.system(top, at)
+        replace(self, path=path, units=units, enclosing=(*self.enclosing, path))._system(top, at)
         return root.get("name") or top.get("name") or path.stem, experiment
 
-
-@dataclass
-class _Document:
-    """One SSD: where it lies, which units it defines, and itself among those that hold it."""
-
-    reader: Reader
-    path: File
-    units: dict[str, Unit]
-    enclosing: tuple[File, ...]
-
-    def where(self, at: Path) -> str:
+    def _where(self, at: Path) -> str:
         return ".".join(at) or self.path.name
 
-    def system(self, element: Any, at: Path) -> None:
-        where = self.where(at)
+    def _system(self, element: Any, at: Path) -> None:
+        where = self._where(at)
         parts = ("Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections")
         xml.refuse_other_children(element, (*parts, "SystemGeometry", "GraphicalElements"), where)
-        connections = [self.connection(c, at) for c in _items(element, "Connections", "Connection")]
-        self.reader.net.add(at, Element(self.connectors(element, at), connections=connections))
-        readers = {"System": self.system, "Component": self.component}
+        connections = [self._connection(c, at) for c in _items(element, "Connections", "Connection")]
+        self.net.add(at, Element(self._connectors(element, at), connections=connections))
+        readers = {"System": self._system, "Component": self._component}
         for child in _items(element, "Elements"):
             name = xml.required(child, "name", where)
             inner = (*at, name)
-            if not name or inner in self.reader.net.elements:
+            if not name or inner in self.net.elements:
                 raise InputError(
                     f"{where}: holds two elements named {name!r}, or one without name; rename one"
                 )
@@ -97,11 +85,11 @@ class _Document:
                     f"{'.'.join(inner)}: {xml.local(child)} is not supported; connect the components directly"
                 )
             readers[xml.local(child)](child, inner)
-        self.reader.bindings += self.bindings(element, at)
+        self.bindings.extend(self._bindings(element, at))
 
-    def component(self, element: Any, at: Path) -> None:
+    def _component(self, element: Any, at: Path) -> None:
         """Read a component, or a system from another SSD or SSP; bindings here come after its own."""
-        where = self.where(at)
+        where = self._where(at)
         xml.refuse_other_children(element, ("Connectors", "ElementGeometry", "ParameterBindings"), where)
         implementation = element.get("implementation", "any")
         if implementation not in ("any", "CoSimulation"):
@@ -111,39 +99,38 @@ class _Document:
             raise InputError(f"{where}: components of type {kind} are not supported; export an FMU")
         if source is None:
             raise InputError(f"{where}: names no source, so that there is nothing to run; give it an FMU")
-        connectors, bindings = self.connectors(element, at), self.bindings(element, at)
+        connectors, bindings = self._connectors(element, at), self._bindings(element, at)
         if kind == FMU_TYPE:
-            self.reader.net.add(at, Element(connectors, self.file(source, where)))
+            self.net.add(at, Element(connectors, self._file(source, where)))
         else:
-            self.other_system(source, kind, connectors, at)
-        self.reader.bindings += bindings
+            self._other_system(source, kind, connectors, at)
+        self.bindings.extend(bindings)
 
-    def other_system(self, source: str, kind: str, shown: dict[str, DeclaredConnector], at: Path) -> None:
-        where = self.where(at)
+    def _other_system(self, source: str, kind: str, shown: dict[str, Connector], at: Path) -> None:
+        where = self._where(at)
         address, _, fragment = source.partition("#")
         if not address:
             raise InputError(f"{where}: source {source} refers to a part of its own document; write it out")
-        path = self.file(address, where)
+        path = self._file(address, where)
         if kind == PACKAGE_TYPE:
             inside = _relative(fragment, where) or "SystemStructure.ssd"
-            path = archive.unpack(path, self.reader.workdir) / inside
+            path = archive.unpack(path, self.workdir) / inside
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
-        self.reader.read(path, at, self.enclosing)
-        missing = sorted(set(shown) - set(self.reader.net.elements[at].connectors))
+        self.read(path, at)
+        missing = sorted(set(shown) - set(self.net.elements[at].connectors))
         if missing:
             raise InputError(f"{where}: {source} has no connector {missing[0]}; remove it or add it there")
 
-    def connectors(self, element: Any, at: Path) -> dict[str, DeclaredConnector]:
-        found: dict[str, DeclaredConnector] = {}
+    def _connectors(self, element: Any, at: Path) -> dict[str, Connector]:
+        found: dict[str, Connector] = {}
         for child in _items(element, "Connectors", "Connector"):
-            name = xml.required(child, "name", self.where(at))
+            name = xml.required(child, "name", self._where(at))
             where = str(Node(at, name))
             if name in found:
                 raise InputError(f"{where}: is declared twice; connectors of one element differ in name")
             kind = xml.required(child, "kind", where)
-            known = next((k for k in CONNECTOR_KINDS if k == kind), None)
-            if known is None:
+            if kind not in CONNECTOR_KINDS:
                 raise InputError(f"{where}: connectors of kind {kind} are not supported; use input or output")
             untyped = ("ConnectorGeometry", "Dimension", "Annotations", "MetaData")
             typed = [each for each in child if xml.local(each) not in untyped]
@@ -154,14 +141,14 @@ class _Document:
             )
             named = typed[0].get("unit") if typed else None
             unit = self.units.get(named, Unit(named)) if named else None
-            found[name] = DeclaredConnector(known, xml.local(typed[0]) if typed else None, unit, sizes)
+            found[name] = Connector(kind, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
-    def connection(self, element: Any, at: Path) -> Edge:
+    def _connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
             owner = element.get(f"{end}Element")
-            connector = xml.required(element, f"{end}Connector", self.where(at))
+            connector = xml.required(element, f"{end}Connector", self._where(at))
             ends.append(Node(at if owner is None else (*at, owner), connector))
         edge = Edge(ends[0], ends[1])
         for name in ("startIndices", "endIndices"):
@@ -169,13 +156,13 @@ class _Document:
                 raise InputError(f"{edge}: {name} is not supported; connect scalars")
         return with_transformation(edge, element, str(edge))
 
-    def bindings(self, element: Any, at: Path) -> list[Binding]:
-        return [self.binding(each, at) for each in _items(element, "ParameterBindings", "ParameterBinding")]
+    def _bindings(self, element: Any, at: Path) -> list[Binding]:
+        return [self._binding(each, at) for each in _items(element, "ParameterBindings", "ParameterBinding")]
 
-    def binding(self, element: Any, at: Path) -> Binding:
-        where = self.where(at)
+    def _binding(self, element: Any, at: Path) -> Binding:
+        where = self._where(at)
         xml.refuse_other_children(element, ("ParameterValues", "ParameterMapping"), where)
-        values, where = self.content(
+        values, where = self._content(
             element, xml.only_child(element, "ParameterValues"), "ParameterSet", where
         )
         prefix = element.get("prefix", "")
@@ -183,10 +170,10 @@ class _Document:
         mapping = xml.only_child(element, "ParameterMapping")
         entries = None
         if mapping is not None:
-            entries = parameter_mapping(*self.content(mapping, mapping, "ParameterMapping", where))
+            entries = parameter_mapping(*self._content(mapping, mapping, "ParameterMapping", where))
         return Binding(at, parameters, entries, where)
 
-    def content(self, holder: Any, inline: Any, root: str, where: str) -> tuple[Any, str]:
+    def _content(self, holder: Any, inline: Any, root: str, where: str) -> tuple[Any, str]:
         """Give the root of a document that stands in a file of its own or inside this one, and its name."""
         mime = f"application/x-ssp-parameter-{root.removeprefix('Parameter').lower()}"
         kind, source = holder.get("type", mime), holder.get("source")
@@ -197,14 +184,14 @@ class _Document:
             raise InputError(f"{where}: sourceBase {base} is not supported; move it to the SSP")
         if source:
             there = f"{where}: {source}"
-            return xml.root_of_file(self.file(source, where), root, there), there
+            return xml.root_of_file(self._file(source, where), root, there), there
         held = xml.only_child(inline, root)
         if held is None:
             raise InputError(f"{where}: a parameter binding has neither a source nor a {root} inside")
         xml.check_root(held, root, where)
         return held, f"{where}: {root}"
 
-    def file(self, source: str, where: str) -> File:
+    def _file(self, source: str, where: str) -> File:
         """Give the existing file that a relative URI means, inside the SSP."""
         try:
             parts = urlsplit(source)

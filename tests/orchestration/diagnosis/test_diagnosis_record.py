@@ -1,8 +1,11 @@
 """What a diagnosis says, holds and writes."""
 
+import gc
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from tests.documented import undescribed
@@ -12,10 +15,7 @@ from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
-from warmlink.orchestration.diagnosis.practice.hide import (
-    hide,
-    write_csv,
-)
+from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 
@@ -86,3 +86,15 @@ def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> No
     page = files["report.html"].read_text()
     assert "http-equiv" not in page
     assert "as it stands" in plots(files["report.html"])
+
+
+def test_a_diagnosis_that_is_done_with_leaves_nothing_behind() -> None:
+    """Cycles of references had kept some 25 MB each until Python looked for cycles, which it does seldom."""
+    found = diagnose_experiment(read([pd.DataFrame(hide({}, STILL, seed=1))]))
+    watched = [weakref.ref(each) for each in (found.assessment.problem, found.assessment.search)]
+    gc.disable()
+    try:
+        del found
+        assert [each() for each in watched] == [None, None]
+    finally:
+        gc.enable()

@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
@@ -14,9 +15,11 @@ from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nomin
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.report.diagnosis import write_diagnosis
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 FOLDER = "warmlink.orchestration.report.diagnosis"
 
@@ -203,3 +206,17 @@ def test_a_nominal_that_cannot_be_is_refused(
     read = read_experiment(written(tmp_path, whole))
     with pytest.raises(InputError, match=said):
         with_nominal(read, settings)
+
+
+def test_an_offset_of_an_input_is_that_of_its_own_column_alone() -> None:
+    """Where the tip's sink was not logged, the surroundings' temperature stands for it; here it was."""
+    columns = hide({}, (Segment(1200, 3.43, 2.5),))
+    columns["link.tip_sink_temperature [degC]"] = np.full(columns["time [s]"].size, 30.0)
+    warm = read([pd.DataFrame(columns)], settings={"link.tip_conductance": "0.5 W/K"})
+    columns["link.tip_sink_temperature [degC]"] += 1.0
+    warmer = read([pd.DataFrame(columns)], settings={"link.tip_conductance": "0.5 W/K"})
+    problem, other = Problem(warm), Problem(warmer)
+    values = problem.neutral[0].copy()
+    values[problem.slots.index("logged.offset:link.tip_sink_temperature")] = 1.0
+    shifted, logged = problem.predict(0, values)[0], other.predict(0, other.neutral[0])[0]
+    assert shifted == pytest.approx(logged, abs=0.01)  # to within the error of the search's steps

@@ -128,7 +128,7 @@ def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(f
     simulated = loop.Loop(
         found.experiment.rig, (), found.variables, run, {}, None, lambda: (nothing, nothing)
     )
-    simulated.linearise(nothing)
+    simulated.refine(nothing)
     assert simulated(nothing, run.time).by_slot.shape == (run.time.size, len(found.variables), 0)
 
 
@@ -174,7 +174,7 @@ def test_a_part_that_nobody_knows_is_simulated_in_a_loop(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, _: "Link" not in fmu.name
+        "warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, _: "Link" not in fmu.name
     )
     found = Problem(said(folder, CALIBRATED))
     rig = found.experiment.rig

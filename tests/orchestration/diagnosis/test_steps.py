@@ -9,7 +9,7 @@ from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade
 from tests.orchestration.diagnosis.loggers import Logger, logged_file, logged_run
 from warmlink.orchestration.arm.blueprint import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
-from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.experiment import calibrating, read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import PLACE, rig
 from warmlink.orchestration.diagnosis.fit import predictions
@@ -69,7 +69,7 @@ def test_a_link_measured_from_end_to_end_takes_no_shorter_steps() -> None:
         return Forward(Equations(rig("BenchRod", CELLS), [], sensor), run, length | place, resolution)
 
     whole, inside = rod(0.0, 0.3, SEARCH), rod(0.01, 0.29, SEARCH)
-    assert len(whole.steps.shares) < 1.5 * len(inside.steps.shares)
+    assert whole.time.size < 1.5 * inside.time.size
     fine = rod(0.0, 0.3, Resolution(CELLS, 0.5, 0, 0.5, np.inf))
     error = [each(each.start_values(), time).values for each in (whole, fine)]
     assert np.abs(error[0] - error[1]).max() < 0.06
@@ -114,12 +114,12 @@ def test_a_discrete_input_is_never_averaged() -> None:
     time = np.array([0.0, 9.59, 22.08, 30.3])
     inputs = np.array([[2.0, 2.0, 2.0, 0.0], [21.9, 22.0, 22.1, 22.1]])
     levels = Levels(time, inputs, np.array([True, False]))
-    joined = levels.mean(levels.within(0.0, 30.3))
-    assert joined is not None
+    (joined,), (there,) = levels.mean(levels.steps(np.array([0.0, 30.3])))
+    assert there
     assert joined[0] == 2.0
     assert joined[1] == pytest.approx(21.998, abs=0.01)
     switched = Levels(time, inputs[:, [0, 3, 2, 1]], np.array([True, False]))
-    assert switched.mean(switched.within(0.0, 30.3)) is None
+    assert not switched.mean(switched.steps(np.array([0.0, 30.3])))[1]
 
 
 def test_a_step_that_errs_is_cut_in_two() -> None:
@@ -142,7 +142,7 @@ def test_too_coarse_a_simulation_is_noticed_and_replaced(
     assert problem.artefact(problem.neutral, white) > 3
     replaced = problem.finest(0, problem.neutral[0])
     assert np.abs(replaced - coarse)[:, 0].max() > 0.05
-    problem.resolve(problem.neutral)
+    problem.refine(problem.neutral)
     resolved = problem.finest(0, problem.neutral[0])
     monkeypatch.setattr(predictions, "FINAL", Resolution(predictions.CHECK_CELLS, 0.5, 0.01, 5.0, 1e-3))
     exact = Problem(problem.experiment).finest(0, problem.neutral[0])
@@ -157,7 +157,7 @@ def test_what_the_steps_leave_unresolved_is_taken_out(
     problem = Problem(read_experiment(logged_file(tmp_path, {}, Logger(), seed=5)))
     at = problem.neutral[0]
     before = problem.finest(0, at)
-    problem.resolve(problem.neutral)
+    problem.refine(problem.neutral)
     after = problem.finest(0, at)
     monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 2.5, 1e-4))
     exact = Problem(problem.experiment).finest(0, at)
@@ -174,7 +174,7 @@ def test_where_a_fit_ends_readings_are_right_to_a_fraction_of_their_noise(
     problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS[name], seed=6)))
     at = problem.neutral[0].copy()
     at[problem.slots.index("motor.shaft_heat_capacity")] = 1900.0
-    problem.resolve([at])
+    problem.refine([at])
     resolved = problem.finest(0, at)
     monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
     exact = Problem(problem.experiment).finest(0, at)
@@ -212,3 +212,21 @@ def test_values_that_are_found_are_those_where_the_grid_errs_no_more(tmp_path: P
     problem.refine(problem.values_by_run(best.freed, best.theta))
     again = found.fitter.fit(best.items, best.values)
     assert abs(again.theta[0] - best.theta[0]) < 0.05 * np.sqrt(best.covariance()[0, 0])
+
+
+def test_where_nothing_is_searched_again_readings_are_as_right(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logged_file(tmp_path, {"shaft_capacity": 1900.0}, LOGGERS["all at once"], seed=6)
+    path = tmp_path / "run.toml"
+    calibrated = '"motor.shaft_heat_capacity" = { min = 1000, max = 2500, start = 1200 }'
+    text = f'system = "WarmupCell"\n[[run]]\ndata = "logged.csv"\n[calibrate]\n{calibrated}\n'
+    path.write_text(text, "utf-8")
+    found = assess(calibrating(read_experiment(path)))
+    problem, (at,) = found.problem, found.problem.values_by_run(found.best.freed, found.best.theta)
+    assert found.word == "adequate"
+    ours = problem.finest(0, at)
+    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
+    exact = Problem(problem.experiment).finest(0, at)
+    sigma = np.array([0.08 if "temperature" in v else 4e-7 for v in problem.variables])
+    assert np.linalg.norm((ours - exact) / sigma) < 0.07

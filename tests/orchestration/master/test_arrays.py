@@ -97,7 +97,7 @@ def test_arrays_are_their_elements(arrays: Path) -> None:
 
 def test_elements_are_wired_set_and_recorded_alone(arrays: Path) -> None:
     values = {"a": {"gain[1,2]": 10.0}, "b": {"u[2]": -1.0, "gain[2,2]": 2.0}}
-    parts = {name: Component(name, arrays, (), given) for name, given in values.items()}
+    parts = {name: Component(name, arrays, {}, given) for name, given in values.items()}
     wired = System("s", parts, (wire("a.y[1] -> b.u[3]"), wire("b.y[2] -> a.u[1]", factor=0.5)))
     run = simulate(wired, 2.0, 1.0, GaussSeidel(("b", "a")), record=["a.y[1]", "b.y[3]", "a.u[1]", "a.u[2]"])
     assert run.status == "completed", run.reason

@@ -35,7 +35,7 @@ STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
 def loop(*fmus: Path, **values: dict[str, Value]) -> System:
     given: dict[str, dict[str, Value]] = {"a": {"y": 1.0}, "b": {"rate": 0.7, "on": True}, "c": {"gain": 0.9}}
     components = {
-        name: Component(name, fmu, (), {**given[name], **values.get(name, {})})
+        name: Component(name, fmu, {}, {**given[name], **values.get(name, {})})
         for name, fmu in zip("abc", fmus, strict=True)
     }
     return System("loop", components, WIRES)

@@ -21,7 +21,7 @@ def mixed(first: Path, second: Path, **values: dict[str, Value]) -> System:
     fmus = {"a": first, "b": second}
     return System(
         "s",
-        {n: Component(n, fmu, (), values.get(n, {})) for n, fmu in fmus.items()},
+        {n: Component(n, fmu, {}, values.get(n, {})) for n, fmu in fmus.items()},
         wires,
     )
 
@@ -69,7 +69,7 @@ def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3
     start = {"y": 1.0}
     results = []
     for fmu in (trivial2, trivial3):
-        system = System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, wires)
+        system = System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, wires)
         results.append(simulate(system, 5.0, 0.125, FixedPoint()))
     np.testing.assert_allclose(results[0]["a.y"], results[1]["a.y"], rtol=1e-8, atol=1e-8)
     assert np.max(np.abs(results[1]["a.y"] - np.cos(results[1].times))) < 2e-2
@@ -77,7 +77,7 @@ def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3
 
 def test_bad_status_is_told_in_the_slaves_words(trivial3: Path) -> None:
     values: dict[str, Value] = {"fail_at": 3.5, "fail_status": 3}
-    system = System("s", {"a": Component("a", trivial3, (), values)})
+    system = System("s", {"a": Component("a", trivial3, {}, values)})
     result = simulate(system, 10.0, 1.0)
     assert result.reason == "a: error at 3 s: fmi3DoStep answered error; it logged: it fails from 3.5"
     np.testing.assert_array_equal(result.times, [0, 1, 2, 3])

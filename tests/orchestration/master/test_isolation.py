@@ -21,7 +21,7 @@ LIMITS = Isolation(time_limit=0.5)
 def pair(fmu: Path, **values: Value) -> System:
     wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
     parameters = {"y": 1.0, **values}
-    return System("s", {"a": Component("a", fmu), "b": Component("b", fmu, (), parameters)}, wires)
+    return System("s", {"a": Component("a", fmu), "b": Component("b", fmu, {}, parameters)}, wires)
 
 
 def test_isolated_slaves_give_the_same_values(trivial2: Path) -> None:

@@ -41,7 +41,7 @@ KILLS = int(os.environ.get("WARMLINK_KILLS", "5"))
 
 def pair(fmu: Path) -> System:
     start = {"y": 1.0}
-    return System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, WIRES)
+    return System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, WIRES)
 
 
 def test_streamed_values_are_those_of_a_run_in_memory(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ from warmlink.orchestration.system.model import Component, Connection, System
 fmu, folder = map(Path, sys.argv[1:3])
 start = {"y": 1.0}
 wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
-system = System("s", {"a": Component("a", fmu, (), start), "b": Component("b", fmu)}, wires)
+system = System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, wires)
 print("go", flush=True)
 result = simulate(system, 20.0, 0.002, FixedPoint(), long_run=LongRun(folder, every=500, resume=True))
 print(result.status, result.reason, len(result.times), flush=True)

@@ -23,7 +23,7 @@ REFERENCE = {"u": 0, "y": 1, "z": 2, "rate": 3, "gain": 4}
 
 
 def ours(fmu: Path) -> np.ndarray:
-    components = {n: Component(n, fmu, (), dict(v)) for n, v in START.items()}
+    components = {n: Component(n, fmu, {}, dict(v)) for n, v in START.items()}
     system = System("loop", components, tuple(wire(w) for w in WIRES))
     result = simulate(system, STEPS * STEP, STEP, Jacobi())
     return np.column_stack([result[name] for name in WATCHED])

@@ -13,7 +13,7 @@ from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.closed_loop.run import run as run_
+from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.assemble import component, connect
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -146,7 +146,7 @@ def test_a_regression_is_designed_for_fmus_whose_equations_nobody_knows(
     warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, _: "Link" not in fmu.name
+        "warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, _: "Link" not in fmu.name
     )
     Path("chain.toml").write_text(
         ROLES.replace('stop_time = "30 min"', 'step_size = "5 s"\nstop_time = "1 h"')
@@ -197,9 +197,12 @@ def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
     """Its figures are those of the command, within the coupling error that the command states."""
     pytest.importorskip("ziglang", reason='ziglang is not installed: pip install "warmlink[live]"')
     assert warmlink("live", "chain.toml", "--controller", "lag") == 0
-    figures = "const result = Object.fromEntries(figuresOf(results()).map(([law, of]) => [law, of.largest]));"
+    largest = """
+        const most = ({ name, values }) => [name, Math.max(...values.map(Math.abs))];
+        const result = Object.fromEntries(plots()[0].lines.map(most));
+    """
     with Chromium.started(tmp_path) as browser:
-        shown = browser.browse(Path("chain.html"), figures)
+        shown = browser.browse(Path("chain.html"), largest)
     outcome = run_("chain.toml")
     bound = outcome.coupling_error_um
     assert bound is not None
@@ -210,7 +213,7 @@ def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
 def test_a_page_of_foreign_fmus_is_refused(
     warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.scenarios.own_system.is_ours", lambda fmu, declared: False)
+    monkeypatch.setattr("warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, declared: False)
     assert warmlink("live", "chain.toml", "--controller", "lag") == 2
     told = capsys.readouterr().err
     assert "Chain: contains foreign FMUs (motor1 of Chain" in told

@@ -11,6 +11,7 @@ import pytest
 from warmlink.fmus.files import lock, unlock
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.files import fresh_folder, locked_folder
+from warmlink.orchestration.studies.workers import FmuSet
 
 COMPARE = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml"]
 
@@ -109,7 +110,7 @@ def test_a_bad_comparison_is_refused(
 
 
 def test_a_locked_storage_and_a_busy_folder_are_refused(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    folder: Path, fmus: FmuSet, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("warmlink.orchestration.studies.storage.LOCK_TIMEOUT_S", 0.1)
     with locked_folder(folder / "busy"):

@@ -17,7 +17,7 @@ from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, reached_controllers
-from warmlink.orchestration.studies.case import Case, Outcome, failed
+from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.compare import (
     COLUMNS,
     Comparison,
@@ -94,7 +94,7 @@ def made(scores: dict[str, float], budget: float, tolerance: float = 5e-6) -> Co
             for i, case in enumerate(cases):
                 score = scores[case.label[0]]
                 found = outcome(score, budget if case.label[0] == "none" else None)
-                yield i, found if score == score else failed("the slave stopped")
+                yield i, found if score == score else Outcome(stopped="the slave stopped")
 
     return run_comparison(planned, Given(), lambda share: None)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios.written import read_table
-from warmlink.orchestration.studies.case import METRICS, Case, Constraint, Gathered, Outcome, failed, gather
+from warmlink.orchestration.studies.case import METRICS, Case, Constraint, Gathered, Outcome, gather
 
 VALUES = st.lists(st.floats(0, 1e3), min_size=1, max_size=12)
 
@@ -41,7 +41,7 @@ def test_cvar_lies_between_mean_and_worst_and_falls_with_the_share(values: list[
 def test_a_run_without_figures_leaves_no_objective(over: str) -> None:
     assert math.isnan(gather([1.0, math.nan], over, 0.5))
     objective = Gathered(over=over)
-    assert math.isnan(objective.value([outcome(3.0), failed("it stopped")], [case(), case()]))
+    assert math.isnan(objective.value([outcome(3.0), Outcome(stopped="it stopped")], [case(), case()]))
 
 
 def test_a_run_that_never_settles_counts_as_its_whole_time() -> None:

@@ -1,4 +1,5 @@
 import math
+import operator
 import sqlite3
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -13,7 +14,7 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.at_work import Ledger
-from warmlink.orchestration.studies.case import Case, Gathered, Outcome, failed
+from warmlink.orchestration.studies.case import Case, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -44,7 +45,7 @@ class Formula:
             yield (
                 place,
                 (
-                    failed("the slave said no")
+                    Outcome(stopped="the slave said no")
                     if gain < self.poison
                     else Outcome(error, error, error, None, 5.0, 2.0, rate, 0.01)
                 ),
@@ -249,13 +250,13 @@ def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder
 
 def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study, folder: Path) -> None:
     # The error is least at a gain of 5 µm/W, the rate of the correction grows with the gain.
-    two = replace(study, second=Gathered("correction_rate_um_s"), constraints=())
+    two = replace(study, objectives=(study.objective, Gathered("correction_rate_um_s")), constraints=())
     here = make(folder, "two")
     trials = run(two, here, Formula())
     kept = front(trials)
     assert len(kept) > 2
     for trial in trials:
-        assert any(each.objective <= trial.objective and each.second <= trial.second for each in kept)
+        assert any(all(map(operator.le, each.objectives, trial.objectives)) for each in kept)
     winner = best(trials)
     assert winner in kept[1:-1]
     assert same(trials, run(two, here, Formula(at_most=0)))
@@ -267,7 +268,7 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
 
 
 def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(study: Study) -> None:
-    start = Judged(3, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, 2.2)
+    start = Judged(3, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, (2.2,))
     free = replace(study, constraints=())
     assert polish(free, start, Formula()).objective == pytest.approx(1.0, abs=1e-3)
     bound = replace(study, constraints=(Gathered("correction_rate_um_s").limited(0.045),))
@@ -297,7 +298,7 @@ def test_a_journal_survives_a_kill_within_a_line_and_counts_no_trial_twice(
 
 def test_two_that_write_to_one_study_are_told_so(study: Study, folder: Path) -> None:
     one, other = (Storage(study, "fmus", f"journal:///{folder / 's.log'}") for _ in range(2))
-    trial = Judged(0, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, 2.0)
+    trial = Judged(0, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, (2.0,))
     one.add(trial)
     with pytest.raises(InputError, match="somebody else works on"):
         other.add(trial)

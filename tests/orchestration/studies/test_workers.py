@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.studies.at_work import FILE, Ledger
-from warmlink.orchestration.studies.case import Case, Outcome, case_of, failed
+from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet, Workers
 
@@ -110,7 +110,7 @@ class Counting:
         for place, case in enumerate(cases):
             self.ran += 1
             score = float(case.values["compensator"]["gain"])
-            yield place, failed("no") if self.stopped else replace(OUTCOME, max_abs_um=score)
+            yield place, Outcome(stopped="no") if self.stopped else replace(OUTCOME, max_abs_um=score)
 
 
 def numbered(number: float) -> Case:

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 GAP = " " * 100_000
 CASES = {
     "unit": ("system.units", "parse_unit('Nparameterambient_temperature_of_the_room [degC')"),
-    "value": ("scenarios.quantity", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
+    "value": ("scenarios.entries", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
     "duty header": ("scenarios.duties.duty_files", "_columns(['a' + GAP + 'x'], 'duty.csv')"),
 }
 

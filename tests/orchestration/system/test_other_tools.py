@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import BENCH_MOTOR, BENCH_ROD, WARMUP_CELL, Blueprint
-from warmlink.orchestration.system.write import write_ssp
+from warmlink.orchestration.system.write import Ports, write_ssp
 
 from .ssp_text import component, connection, connector, ssd, write_zip
 from .ssp_text import system as system_text
@@ -116,6 +117,17 @@ def test_a_larger_system_drives_the_cell_through_its_ports(cell: Path, tmp_path:
     for name in ("link.elongation", "camera.measured_drift", "compensator.correction"):
         assert np.ptp(alone[name]) > 1e-7
         np.testing.assert_array_equal(held[f"part.{name}"], alone[name])
+
+
+def test_ports_of_one_name_in_both_directions_stay_apart(tmp_path: Path) -> None:
+    ports = Ports(("duty",), (("link", "base_temperature"), ("other", "speed")))
+    parts = {**WARMUP_CELL.components, "other": "DutyCycle"}
+    write_ssp(built(replace(WARMUP_CELL, components=parts)), tmp_path / "part.ssp", ports)
+    connectors = structure(tmp_path / "part.ssp").findall("{*}System/{*}Connectors/{*}Connector")
+    kinds = {c.get("name"): c.get("kind") for c in connectors}
+    assert (kinds["duty_speed"], kinds["other_speed"]) == ("input", "output")
+    assert kinds["base_temperature"] == "output"
+    read_system(tmp_path / "part.ssp", tmp_path / "work")
 
 
 def test_an_arm_has_ports_for_duty_angles_and_results(arms: list[Path]) -> None:

@@ -7,6 +7,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment
+from warmlink.orchestration.system.units import Unit, parse_unit
 
 from .ssp_text import (
     LINEAR,
@@ -34,7 +35,8 @@ def test_components_come_in_order_with_connectors_units_and_files(lab: Lab) -> N
     read = lab.read(lab.cell(connection("motor.heat_flow", "link.heat_flow")))
     assert list(read.components) == ["motor", "link"]
     assert read.components["link"].fmu.is_file()
-    named = {c.name: (c.kind, c.type, c.unit) for c in read.components["motor"].connectors}
+    shown = read.components["motor"].connectors.items()
+    named = {name: (c.kind, c.type, c.unit and c.unit.name) for name, c in shown}
     assert named["link_temperature"] == ("input", "Real", "degC")
     # The SSD gives neither type nor unit here: both are the FMU's.
     assert named["shaft_temperature"] == ("output", "Real", "K")
@@ -214,8 +216,8 @@ def test_an_fmu_without_units_takes_those_of_the_ssd(lab: Lab) -> None:
     read = lab.read(text, {"resources/Bare.fmu": (lab.folder / "Bare.fmu").read_bytes()})
     (link,) = read.connections
     assert link.factor * 300.0 + link.offset == pytest.approx(26.85, abs=1e-12)
-    assert read.components["bare"].connectors[0].unit == "degC"
-    assert read.units["degC"].offset == 273.15
+    unit = read.components["bare"].connectors["ambient"].unit
+    assert unit == Unit("degC", parse_unit("K").exponents, 1.0, 273.15)
 
 
 def test_components_of_fmi_three_and_two_mix(lab: Lab) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.fmus.packaging.views import flagged
@@ -18,7 +19,7 @@ from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.own_system import is_ours
+from warmlink.orchestration.scenarios.setup import is_ours
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
@@ -76,6 +77,29 @@ def test_a_system_with_ports_shows_its_flags(told: dict[str, Path], tmp_path: Pa
     write_ssp(WARMUP_CELL.system(told, LAW), path, WARMUP_CELL.ports)
     text = zipfile.ZipFile(path).read("SystemStructure.ssd").decode()
     assert 'name="reading_valid[8]" kind="output"' in text
+
+
+def test_a_joined_cell_has_the_flags_of_its_parts() -> None:
+    law = components()[LAW]
+    cell = WARMUP_CELL.joined(law, DROPOUTS)
+    assert flagged(cell).default_stop_time == cell.default_stop_time
+    found: dict[str, list[float]] = {}
+    for each in (cell, flagged(cell)):
+        running = Instance(each, each.name)
+        running.begin(0.0)
+        running.initialize()
+        for i in range(150):
+            running.step(float(i), 1.0)
+            for name in ("compensator.correction", "sensors.reading[1]", "camera.measured_drift_valid"):
+                if name in each.y.index:
+                    found.setdefault(f"{name} {len(each.outputs)}", []).append(float(running.get(name)))
+    with_nan, nan, with_flags, held, valid = found.values()
+    assert with_nan == with_flags
+    assert with_nan[-1] != 0
+    assert np.isnan(nan[-1])
+    assert held[-1] == held[-2] == nan[58]
+    assert valid[60] == 1.0
+    assert valid[-1] == 0.0
 
 
 def test_fmus_with_flags_are_not_taken_for_those_without(

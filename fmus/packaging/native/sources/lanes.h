@@ -1,12 +1,9 @@
-/* What CasADi's C needs where each number is a vector of LANES runs; lanes.py rewrites the C itself. */
+/* What the C of c_code.py needs where each number is a vector of LANES runs. */
 #include <math.h>
 #include <string.h>
 typedef double lanes __attribute__((vector_size(8 * LANES)));
 typedef long long masks __attribute__((vector_size(8 * LANES)));
-#define casadi_real lanes
-#define casadi_nan EACH(NAN)
-#define casadi_inf EACH(INFINITY)
-#define EACH(number) ((lanes){0} + (number))
+#define EACH(number) ((number) - (lanes){0})
 #define TRUTH(condition) ((lanes)((masks)(condition) & (masks)EACH(1.0)))
 #define IF(condition, value) ((lanes)((masks)((condition) != 0.0) & (masks)(value)))
 #define EITHER(condition, one, other) \
@@ -20,7 +17,7 @@ static inline int any_of(lanes condition)
     return any;
 }
 /* Rounded by adding 1.5 2^52, and one less where that went up; larger numbers are whole as they are. */
-static inline lanes quick_floor(lanes x)
+static inline lanes lanes_floor(lanes x)
 {
     const masks sign = (masks){0} + (-0x7fffffffffffffffLL - 1);
     lanes whole = (x + 0x1.8p52) - 0x1.8p52, size = (lanes)((masks)x & ~sign);
@@ -28,15 +25,45 @@ static inline lanes quick_floor(lanes x)
     whole -= (lanes)((whole > x) & (masks)EACH(1));
     return (lanes)((((masks)whole | ((masks)x & sign)) & small) | ((masks)x & ~small));
 }
-#define LANE_BY_LANE(name) \
-    static inline lanes lanes_##name(lanes x) \
+#define LANE_BY_LANE_AS(own, name) \
+    static inline lanes own(lanes x) \
     { double *each = (double *)&x; for (int i = 0; i < LANES; i++) each[i] = name(each[i]); return x; }
+#define LANE_BY_LANE(name) LANE_BY_LANE_AS(lanes_##name, name)
 #define LANE_BY_LANE_2(name) \
     static inline lanes lanes_##name(lanes x, lanes y) \
     { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
-/* lanes.py has a line of these for each function that CasADi calls. */
-LANE_BY_LANE(log)
-LANE_BY_LANE(cos)
+LANE_BY_LANE(fabs)
+LANE_BY_LANE(sqrt)
+LANE_BY_LANE(ceil)
+LANE_BY_LANE(exp)
+LANE_BY_LANE(expm1)
+LANE_BY_LANE(log1p)
+LANE_BY_LANE(sin)
+LANE_BY_LANE(tan)
+LANE_BY_LANE(asin)
+LANE_BY_LANE(acos)
+LANE_BY_LANE(atan)
+LANE_BY_LANE(sinh)
+LANE_BY_LANE(cosh)
+LANE_BY_LANE(tanh)
+LANE_BY_LANE(asinh)
+LANE_BY_LANE(acosh)
+LANE_BY_LANE(atanh)
+LANE_BY_LANE(erf)
+LANE_BY_LANE_AS(slow_log, log)
+LANE_BY_LANE_AS(slow_cos, cos)
+LANE_BY_LANE_2(pow)
+LANE_BY_LANE_2(fmod)
+LANE_BY_LANE_2(remainder)
+LANE_BY_LANE_2(atan2)
+LANE_BY_LANE_2(hypot)
+LANE_BY_LANE_2(copysign)
+LANE_BY_LANE_2(fmin)
+LANE_BY_LANE_2(fmax)
+static inline lanes lanes_sign(lanes x)
+{
+    return TRUTH(x > 0) - TRUTH(x < 0) + IF(TRUTH(x != x), x);
+}
 
 /* The two functions that noise needs for each reading; what they are not made for is done lane by lane. */
 static int all_between(lanes x, double low, double high)
@@ -47,10 +74,10 @@ static int all_between(lanes x, double low, double high)
     return well;
 }
 /* x = 2^n m with m about 1, and log m = 2 artanh((m - 1) / (m + 1)) by its series. */
-static lanes quick_log(lanes x)
+static inline lanes lanes_log(lanes x)
 {
     if (!all_between(x, 1e-300, 1e300))
-        return lanes_log(x);
+        return slow_log(x);
     masks n = ((masks)x - 0x3fe6a09e667f3bcdLL) >> 52;
     lanes m = (lanes)((masks)x - (n << 52)), s = (m - 1.0) / (m + 1.0), z = s * s, sum = EACH(1.0 / 25);
 #pragma GCC unroll 16
@@ -60,11 +87,11 @@ static lanes quick_log(lanes x)
     return whole * 0x1.62e42feep-1 + (2.0 * s + (2.0 * s * z * sum + whole * 0x1.a39ef35793c76p-33));
 }
 /* x = n pi / 2 + r, and the series of the cosine or the sine of r. */
-static lanes quick_cos(lanes x)
+static inline lanes lanes_cos(lanes x)
 {
     if (!all_between(x, -1e3, 1e3))
-        return lanes_cos(x);
-    lanes whole = quick_floor(x * 0x1.45f306dc9c883p-1 + 0.5);
+        return slow_cos(x);
+    lanes whole = lanes_floor(x * 0x1.45f306dc9c883p-1 + 0.5);
     lanes r = x - whole * 0x1.921fb544p+0 - whole * 0x1.0b4611a626331p-34, z = r * r;
     lanes c = EACH(1), s = EACH(1);
 #pragma GCC unroll 16

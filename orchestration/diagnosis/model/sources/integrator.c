@@ -14,9 +14,9 @@ int linear(const double **arguments, double **results, long long *integers, doub
 typedef struct {
     int64_t states, columns, inputs;
     int64_t arguments, results, integers, reals; /* that `linear` works with */
+    int64_t nodes;
     const int64_t *jacobian_rows, *jacobian_columns, *slot_rows, *slot_columns;
     const double *slots, *parameters;
-    int64_t nodes;
     const double *node_times;
     const int64_t *course_of_slot;
 } System;
@@ -177,20 +177,20 @@ static int64_t shared_out(const System *system, Work *work, double *buffer)
 }
 
 /* Whether a step begins on the one level of the inputs that the step before it ends on. */
-static int follows(const Steps *steps, int64_t step)
+static int follows(const Steps *steps, int64_t step, int64_t together)
 {
     int64_t before = steps->begins[step - 1], first = steps->begins[step];
-    return first - before == 1 && steps->begins[step + 1] - first == 1
+    return step % together && first - before == 1 && steps->begins[step + 1] - first == 1
         && steps->levels[before] == steps->levels[first];
 }
 
 /*
- * Fill `states` after the first, and the slopes at both ends of each of `count` steps, and for the last one the
- * inverse of its matrix where that is asked for. Gives 1 where there is no memory.
+ * Fill `states` after the first of each group of steps that follow one another, and the slopes at both ends of
+ * each of `count` steps. Gives 1 where there is no memory.
  */
 __attribute__((visibility("default"))) int integrate(
-    const System *system, const Steps *steps, int64_t count, double gamma, double *states, double *left,
-    double *right, double *inverse)
+    const System *system, const Steps *steps, int64_t count, int64_t together, double gamma, double *states,
+    double *left, double *right)
 {
     int64_t n = system->states, size = n * system->columns;
     Work work = {0};
@@ -203,10 +203,11 @@ __attribute__((visibility("default"))) int integrate(
     if (!missing)
         shared_out(system, &work, buffer);
     for (int64_t k = 0; k < count && !missing; k++) {
-        double start = steps->times[k], end = steps->times[k + 1], length = end - start;
-        double *at = states + k * size, *after = at + size, *slopes = left + k * size;
+        int64_t point = k + k / together;
+        double start = steps->times[point], end = steps->times[point + 1], length = end - start;
+        double *at = states + point * size, *after = at + size, *slopes = left + k * size;
         slopes_at(system, &work, steps, k, start, at, slopes);
-        if (k > 0 && follows(steps, k))
+        if (k > 0 && follows(steps, k, together))
             memcpy(right + (k - 1) * size, slopes, size * sizeof(double));
         factorise(system, &work, gamma * length);
         memcpy(work.first, slopes, size * sizeof(double));
@@ -218,14 +219,8 @@ __attribute__((visibility("default"))) int integrate(
         solve(system, &work, work.second, system->columns);
         for (int64_t i = 0; i < size; i++)
             after[i] = at[i] + length * (1.5 * work.first[i] + 0.5 * work.second[i]);
-        if (k + 1 == count || !follows(steps, k + 1))
+        if (k + 1 == count || !follows(steps, k + 1, together))
             slopes_at(system, &work, steps, k, end, after, right + k * size);
-    }
-    if (inverse && !missing) {
-        memset(inverse, 0, n * n * sizeof(double));
-        for (int64_t i = 0; i < n; i++)
-            inverse[i * n + i] = 1.0;
-        solve(system, &work, inverse, n);
     }
     free(buffer);
     free(work.arguments);

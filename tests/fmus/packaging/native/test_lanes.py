@@ -7,21 +7,18 @@ import casadi
 import numpy as np
 import pytest
 
+from tests.built import call_of
 from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.packaging.native.casadi_code import function, functions_text
+from warmlink.fmus.packaging.native.c_code import functions_text
+from warmlink.fmus.packaging.native.casadi_code import function
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-from warmlink.fmus.packaging.native.lanes import in_lanes
-from warmlink.fmus.packaging.native.library import loaded
 from warmlink.fmus.packaging.native.rollout import aligned
 from warmlink.fmus.packaging.native.rollout_code import compiled
 
 LANES = 4
-CALL = """
-__attribute__((visibility("default"))) void call(const lanes *given, lanes *found)
-{ all_of(given, found); }
-"""
+CALL = "void call(const lanes *given, lanes *found) { all_of(given, found); }"
 
 
 def everything(kind: type, a: casadi.SX, b: casadi.SX) -> list[casadi.SX]:
@@ -47,15 +44,8 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
         casadi.if_else(given > 0.5, given, kind.zeros(2)),
     ]
     whole = function("all", [given], casadi.vertcat(*found, *vectors))
-    text = functions_text("tried", [whole], ())
-    assert kind is casadi.MX or re.search(r"\(\w+\?\w+:\w+\)", text), "a choice is one expression"
-    text = in_lanes(text, LANES) + CALL
-    try:
-        (compiler,) = compilers(platforms_named(None))
-    except InputError as fault:
-        pytest.skip(str(fault))
-    library = compiler.library({"tried.c": text}, "tried")
-    call = loaded(library).call
+    assert re.search(r"\(a\d+\?a\d+:a\d+\)", functions_text([whole], ())), "a choice is one expression"
+    call = call_of(functions_text([whole], (), LANES) + CALL)
     rng = np.random.default_rng(2)
     pairs = [rng.uniform(-3, 3, (2, LANES)) for _ in range(200)]
     pairs += [rng.uniform(0, 1, (2, LANES)) ** 9 for _ in range(50)]

@@ -2,7 +2,6 @@
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,10 +9,10 @@ import casadi
 import numpy as np
 import pytest
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.native.casadi_code import function, functions_text
-from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-from warmlink.fmus.packaging.native.library import loaded
+from tests.built import call_of
+from warmlink.fmus.calls import Written, called
+from warmlink.fmus.packaging.native.c_code import functions_text
+from warmlink.fmus.packaging.native.casadi_code import function
 
 SIZE = 4
 Graph = Callable[[casadi.MX, casadi.MX], Any]
@@ -23,28 +22,27 @@ Graph = Callable[[casadi.MX, casadi.MX], Any]
 def plain(name: str) -> casadi.Function:
     """Two vectors of one, as a function of plain numbers."""
     given = casadi.SX.sym("given", SIZE)
-    return casadi.Function(name, [given], [casadi.sin(given), 3.0 * given])
+    return called(casadi.Function(name, [given], [casadi.sin(given), 3.0 * given]))
 
 
 def of_one(name: str) -> casadi.Function:
     given = casadi.SX.sym("given")
-    return casadi.Function(name, [given], [casadi.sin(given), 3.0 * given])
+    return called(casadi.Function(name, [given], [casadi.sin(given), 3.0 * given]))
 
 
 def calling(name: str) -> casadi.Function:
     """The same sizes as a plain function, but a function of calls, and with other results."""
     given = casadi.MX.sym("given", SIZE)
     one, other = plain("inner")(given)
-    return casadi.Function(name, [given], [one + other, casadi.cos(other)])
+    return called(casadi.Function(name, [given], [one + other, casadi.cos(other)]))
 
 
 def idle(size: int = SIZE) -> casadi.Function:
     """Two vectors, moved by a third where the first argument says so."""
     pair = [casadi.MX.sym(name, size) for name in "abc"]
     one, other = (plain if size == SIZE else of_one)("inner")(pair[2])
-    run = casadi.Function("idle_run", pair, [2.0 * pair[0] + one, pair[1] + other])
-    skip = casadi.Function("idle_skip", pair, pair[:2])
-    return casadi.Function.if_else("idle", run, skip)
+    run = casadi.Function("idle", pair, [2.0 * pair[0] + one, pair[1] + other])
+    return called(run, Written(run, idle=True))
 
 
 def same_names(x: casadi.MX, use: casadi.MX) -> Any:
@@ -78,14 +76,9 @@ GRAPHS = (same_names, one_result_of_two, one_idle_result_of_two, one_vector_for_
 def test_it_computes_what_casadi_computes(graph: Graph) -> None:
     x, use = casadi.MX.sym("x", SIZE), casadi.MX.sym("use")
     whole = function("whole", [x, use], graph(x, use))
-    text = functions_text("rewritten", [whole], ())
+    text = functions_text([whole], ())
     text += "void call(const double *x, const double *use, double *y) { whole_of(x, use, y); }\n"
-    try:
-        (compiler,) = compilers(platforms_named(None))
-    except InputError as fault:
-        pytest.skip(str(fault))
-    flags = tuple(each for each in compiler.flags if "visibility" not in each)
-    call = loaded(replace(compiler, flags=flags).library({"rewritten.c": text}, "rewritten")).call
+    call = call_of(text)
     values = np.array([0.5, -1.0, 2.0, 3.0])
     for use_value in (0.0, 1.0):
         given = np.array([use_value])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +18,29 @@ from warmlink.orchestration.command_line.diagnose import diagnose
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.arm.diagnose import diagnose_arm
 from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm, possible_effects
-from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
+from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file, over_steps, smoothed
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.report.diagnosis import SSV, write_diagnoses
 
 ELBOW = 3
 RESISTANCE = 0.6
+NEVER = np.array([])
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def store() -> FmuStore:
     store = FmuStore("native")
     try:
         store.files(arm().blueprint.kinds | shipped("none").kinds)
     except InputError as fault:
         pytest.skip(str(fault))
+    return store
+
+
+@pytest.fixture(scope="module")
+def run(store: FmuStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("arm") / "arm.csv"
     write_csv(hide_in_arm({"joint_resistance": RESISTANCE}, ELBOW, store, seed=11), path)
     return path
@@ -55,6 +63,40 @@ def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Pat
     assert not undescribed("diagnosis.json", whole)
     assert (tmp_path / "out/axis3/report.html").is_file()
     assert "axis3  elbow       named       joint_resistance" in found.summary()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [21, 59])
+def test_the_noise_of_a_neighbours_readings_is_no_cause(store: FmuStore, tmp_path: Path, seed: int) -> None:
+    """It drives the last axis, whose shaft is light, and had been called heat at standby, or warmer air."""
+    path = tmp_path / "arm.csv"
+    write_csv(hide_in_arm({"joint_resistance": RESISTANCE}, ELBOW, store, seed=seed), path)
+    assert diagnose_arm(arm_experiments(path), [6]).at_fault == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [4, 6])
+def test_what_the_noise_of_neighbours_does_is_known(run: Path, number: int) -> None:
+    """Its expected square, against readings that are simulated with draws of it."""
+    experiment = arm_experiments(run)[number]
+    (measured,) = experiment.runs
+    assert set(measured.scatter) == {"motor.neighbour_temperature", "link.tip_sink_temperature"} & {
+        *measured.inputs
+    }
+    assert [*measured.scatter.values()] == pytest.approx([0.08] * len(measured.scatter), rel=0.1)
+    problem = Problem(experiment)
+    expected = np.sum(problem.scattered[0] ** 2, axis=(0, 2))
+    plain, _ = problem.predict(0, problem.neutral[0])
+    random, found = np.random.default_rng(3), []
+    for _ in range(10):
+        noise = {
+            name: over_steps(smoothed(measured.time, random.normal(0.0, sigma, measured.time.size), NEVER))
+            for name, sigma in measured.scatter.items()
+        }
+        inputs = {name: values + noise.get(name, 0.0) for name, values in measured.inputs.items()}
+        drawn = Problem(replace(experiment, runs=(replace(measured, inputs=inputs),)))
+        found.append(np.sum((drawn.predict(0, drawn.neutral[0])[0] - plain) ** 2, axis=0))
+    assert np.mean(found, axis=0) == pytest.approx(expected, rel=0.35)
 
 
 def test_only_what_differs_in_an_axis_enters_its_experiment(run: Path) -> None:

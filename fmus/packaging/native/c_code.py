@@ -1,0 +1,283 @@
+"""CasADi's functions as C, written from their instructions: for numbers, or for vectors of several runs.
+
+What is only moved is read where it lies, a result is made where it belongs, and an idle function leaves its
+arguments as they are by pointing at them. A choice is one expression, which becomes one or two instructions;
+what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache
+from itertools import groupby
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from warmlink.fmus.calls import written
+from warmlink.fmus.packaging.native.casadi_code import unsimplified
+
+DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
+"""Functions that `model.h` declares; others are for the generated file alone."""
+
+_LANES = Path(__file__).parent / "sources" / "lanes.h"
+"""Vectors and their functions, of so many `LANES`."""
+
+
+def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARED, lanes: int = 0) -> str:
+    """C functions from CasADi's, each as `void NAME(const double *x0, ..., double *y0)`.
+
+    Parameters
+    ----------
+    functions : of numbers (SX), or of vectors and calls (MX)
+    declared : names of those that a header declares under `WL(NAME)`; the others are static, as `NAME_of`
+    lanes : where given, so many runs go side by side: in place of each double is a vector of gcc and clang,
+        `lanes`, of which every element is computed as the number would be, in the same order
+    """
+    writer = _Writer(_dialect(lanes > 0))
+    for each in functions:
+        name = each.name()
+        writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each, alone=False)
+    header = f"#define LANES {lanes}\n{_LANES.read_text('utf-8')}" if lanes else "#include <math.h>\n"
+    return "\n".join([header, *writer.texts])
+
+
+class _Number(NamedTuple):
+    """A number where it lies: in a vector at a place, or under a name, or as it is written."""
+
+    name: str
+    place: int | None = None
+
+    def __str__(self) -> str:
+        return self.name if self.place is None else f"{self.name}[{self.place}]"
+
+    @property
+    def pointer(self) -> str:
+        """Where it and what lies beside it begins."""
+        return f"{self.name}+{self.place}" if self.place else self.name
+
+
+_Numbers = list[_Number]
+
+
+class _Dialect(NamedTuple):
+    """How C is written: type of a number, and the forms of what is done, by CasADi's number of it."""
+
+    real: str
+    constant: str
+    choice: str
+    asked: str
+    operations: Mapping[int, str]
+
+    def literal(self, value: float) -> _Number:
+        """A number that is written out, with a point."""
+        mantissa, e, exponent = repr(value).partition("e")
+        if "n" in mantissa:
+            text = f"(double){mantissa.replace('inf', 'INFINITY').replace('nan', 'NAN')}"
+        else:
+            text = (mantissa if "." in mantissa else f"{mantissa}.") + e + exponent
+        return _Number(self.constant.format(f"({text})" if text[0] == "-" else text))
+
+
+@cache
+def _dialect(lanes: bool) -> _Dialect:
+    """C for numbers, or for the vectors of `lanes.h`."""
+    import casadi
+
+    asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
+    asked |= {"NOT": "{0}==0.", "AND": "({0}!=0.)&({1}!=0.)", "OR": "({0}!=0.)|({1}!=0.)"}
+    forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
+    forms |= {"ADD": "({0}+{1})", "SUB": "({0}-{1})", "MUL": "({0}*{1})", "DIV": "({0}/{1})"}
+    forms |= {"NEG": "(-{0})", "SQ": "({0}*{0})", "TWICE": "({0}+{0})", "INV": "(1./{0})"}
+    own = "lanes_" if lanes else ""
+    for names, given in (
+        (("SQRT", "EXP", "EXPM1", "LOG", "LOG1P", "ERF", "FABS", "FLOOR", "CEIL"), "({0})"),
+        (("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"), "({0})"),
+        (("SINH", "COSH", "TANH", "ASINH", "ACOSH", "ATANH"), "({0})"),
+        (("POW", "FMOD", "REMAINDER", "ATAN2", "HYPOT", "COPYSIGN", "FMIN", "FMAX"), "({0},{1})"),
+    ):
+        forms |= {name: f"{own}{name.lower()}{given}" for name in names}
+    forms["CONSTPOW"] = forms["POW"]
+    forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
+    forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
+    operations = {getattr(casadi, f"OP_{name}"): form for name, form in forms.items()}
+    if lanes:
+        return _Dialect("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})", operations)
+    return _Dialect("double", "{0}", "({0}?{1}:{2})", "{0}!=0", operations)
+
+
+class _Writer:
+    """C of functions, each of them once and after those that it calls."""
+
+    def __init__(self, dialect: _Dialect) -> None:
+        self.dialect = dialect
+        self.texts: list[str] = []
+        self._names: dict[int, str] = {}
+
+    def write(self, head: str, function: Any, alone: bool) -> None:
+        """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
+        alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
+        one, paired, _ = written(function)
+        paired = paired or [False] * len(alones)
+        with unsimplified():
+            numbers = one.expand() if one.is_a("MXFunction") else one
+        lines, used = _Body(self, numbers, alones, paired).lines()
+        if any(paired):
+            lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
+        lines = [f"(void)x{k};" for k in range(len(alones)) if f"x{k}" not in used] + lines
+        real = self.dialect.real
+        parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
+        parameters += [f"{real} *restrict y{k}" for k in range(function.n_out())]
+        text = "".join(f"  {line}\n" for line in lines)
+        self.texts.append(f"{head}({', '.join(parameters)})\n{{\n{text}}}\n")
+
+    def named(self, function: Any) -> str:
+        """Name in C of a function that is called."""
+        key = function.__hash__()
+        if key not in self._names:
+            self._names[key] = name = f"{function.name()}_{len(self._names)}"
+            self.write(f"static void {name}", function, alone=True)
+        return self._names[key]
+
+
+class _Body:
+    """Statements of a function.
+
+    Parameters
+    ----------
+    writer : writes the functions that this one calls
+    function : of numbers, and of calls of such
+    alone : for each argument whether it is a single number
+    paired : for each argument whether it holds two side by side; if any does, the statements are those of a
+        loop over both, and so are the results
+    """
+
+    def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
+        import casadi
+
+        self.writer, self.dialect = writer, writer.dialect
+        self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
+        """C, the names that it makes (none: results of the function), and what it uses."""
+        self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
+        self._placed: dict[str, str] = {}  # where in a result vectors lie that are a part of it
+        self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
+        self._gathered: dict[tuple[_Number, ...], _Number] = {}
+        self._handed: list[
+            tuple[int, int, _Number]
+        ] = []  # results that lie in vectors: which, where, and what
+        held: dict[int, _Number] = {}  # in CasADi's places
+        nodes = function.instructions_sx()
+        for k in range(function.n_instructions()):
+            kind = function.instruction_id(k)
+            given, taken = function.instruction_input(k), function.instruction_output(k)
+            if kind == casadi.OP_INPUT:
+                which, place = given
+                name = f"x{which}[{2 * place}+i]" if paired[which] else f"x{which}"
+                held[taken[0]] = _Number(name, None if alone[which] or paired[which] else place)
+            elif kind == casadi.OP_CONST:
+                held[taken[0]] = self.dialect.literal(function.instruction_constant(k))
+            elif kind == casadi.OP_CALL:
+                found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
+                held |= zip(taken, found, strict=True)
+            elif kind != casadi.OP_OUTPUT:
+                held[taken[0]] = self._operation(kind, [held[place] for place in given])
+            elif any(paired) or held[given[0]].place is None:
+                place = f"{2 * taken[1]}+i" if any(paired) else taken[1]
+                self._add(f"y{taken[0]}[{place}]={held[given[0]]};", (), [held[given[0]]])
+            else:
+                self._handed.append((*taken, held[given[0]]))
+        self._hand_over()
+
+    def lines(self) -> tuple[list[str], set[str]]:
+        """Lines of what any result needs, and the names that they use."""
+        needed: set[str] = set()
+        lines: list[str] = []
+        for text, makes, uses in reversed(self._statements):
+            if not makes or not needed.isdisjoint(makes):
+                needed.update(each.name.partition("[")[0] for each in uses)
+                lines += [text, *(self._declared(name) for name in makes if name in self._sizes)]
+        return [line for line in reversed(lines) if line], needed
+
+    def _declared(self, name: str) -> str:
+        if name in self._placed:
+            return f"{self.dialect.real} *{name}={self._placed[name]};"
+        return f"{self.dialect.real} {name}[{self._sizes[name]}];"
+
+    def _add(self, text: str, makes: Sequence[str], uses: _Numbers) -> None:
+        self._statements.append((text, makes, uses))
+
+    def _hand_over(self) -> None:
+        """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
+        handed = sorted(self._handed)
+        keys = [
+            (of, place - i, each.name, (each.place or 0) - i) for i, (of, place, each) in enumerate(handed)
+        ]
+        for _, places in groupby(range(len(handed)), keys.__getitem__):
+            run = [handed[i] for i in places]
+            which, first, start = run[0]
+            text = f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={start.name}[{start.place}+i];"
+            if self._sizes.get(start.name) == len(run) and start.name not in self._placed:
+                self._placed[start.name] = _Number(f"y{which}", first).pointer
+                text = ""
+            self._add(text, (), [start])
+
+    def _operation(self, kind: int, given: _Numbers) -> _Number:
+        """Result of an operation; what adds that under a condition to that otherwise is one choice."""
+        import casadi
+
+        form = self.dialect.operations[kind]
+        parts = [self._made.get(each, (0, [])) for each in given]
+        if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
+            (one, then), (other, otherwise) = (each for _, each in parts)
+            if self._made.get(other) == (casadi.OP_NOT, [one]):
+                form, given = self.dialect.choice, [one, then, otherwise]
+            elif self._made.get(one) == (casadi.OP_NOT, [other]):
+                form, given = self.dialect.choice, [other, otherwise, then]
+        found = _Number(f"a{len(self._statements)}")
+        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", [found.name], given)
+        self._made[found] = kind, given
+        return found
+
+    def _beside(self, numbers: _Numbers) -> _Number:
+        """The first of numbers that lie side by side, or are put there."""
+        if not numbers:
+            return _Number("0")
+        first, key = numbers[0], tuple(numbers)
+        if first.place is not None and key == tuple(
+            _Number(first.name, first.place + i) for i in range(len(key))
+        ):
+            return first
+        if key not in self._gathered:
+            first = self._gathered[key] = _Number(f"g{len(self._gathered)}", 0)
+            listed = ", ".join(map(str, numbers))
+            text = f"const {self.dialect.real} {first.name}[{len(numbers)}]={{{listed}}};"
+            self._add(text, [first.name], numbers)
+        return self._gathered[key]
+
+    def _called(self, function: Any, numbers: _Numbers) -> _Numbers:
+        """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
+        first, given = 0, []
+        for size in (function.nnz_in(k) for k in range(function.n_in())):
+            first, part = first + size, numbers[first : first + size]
+            given.append(part[0] if size == 1 else self._beside(part))
+        how = written(function)
+        run = how.function if how.idle else None
+        names = []
+        for k in range(function.n_out()):
+            names.append(f"t{len(self._sizes)}")
+            self._sizes[names[-1]] = max(function.nnz_out(k), 1)
+        handed = [
+            each.pointer if function.nnz_in(k) != 1 else str(each)
+            for k, each in enumerate(given)
+            if k or not run
+        ]
+        call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
+        if run is None:
+            self._add(call, names, given)
+            return [_Number(name, i) for name in names for i in range(self._sizes[name])]
+        left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
+        pointers = [f"p{name}" for name in names]
+        lines = [
+            f"const {self.dialect.real} *{p}={each.pointer};" for p, each in zip(pointers, left, strict=True)
+        ]
+        moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
+        lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
+        self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
+        return [_Number(f"p{name}", i) for name in names for i in range(self._sizes[name])]
