@@ -73,8 +73,8 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
             bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
             constraints={
                 "type": "ineq",
-                "fun": lambda z: linear((*z[:-1],))[0] + bound * z[-1],
-                "jac": lambda z: np.column_stack([linear((*z[:-1],))[1], bound]),
+                "fun": lambda z: linear(tuple(z[:-1]))[0] + bound * z[-1],
+                "jac": lambda z: np.column_stack([linear(tuple(z[:-1]))[1], bound]),
             },
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},

@@ -174,14 +174,16 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         if lane_of(first, rollouts) is None:
             continue
         rollout, results = rollouts[first.law], []
+        given, good = [cases[place].values for place in places], np.ones(len(places), dtype=bool)
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
-            given = [cases[place].values for place in places]
             values, well = rollout.run(given, points.count, points.step_size)
+            good &= well
             units = dict.fromkeys(rollout.recorded)
             tables = (Table(rollout.recorded, units, points, mine.T) for mine in values)
             results.append([Result(table, "completed") for table in tables])
-        yield from (each for each, good in zip(zip(places, *results, strict=True), well, strict=True) if good)
+        for i in np.flatnonzero(good).tolist():
+            yield places[i], *(each[i] for each in results)
 
 
 def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:

@@ -119,8 +119,9 @@ def _read_variables(
     ModelStructure refers to indices in FMI 2.0, and to value references in FMI 3.0.
     """
     # The attributes of a declared type stand in a child of its element in FMI 2.0.
-    named = root.iterfind("TypeDefinitions/SimpleType" if major == 2 else "TypeDefinitions/*")
-    types = {t.get("name"): t[0] if major == 2 else t for t in named if major == 3 or len(t)}
+    declared = root.iterfind("TypeDefinitions/SimpleType" if major == 2 else "TypeDefinitions/*")
+    types = {t.get("name"): t[0] if major == 2 else t for t in declared if major == 3 or len(t)}
+    types.pop(None, None)  # one without a name is no variable's
     variables: dict[str, Variable] = {}
     by_key: dict[int, tuple[str, ...]] = {}
     arrays: dict[str, tuple[str, ...]] = {}

@@ -78,5 +78,11 @@ def catalogue() -> tuple[Cause, ...]:
 
 
 def read_cause(path: Path) -> Cause:
-    """Read a cause, named as its file; InputError where an entry is missing, not known or of a wrong type."""
+    """Read the declaration of a cause; its name is that of the file.
+
+    Raises
+    ------
+    InputError
+        An entry is missing, not known, or of the wrong type.
+    """
     return read_table(Cause, {**read_toml(path), "name": path.stem}, path.name)

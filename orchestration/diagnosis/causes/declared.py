@@ -162,11 +162,21 @@ Declared = Callable[[str, str], Scalar]
 def causes_of(
     file: CausesFile, declared: Declared, known: Mapping[str, float], measured: Mapping[str, str], where: str
 ) -> Iterator[Cause]:
-    """Causes of a file by the name of `where` for a system.
+    """Causes for a system.
 
-    Its variables are `declared`, some of them `known` to the experiment, in SI, and `measured` has the column
-    by output. InputError is raised where a variable does not exist or was not measured, units do not fit, or
-    bounds do not hold the value that the system has.
+    Parameters
+    ----------
+    file : what was declared
+    declared : finds a variable of the system
+    known : values of variables that the experiment gives, in SI
+    measured : column by output that was measured
+    where : name of the file
+
+    Raises
+    ------
+    InputError
+        A variable does not exist or was not measured, units do not fit, or bounds do not hold the value that
+        the system has.
     """
     for table in file.cause:
         place, reading = f"{where}: {table.name}", table.reading

@@ -118,8 +118,10 @@ class Assignment:
     def time(self) -> tuple[Place, Place | None]:
         """Column of times, and that of dates where it has the time of the day alone."""
         time, date = self._used.get(TIME), self._used.get(_DATE)
-        if first := time or date:
-            return first, date if time else None
+        if time is not None:
+            return time, date
+        if date is not None:
+            return date, None
         raise InputError(
             f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
             f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
@@ -157,8 +159,9 @@ class Assignment:
         """What a column is; the variable is empty where the user leaves it out."""
         header = self._sheet.headers[column]
         name, unit = (header, None) if header in self._rig.variables else self._headings[column]
-        source = "header" if unit or not self._sheet.units[column] else "row of units"
-        unit = self._sheet.units[column] if unit is None else unit
+        source = "header"
+        if unit is None and self._sheet.units[column] is not None:
+            unit, source = self._sheet.units[column], "row of units"
         variable = self._named.get(header, self._named.get(name))
         chosen = variable is not None
         if variable is None and name != "T":  # a temperature, and no time

@@ -159,7 +159,8 @@ def _neutral(system: Rig, name: str) -> tuple[str, str]:
     scalar = system.variables[system.columns.get(name, name)]
     start, unit = float(scalar.start or 0.0), scalar.variable.unit
     if scalar.is_temperature:
-        return (text := f"{start - ZERO_CELSIUS:g} degC"), f'"{text}"'
+        celsius = f"{start - ZERO_CELSIUS:g} degC"
+        return celsius, f'"{celsius}"'
     return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"
 
 

@@ -9,7 +9,6 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.scenarios.entries import converter, heading
@@ -63,10 +62,11 @@ def is_unit(text: str) -> bool:
     bare = _bare(text)
     if not bare or bare in _SPELLINGS:
         return bool(bare)
-    with suppress(InputError):
+    try:
         parse_unit(bare)
-        return not bare.isdigit()
-    return False
+    except InputError:
+        return False
+    return not bare.isdigit()
 
 
 def _bare(unit: str) -> str:
@@ -95,9 +95,11 @@ def with_suffix(name: str) -> Iterator[tuple[str, str]]:
 
 def converts(unit: str, si_unit: str) -> bool:
     """Whether a unit measures the quantity of an SI unit."""
-    with suppress(InputError):
-        return bool(conversion_to(unit, si_unit, "", difference=False))
-    return False
+    try:
+        conversion_to(unit, si_unit, "", difference=False)
+    except InputError:
+        return False
+    return True
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:

@@ -130,7 +130,7 @@ def read_run(
     covariates: Mapping[str, str] | None = None,
     told: Said = NOTHING_SAID,
 ) -> Run:
-    """Read a run; raises InputError where the file, a header or a cell does not fit.
+    """Read a run.
 
     Parameters
     ----------
@@ -140,6 +140,11 @@ def read_run(
         may be what the run lacks is refused
     covariates : input by header of a column that only causes may use
     told : units and names of columns that the user gave
+
+    Raises
+    ------
+    InputError
+        The file, a header or a cell does not fit.
     """
     sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
     extra = covariates or {}

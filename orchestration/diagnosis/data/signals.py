@@ -163,14 +163,17 @@ def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str
 
 def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:
     """Readings of a column without those that only repeat the one before, and what is to be said of these."""
-    why = "repeat the one before", "or the logger writes more often than it samples"
-    if not (rows := repeats(values)).size:
-        why, rows = ("lie between jumps", "and is right when it has just jumped"), between_jumps(values)
+    rows = repeats(values)
+    what, why = "repeat the one before", "or the logger writes more often than it samples"
+    if not rows.size:
+        rows = between_jumps(values)
+        what, why = "lie between jumps", "and is right when it has just jumped"
     if not rows.size:
         return values, []
-    kept = np.where(np.isin(np.arange(values.size), rows), np.nan, values)
-    said = f"{sheet.name}: {rows.size} of {values.size} values of {name} {why[0]} and are left out; "
-    return kept, [f"{said}the sensor sticks, {why[1]}"]
+    kept = values.copy()
+    kept[rows] = np.nan
+    said = f"{sheet.name}: {rows.size} of {values.size} values of {name} {what} and are left out"
+    return kept, [f"{said}; the sensor sticks, {why}"]
 
 
 def quantum(values: Array) -> float:

@@ -249,7 +249,8 @@ class Search:
             kept = tuple(item for item in fit.items if item not in removed)
             singles = near.singles() if len(kept) < MOST_CAUSES else ()
             pairs = near.pairs() if not removed and size + 2 <= MOST_CAUSES else ()
-            yield from near.proposals(kept, [*singles, *pairs, *([()] if removed and kept else [])])
+            fewer: list[tuple[int, ...]] = [()] if removed and kept else []
+            yield from near.proposals(kept, [*singles, *pairs, *fewer])
 
 
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:

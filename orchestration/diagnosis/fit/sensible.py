@@ -28,7 +28,10 @@ _UNORDERED, _ORDERED = 0.5, 0.25
 def refuse_senseless(experiment: Experiment) -> None:
     """Refuse runs with too little to fit, channels that never change while they should, and shuffled rows.
 
-    InputError is raised, naming run and column.
+    Raises
+    ------
+    InputError
+        Naming run and column.
     """
     for run in experiment.runs:
         rows = sum(int(np.isfinite(v[run.fitted]).sum()) for v in run.readings.values())
@@ -68,7 +71,13 @@ def refuse_senseless(experiment: Experiment) -> None:
 
 
 def refuse_too_short(problem: Problem) -> None:
-    """Raise InputError where averaging leaves a run too few readings to tell noise from anything else."""
+    """Refuse runs to fit in which averaging leaves too few readings to tell noise from anything else.
+
+    Raises
+    ------
+    InputError
+        Naming run and number.
+    """
     for run, data in zip(problem.experiment.runs, problem.data, strict=True):
         kept = int(np.isfinite(data.readings[data.fitted]).sum(axis=0).max())
         if not run.heldout and kept < FEWEST:

@@ -66,7 +66,13 @@ class Assessment:
 
 
 def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
-    """Search for what is wrong, on the fitted rows alone; InputError where a run is too short for that."""
+    """Search for what is wrong, on the fitted rows alone.
+
+    Raises
+    ------
+    InputError
+        A run is too short to tell anything from noise.
+    """
     problem = Problem(fitted_part(experiment))
     refuse_too_short(problem)
     progress("simulating as it stands")

@@ -52,7 +52,12 @@ class Driven(NamedTuple):
 def courses(runs: Sequence[Driven]) -> list[Array]:
     """Outputs of each run in the variables' own units, shape (points, outputs) each, on all cores.
 
-    NotSimulatedError is raised where a run ended early, InputError where an FMU ended its process.
+    Raises
+    ------
+    NotSimulatedError
+        A run ended early.
+    InputError
+        An FMU ended its process.
     """
     try:
         with without_main():

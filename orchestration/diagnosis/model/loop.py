@@ -108,7 +108,7 @@ class Loop(Simulation):
     def _interpolated(self, values: Array, times: Array) -> Array:
         from scipy.interpolate import make_interp_spline
 
-        return np.asarray(make_interp_spline(self.time, values, k=1)(times))
+        return np.asarray(make_interp_spline(self.time, values, k=1, check_finite=False)(times))
 
     def _course(self, z: Array) -> Array:
         """Outputs at the communication points in SI, shape (points, outputs)."""

@@ -86,15 +86,21 @@ class OtherProcess:
         `ProcessEndedError` where it has ended.
         """
         end = time.monotonic() + limit
+        while not self._has_answered(min(0.1, limit)):
+            if hurried():
+                end = min(end, time.monotonic() + PATIENCE)
+            if time.monotonic() > end:
+                self._process.kill()
+                raise TimeoutError
         try:
-            while not self.pipe.poll(min(0.1, limit)):
-                if hurried():
-                    end = min(end, time.monotonic() + PATIENCE)
-                if time.monotonic() > end:
-                    self._process.kill()
-                    raise TimeoutError
             return self.pipe.recv()
-        except (EOFError, ConnectionError):
+        except (EOFError, OSError):  # a plain OSError where it died while it wrote
+            raise self._ended() from None
+
+    def _has_answered(self, limit: float) -> bool:
+        try:
+            return self.pipe.poll(limit)
+        except OSError:
             raise self._ended() from None
 
     def end(self, patience: float = 0.0) -> None:

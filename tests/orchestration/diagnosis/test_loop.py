@@ -132,6 +132,19 @@ def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(f
     assert simulated(nothing, run.time).by_slot.shape == (run.time.size, len(found.variables), 0)
 
 
+def test_a_value_that_is_no_number_stays_where_it_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An FMU may give such an output at its first communication point."""
+    found = Problem(said(folder, "in_loop = true"))
+    run, nothing = found.experiment.runs[0], np.empty(0)
+    simulated = loop.Loop(found.experiment.rig, (), found.variables, run, {}, None, None)
+    course = np.full((simulated.time.size, len(found.variables)), 300.0)
+    course[0] = np.nan
+    monkeypatch.setattr(loop, "courses", lambda runs: [course, np.repeat(course, 2, axis=0)[:-1]])
+    values = simulated(nothing, simulated.time).values
+    assert np.isnan(values[0]).all()
+    assert np.isfinite(values[2:]).all()
+
+
 def test_in_a_loop_the_same_cause_is_named(folder: Path) -> None:
     found = [diagnose_experiment(said(folder, more)) for more in ("", "in_loop = true")]
     assert [each.verdict for each in found] == ["named", "named"]

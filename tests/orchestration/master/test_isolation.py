@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import struct
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +13,7 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.isolation import Isolation
+from warmlink.orchestration.master.slaves.isolation import Isolation, OtherProcess, ProcessEndedError
 from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import wire
@@ -36,6 +39,21 @@ def test_a_crash_is_named_and_the_results_are_kept(trivial2: Path) -> None:
     assert result.reason == "b: crash at 2 s: its process died in step (signal SIGSEGV)"
     np.testing.assert_array_equal(result.times, [0, 0.5, 1, 1.5, 2])
     assert np.all(np.isfinite(result.table.values))
+
+
+def die_at_an_answer(pipe: Connection) -> None:
+    """Write that an answer of 100 bytes follows, and the first four of them."""
+    os.write(pipe.fileno(), struct.pack("!i", 100) + b"half")
+    os._exit(7)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a pipe of Windows has whole messages")
+def test_a_process_that_dies_at_an_answer_has_ended() -> None:
+    other = OtherProcess("other", die_at_an_answer)
+    assert other.answer(60.0) is None
+    with pytest.raises(ProcessEndedError, match="exit code 7"):
+        other.answer(60.0)
+    other.end()
 
 
 def test_a_step_that_never_returns_meets_the_time_limit(trivial2: Path) -> None:

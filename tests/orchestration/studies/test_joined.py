@@ -1,6 +1,7 @@
 """Runs of the joined system beside those of its FMUs."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from warmlink.fmus.packaging.native import library
 from warmlink.fmus.packaging.native import rollout as rollout_module
 from warmlink.fmus.packaging.native.library import loaded
-from warmlink.fmus.packaging.native.rollout import Rollout, task_list
+from warmlink.fmus.packaging.native.rollout import Given, Rollout, task_list
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
@@ -93,6 +94,21 @@ def test_a_run_is_the_same_alone_and_beside_others(
     alone = [joined_outcomes([case], rollouts)[0] for case in cases]
     assert attempt_all(cases, together) == alone
     assert len(set(alone)) > 9
+
+
+@pytest.mark.parametrize("refused", [1.0, 0.5])
+def test_what_an_fmu_would_refuse_at_either_step_is_run_on_the_fmus(
+    folder: Path, rollouts: dict[str, Rollout], monkeypatch: pytest.MonkeyPatch, refused: float
+) -> None:
+    case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
+    run = Rollout.run
+
+    def refusing(self: Rollout, given: Sequence[Given], count: int, step: float) -> object:
+        values, well = run(self, given, count, step)
+        return values, well & (step != refused * case.step_size)
+
+    monkeypatch.setattr(Rollout, "run", refusing)
+    assert joined_outcomes([case], rollouts) == {}
 
 
 def test_runs_of_one_duty_share_its_table(folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]) -> None:

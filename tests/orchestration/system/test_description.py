@@ -191,6 +191,13 @@ def test_a_damaged_description_is_named(lab: Lab, change: tuple[str, str], sente
     assert str(refusal.value).endswith(sentence)
 
 
+def test_a_declared_type_without_a_name_is_nobodys(lab: Lab) -> None:
+    text = fmi2("Link", LINK, structure=STRUCTURE)
+    nameless = text.replace("<SimpleType", '<SimpleType><Real min="1000"/></SimpleType><SimpleType', 1)
+    assert nameless != text
+    assert read_description(lab.fmu("Link", nameless)).variables["ambient"].min is None
+
+
 def test_a_variable_without_type_is_named(lab: Lab) -> None:
     bare = fmi2_variable("a", "input", "Complex")
     with pytest.raises(InputError, match="the variable a has no type"):
