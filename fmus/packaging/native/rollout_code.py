@@ -7,7 +7,7 @@ factors of a micro step's matrix, say, as long as the duty stays the same) is ke
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from itertools import accumulate, compress
+from itertools import accumulate
 from pathlib import Path
 
 from warmlink.fmus.component import Component, Input, Parameter
@@ -198,20 +198,21 @@ def _seen(
         for key, part in driven.joint.parts.items()
         for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
     ]
-    moves = [casadi.depends_on(each, casadi.vertcat(s.x, s.time)) for each in refused]
-    moving, standing = (sum(compress(refused, map(wanted.__eq__, moves))) for wanted in (True, False))
+    counts = {True: casadi.SX(0), False: casadi.SX(0)}
+    for each in refused:
+        counts[casadi.depends_on(each, casadi.vertcat(s.x, s.time))] += each
     extra = casadi.SX.sym("extra", len(given))
     outputs = casadi.SX(driven.outputs_of(*s.now))
     values = {name: s.x[i] for name, i in driven.x.index.items()}
     values |= {name: outputs[i] for name, i in driven.y.index.items()}
     values |= {name: extra[i] for i, name in enumerate(given)}
-    row = casadi.vertcat(*(values[name] for name in recorded), moving)
+    row = casadi.vertcat(*(values[name] for name in recorded), counts[True])
     names, results = [*(name for name, *_ in inputs), "record"], [*(each[2] for each in inputs), row]
     continuous = [s.x[: driven.continuous.size], s.u, s.d, s.time]
     rest, kept, view = _apart([casadi.SX(each) for each in results], continuous)
     arguments = [s.x, casadi.vertcat(s.u, extra), s.d, s.time, kept]
     seen = [(name, arguments, each) for name, each in zip(names, rest, strict=True)]
-    return [("view", s.now, view), ("standing", [s.u, s.d], casadi.SX(standing)), *seen]
+    return [("view", s.now, view), ("standing", [s.u, s.d], counts[False]), *seen]
 
 
 def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list[Expression]:
