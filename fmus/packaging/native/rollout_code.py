@@ -53,21 +53,18 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     (compiler,) = compilers(platforms_named(None))
     options = ("-w", *(() if level is None else (f"-march={level}",)))
     sources = _sources(whole, driven, given, recorded, lanes)
-    parameters, inputs = (
-        dict(zip(of.names, starts.tolist(), strict=True))
-        for of, starts in zip((whole.p, whole.u), whole.start_values(), strict=True)
-    )
+    p, u = whole.start_values()
     return Rollout(
         library=replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout"),
         level=level,
         lanes=lanes,
         starting=_starting(whole, driven),
-        parameters=parameters,
+        parameters=dict(zip(whole.p.names, p.tolist(), strict=True)),
         recorded=tuple(recorded),
         sample_times=tuple(clock.sample_time for clock in driven.clocks),
         micro_step=driven.micro_step,
         given=given,
-        inputs=inputs,
+        inputs=dict(zip(whole.u.names, u.tolist(), strict=True)),
     )
 
 
@@ -82,13 +79,8 @@ def _starting(whole: Component, driven: Component) -> str:
     refused = _refused(whole.parameters, p)
     refused += [casadi.if_else(check.margin(whole.p.read(p)) >= 0, 0, 1) for check in whole.checks]
     settled, inputs = casadi.SX(whole.settled(p)), casadi.SX(casadi.DM(whole.start_values()[1]))
-    own = [whole.d.index[name] for name in driven.d.names]
-    results = [
-        settled[_free(whole, driven)],
-        settled[own],
-        whole.states_at_start(inputs, settled),
-        sum(refused),
-    ]
+    free, own = settled[_free(whole, driven)], settled[[whole.d.index[name] for name in driven.d.names]]
+    results = [free, own, whole.states_at_start(inputs, settled), sum(refused)]
     return str(casadi.Function("starting", [p], results).serialize())
 
 
@@ -138,13 +130,11 @@ def _sources(
     changes += [(update, f"{inputs}_of", x, d, part.x.size) for inputs, update, part, d, x in sampled]
     *kept, size = accumulate((halves[f"{name}_held"][2].numel() for name, *_ in changes), initial=0)
     seen = _seen(driven, s, given, recorded, [running[inputs] for inputs, *_ in sampled])
+    widths = [part.u.size for _, _, part, *_ in sampled]
     defined = {
         "GIVEN": len(given),
-        "INPUTS": driven.u.size + len(given),
-        "WIDEST": max(part.u.size for part in driven.joint.parts.values()),
-        "STATES": driven.x.size,
-        "VIEW": seen[0][2].numel(),
         "KEPT": size,
+        "LONGEST": max(driven.x.size, driven.u.size + len(given), seen[0][2].numel(), *widths),
         "RECORDED": len(recorded),
         "RARE": " || ".join(["0", *(f"any_of(d[{place}])" for place in rare_places(driven))]),
         "DECLARED": " ".join(f"DECLARE({name})" for name in dict.fromkeys(name for name, *_ in changes)),
@@ -170,11 +160,9 @@ def _given(whole: Component, driven: Component, given: Sequence[str]) -> list[Fu
 
     assert whole.joint is not None
     s, none, table = Symbols.of(whole), casadi.SX(0, 1), casadi.SX.sym("table", len(given))
-    outputs = casadi.SX(whole.outputs_of(*s.now))
-    starts = dict(zip(whole.u.names, whole.start_values()[1].tolist(), strict=True))
-    values = {name: table[i] for i, name in enumerate(given)}
-    wires = whole.joint.wires
-    inputs = [values[wires[name]] if name in wires else starts[name] for name in driven.u.names]
+    outputs, starts = casadi.SX(whole.outputs_of(*s.now)), whole.start_values()[1].tolist()
+    held = dict(zip(whole.u.names, starts, strict=True)) | {name: table[i] for i, name in enumerate(given)}
+    inputs = (held[whole.joint.wires.get(name, name)] for name in driven.u.names)
     free = casadi.vertcat(none, *(s.d[i] for i in _free(whole, driven)))
     return [
         ("given", [free, s.time], casadi.vertcat(none, *(outputs[whole.y.index[name]] for name in given))),
@@ -193,25 +181,21 @@ def _seen(
     import casadi
 
     assert driven.joint is not None
-    refused = [
-        each
-        for key, part in driven.joint.parts.items()
-        for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
-    ]
     counts = {True: casadi.SX(0), False: casadi.SX(0)}
-    for each in refused:
-        counts[casadi.depends_on(each, casadi.vertcat(s.x, s.time))] += each
+    for key, part in driven.joint.parts.items():
+        for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now))):
+            counts[casadi.depends_on(each, casadi.vertcat(s.x, s.time))] += each
     extra = casadi.SX.sym("extra", len(given))
     outputs = casadi.SX(driven.outputs_of(*s.now))
     values = {name: s.x[i] for name, i in driven.x.index.items()}
     values |= {name: outputs[i] for name, i in driven.y.index.items()}
     values |= {name: extra[i] for i, name in enumerate(given)}
     row = casadi.vertcat(*(values[name] for name in recorded), counts[True])
-    names, results = [*(name for name, *_ in inputs), "record"], [*(each[2] for each in inputs), row]
+    together = [*inputs, ("record", s.now, row)]
     continuous = [s.x[: driven.continuous.size], s.u, s.d, s.time]
-    rest, kept, view = _apart([casadi.SX(each) for each in results], continuous)
+    rest, kept, view = _apart([casadi.SX(result) for *_, result in together], continuous)
     arguments = [s.x, casadi.vertcat(s.u, extra), s.d, s.time, kept]
-    seen = [(name, arguments, each) for name, each in zip(names, rest, strict=True)]
+    seen = [(name, arguments, each) for (name, *_), each in zip(together, rest, strict=True)]
     return [("view", s.now, view), ("standing", [s.u, s.d], counts[False]), *seen]
 
 
@@ -219,9 +203,8 @@ def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list
     """For each scalar 1 where its value is neither within its bounds nor a rounding error off, else 0."""
     import casadi
 
-    scalars = [variable for variable in variables for _ in variable.scalar_names]
     refused = []
-    for i, variable in enumerate(scalars):
+    for i, variable in enumerate(each for each in variables for _ in each.scalar_names):
         value = values[i]
         margin = BOUND_TOLERANCE * ordinary_size(variable)
         low, high = variable.minimum, variable.maximum

@@ -47,7 +47,7 @@ __attribute__((visibility("default"))) void rollout(long count, long points, con
     const double *times, const double *steps, const double **tables, const lanes *d, lanes *x,
     double *rows, lanes *refused)
 {
-    lanes given[GIVEN + 1], u[INPUTS + 1], view[VIEW + 1], kept[KEPT + 1], own[WIDEST + 1], next[STATES];
+    lanes given[GIVEN + 1], kept[KEPT + 1], u[LONGEST], own[LONGEST], view[LONGEST], next[LONGEST];
     lanes row[RECORDED + 1], standing;
     double last[COUNT];
     const int step_as = RARE;

@@ -58,6 +58,13 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
         np.testing.assert_allclose(outside, expected, rtol=4e-15, atol=4e-16)
 
 
+def test_an_operation_that_has_no_c_is_named() -> None:
+    given = casadi.SX.sym("given")
+    whole = function("rare", [given], casadi.erfinv(given))
+    with pytest.raises(InputError, match="rare: CasADi's operation erfinv has no C here"):
+        functions_text([whole], ())
+
+
 def test_a_system_whose_parts_are_all_driven_goes_through_a_run() -> None:
     shaft, heat = "motor.shaft_temperature", "motor.heat_flow"
     try:
