@@ -5,7 +5,7 @@ cycle, become a table over time. Of what the others compute, that which depends 
 factors of a micro step's matrix, say, as long as the duty stays the same) is kept until one of them changes.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
@@ -143,15 +143,14 @@ def _sources(
             for change, first in zip(changes, kept, strict=True)
         ),
     }
-    run = _text([*_given(whole, driven, given), *seen], (), lanes)
-    run += "".join(f"#define {name} {value}\n" for name, value in defined.items())
-    texts = {f"{file}.c": _text(of, halves, lanes) for file, of in files.items()}
-    return {**texts, "run.c": run + _LOOP.read_text("utf-8")}
-
-
-def _text(functions: Iterable[Function], declared: Collection[str], lanes: int) -> str:
-    text = functions_text((function(*each) for each in functions), declared, lanes)
-    return "#define WL(name) name##_lanes\n" + text
+    files["run"] = [*_given(whole, driven, given), *seen]
+    texts = {
+        f"{file}.c": functions_text((function(*each) for each in of), halves, lanes)
+        for file, of in files.items()
+    }
+    texts["run.c"] += "".join(f"#define {name} {value}\n" for name, value in defined.items())
+    texts["run.c"] += _LOOP.read_text("utf-8")
+    return texts
 
 
 def _given(whole: Component, driven: Component, given: Sequence[str]) -> list[Function]:
