@@ -1,8 +1,8 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial, wraps
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -54,22 +54,48 @@ def side_by_side(paired: int) -> Callable[[Called], Called]:
     return mark
 
 
-def in_a_loop(function: Any) -> tuple[Any, list[bool]] | None:
-    """What a CasADi function does for one of two side by side, and for each argument whether it holds two.
+class Written(NamedTuple):
+    """How a CasADi function is written in C.
 
-    None where it is no function of such.
+    Attributes
+    ----------
+    function : what it does; of two side by side to one of them, of what is idle where its first argument is
+        not 0, to those after it
+    paired : for each argument whether it holds two side by side
+    idle : whether it returns the arguments after the first one where that is 0
     """
-    found = _IN_A_LOOP.get(function.__hash__())
-    return found[1:] if found else None
+
+    function: Any
+    paired: Sequence[bool] = ()
+    idle: bool = False
 
 
-_IN_A_LOOP: dict[int, tuple[Any, Any, list[bool]]] = {}
-"""By its hash a function, kept lest another gets that hash, and what `in_a_loop` tells of it."""
+def written(function: Any) -> Written:
+    """How a CasADi function is written in C."""
+    return _WRITTEN[function.__hash__()][1] if function.__hash__() in _WRITTEN else Written(function)
+
+
+_WRITTEN: dict[int, tuple[Any, Written]] = {}
+"""By its hash a function, kept lest another gets that hash."""
+
+
+def called(function: Any, how: Written | None = None) -> Any:
+    """A CasADi function whose calls stay calls where expressions are written out."""
+    import casadi
+
+    given = function.mx_in()
+    results, asked = function.call(given), []
+    if how and how.idle:
+        asked = [casadi.MX.sym("asked")]
+        results = [casadi.if_else(asked[0], *each) for each in zip(results, given, strict=False)]
+    kept = casadi.Function(function.name(), [*asked, *given], results, {"never_inline": True})
+    _WRITTEN[kept.__hash__()] = kept, how or Written(function)
+    return kept
 
 
 def _kept(function: Called, idle: bool) -> Called:
     @wraps(function)
-    def called(*given: Any) -> Any:
+    def either(*given: Any) -> Any:
         first: Any = given  # it decides, since floats must not wait for a search through all
         while isinstance(first, tuple):
             first = first[0]
@@ -79,12 +105,12 @@ def _kept(function: Called, idle: bool) -> Called:
         given = _mapped(given, _as_graph)
         # What the call has in common with others: all but the expressions themselves.
         shape = _mapped(given, lambda leaf: _Symbol(leaf.sparsity().serialize()) if _is_graph(leaf) else leaf)
-        whole, used, result = _whole(function, shape, idle)
+        whole, used, result = _whole(function, shape, _mapped(shape, type), idle)
         arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
         results = iter(whole.call([arguments[i] for i in used]))
         return _mapped(result, lambda leaf: next(results))
 
-    return cast(Called, called)
+    return cast(Called, either)
 
 
 class _Symbol(str):
@@ -94,8 +120,10 @@ class _Symbol(str):
 
 
 @cache
-def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, list[int], Any]:
+def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> tuple[Any, list[int], Any]:
     """The CasADi function for arguments of a shape, whose symbols stand for expressions; always the same.
+
+    The kinds of the arguments tell what is equal apart, as True and 1.
 
     Beside it which of the arguments it uses, and a result that shows how its results are put together. What
     is idle most of the time is made of calls and loops, which are short; all else is written out.
@@ -122,18 +150,16 @@ def _whole(function: Callable[..., Any], shape: Any, idle: bool) -> tuple[Any, l
     name = "_".join(
         [function.__name__.strip("_"), *(str(each) for each in _leaves(shape) if _whole_number(each))]
     )
-    if not idle:
-        whole = casadi.Function(name, arguments, casadi.cse(results))
-        if hasattr(function, "of_one"):
-            _IN_A_LOOP[whole.__hash__()] = whole, *_of_one(name, given, used, *function.of_one)
-        return whole, used, result
-    run = casadi.Function(f"{name}_run", arguments, [casadi.densify(each) for each in results])
-    skip = casadi.Function(f"{name}_skip", arguments, arguments[:unchanged])
-    return casadi.Function.if_else(name, run, skip), [len(symbols) - 1, *used], result
+    if idle:
+        run = casadi.Function(name, arguments, [casadi.densify(each) for each in results])
+        return called(run, Written(run, idle=True)), [len(symbols) - 1, *used], result
+    plain = casadi.Function(name, arguments, casadi.cse(results))
+    paired = _of_one(name, given, used, *function.of_one) if hasattr(function, "of_one") else None
+    return called(plain, paired), used, result
 
 
-def _of_one(name: str, given: Any, used: list[int], one: Any, paired: int) -> tuple[Any, list[bool]]:
-    """What `in_a_loop` tells of a function of two side by side, for symbols that it is given."""
+def _of_one(name: str, given: Any, used: list[int], one: Any, paired: int) -> Written:
+    """How a function of two side by side is written, for symbols that it is given."""
     import casadi
 
     first = given[:paired]
@@ -142,7 +168,7 @@ def _of_one(name: str, given: Any, used: list[int], one: Any, paired: int) -> tu
     pairs = len(_leaves(first))
     symbols = [*_leaves(halves), *(leaf for leaf in _leaves(given[paired:]) if isinstance(leaf, casadi.SX))]
     results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
-    return casadi.Function(name, [symbols[i] for i in used], results), [i < pairs for i in used]
+    return Written(casadi.Function(name, [symbols[i] for i in used], results), [i < pairs for i in used])
 
 
 def _as_graph(value: Any) -> Any:

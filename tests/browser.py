@@ -12,6 +12,9 @@ import pytest
 HIGH = 1500
 """Pixels of a window's height."""
 
+LAST = "\nrestore(location.hash);\n"
+"""What the page's module does last."""
+
 CALL = (
     "(async () => {{ while (!globalThis.tried) await new Promise((go) => setTimeout(go, 20)); {} }})()"
     ".then((value) => ({{ value }}), (fault) => ({{ fault: `${{fault}} ${{fault.stack}}` }}))"
@@ -65,9 +68,9 @@ class Browser(ABC):
     def browse(self, page: Path, script: str) -> Any:
         """What a script's `result` is; it is part of the page's module and finds its functions."""
         text = page.read_text("utf-8")
-        assert text.count("\nbegin();\n") == 1
+        assert text.count(LAST) == 1
         tried = self.folder / f"tried-{page.name}"
         body = f"globalThis.tried = async () => {{ {script}\nreturn result; }};"
-        tried.write_text(text.replace("\nbegin();\n", f"\nawait begin();\n{body}\n"), "utf-8")
+        tried.write_text(text.replace(LAST, f"{LAST}{body}\n"), "utf-8")
         self.open(tried)
         return self.value("return await tried();")

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.start_values import with_scalars
+from warmlink.fmus.calls import written
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.instance import Instance
@@ -157,8 +158,8 @@ def _operations(function: Any) -> int:
     """Operations of a CasADi function and of those it calls; those on vectors count once for each element."""
     import casadi
 
-    if function.class_name() == "Switch":  # one of two functions runs
-        return max(map(_operations, function.find_functions(0)))
+    if written(function).idle:  # while it is not
+        function = written(function).function
     if not function.is_a("MXFunction"):
         moved = (casadi.OP_INPUT, casadi.OP_OUTPUT, casadi.OP_CONST)
         kinds = (function.instruction_id(k) for k in range(function.n_instructions()))

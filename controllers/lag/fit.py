@@ -47,11 +47,13 @@ def first_order(time: Series, loss: Series, elongation: Series) -> FirstOrder:
     Raises
     ------
     InputError
-        The motor made no heat, so that no gain can be told.
+        The motor made no heat before the last time, so that no gain can be told, or a value is not finite.
     """
     from scipy.optimize import minimize_scalar
 
-    if not np.any(loss > 0):
+    if not all(np.isfinite(each).all() for each in (time, loss, elongation)):
+        raise InputError("run: a time, loss or growth is not finite; leave such rows out")
+    if not np.any(loss[:-1] > 0):
         raise InputError("loss: 0 W throughout; fit the lag law to a run in which the motor works")
 
     def best_gain(time_constant: float) -> float:

@@ -157,9 +157,8 @@ def settled(
     verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
-    more = minimum(camera.authority + camera.share * absolute(borne_out), 0.4 * p.tolerance)
-    more = clip(learnt, -more, more)
-    wanted = clip(estimate + learnt, verdict.lower + minimum(more, 0.0), verdict.upper + maximum(more, 0.0))
+    more = minimum(absolute(learnt), 0.4 * p.tolerance)
+    wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
     suspected = offset.compared(x, filters, what.own_heat, sensors, verdict, told, p, step)
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)

@@ -52,6 +52,7 @@ LOSSES = (
 """Parameters of the motor that its loss equations ask for."""
 
 WINDING = SENSED.index("winding_temperature")
+BASE = SENSED.index("base_temperature")
 _SHAFT = SENSED.index("shaft_temperature")
 
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.observer.model import SENSORS, WINDING, Told
+from warmlink.controllers.observer.model import BASE, SENSORS, WINDING, Told
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
@@ -27,8 +27,8 @@ FASTEST = 0.05
 FLATTEST, FLATTEST_LEFT = 0.94, 0.85
 """Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
 
-REACH_TIME, LEAST_REACH = 600.0, 0.15
-"""Of an inner thermometer's rise, smoothed over so many s, an outer one shows at least this share."""
+REACH_TIME, LEAST_REACH, BURST_REACH = 600.0, 0.4, 0.15
+"""Of an inner thermometer's rise, smoothed over so many s, an outer one shows this at least; of a pad's."""
 
 FAR = 1e6
 """K, more than any reading is off."""
@@ -108,7 +108,7 @@ def compared(
 
 
 @kept_whole
-def shape_of(sensors: Compared, known: Number, early: Number, p: Record) -> Shape:
+def shape_of(sensors: Compared, known: Number, early: Number, heated: Number, p: Record) -> Shape:
     """Heat that no input tells of, and that of a cell left warm, fall from the shaft outwards and reach out.
 
     A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
@@ -117,19 +117,21 @@ def shape_of(sensors: Compared, known: Number, early: Number, p: Record) -> Shap
     ----------
     known : 1 once it is known how warm the cell is; before, a third of what the duty explains may be wrong
     early : 1 where heat has had no time to reach out: a reading as the winding's may be the winding's
+    heated : 1 while heat flows that no model's error explains, as a pad's: less of it need have reached out
     """
     excess = sensors.excess
-    flattest = where(known > 0, FLATTEST, FLATTEST_LEFT)
+    flattest = FLATTEST_LEFT + known * (FLATTEST - FLATTEST_LEFT)
     doubtful = (1.0 - known) / 3.0 * absolute(sensors.rise)
     # It must have reached the next one, or may still be there.
     left = where(known > 0, sensors.lagged, excess)
+    reach = LEAST_REACH - heated * (LEAST_REACH - BURST_REACH)
     falls: Number = 1.0
     alike, inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
         called = sensors.called[i]
         slack = 0.25 * (p.sensor_std[i] + noise)
         flat = truth(excess[i] > flattest * maximum(inner, known * maximum(earlier, 0.0)) + slack)
-        steep = truth(excess[i] < LEAST_REACH * maximum(earlier, 0.0) - 4.0 * slack)
+        steep = truth(excess[i] < reach * maximum(earlier, 0.0) - 4.0 * slack)
         falls = where(called * inside * maximum(flat, steep) > 0, 0.0, falls)
         side = where(excess[i] > 0, 1.0, -1.0)
         here, further_in = side * excess[i], side * inner
@@ -139,9 +141,9 @@ def shape_of(sensors: Compared, known: Number, early: Number, p: Record) -> Shap
         earlier = where(called > 0, left[i], earlier)
         noise = where(called > 0, p.sensor_std[i], noise)
         inside = maximum(inside, called)
-    gap = sensors.rise[WINDING] - sensors.rise
-    as_winding = total(sensors.called * truth(absolute(excess - gap) < WINDING_SHARE * gap))
-    return Shape(where(known * early * as_winding > 0, 0.0, falls), known * alike)
+    gap = sensors.rise[WINDING] - sensors.rise[BASE]
+    as_winding = truth(absolute(excess[BASE] - gap) < WINDING_SHARE * gap)
+    return Shape(falls * (1.0 - known * early * as_winding), known * alike)
 
 
 def _range(values: Number, there: Number) -> tuple[Number, Number]:

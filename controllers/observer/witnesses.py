@@ -63,17 +63,10 @@ def first_states(readings: Number, told: Told, known: Number) -> dict[str, Numbe
 
 
 class Look(NamedTuple):
-    """What a camera says: the elongation in m, 1 where it says anything, and how far it may be followed.
-
-    Attributes
-    ----------
-    authority, share : what it may add to what temperatures make, in m and as a share of that
-    """
+    """What a camera says: the elongation in m, and 1 where it says anything."""
 
     elongation: Number = 0.0
     there: Number = 0.0
-    authority: Number = 0.0
-    share: Number = 0.0
 
 
 class Verdict(NamedTuple):
@@ -129,7 +122,7 @@ def heard(
     """
     already = truth(x.known_for >= KNOWN_TIME)
     early = truth(x.waited < WARM_TIME)
-    shape = shape_of(sensors, already, early, p)
+    shape = shape_of(sensors, already, early, x.heated, p)
     # While unknown heat flows, only what the first readings showed can be left of another.
     at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
     warm = early * shape.falls * at_once
@@ -142,7 +135,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = where(total(used) - total(sensors.trusted) < 0.5, some, 0.0)
+    whole = truth(total(used) - total(sensors.trusted) < 0.5)
     excess, rise = sensors.excess, sensors.rise
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
@@ -205,17 +198,7 @@ def _weighed(
     agreed_for = where(disagree > 0, 0.0, where(warm > 0, AGREEMENT_TIME, agreed_for))
     doubt = maximum(1.0 - known, truth(agreed_for < AGREEMENT_TIME))
     duty_modes = where(warm > 0, filters.alert.mean[:MODES], duty_modes)
-    return Verdict(
-        lower,
-        upper,
-        after.known_for,
-        agreed_for,
-        duty_modes,
-        doubt,
-        disagree,
-        shape.alike,
-        warm,
-    )
+    return Verdict(lower, upper, after.known_for, agreed_for, duty_modes, doubt, disagree, shape.alike, warm)
 
 
 def _allowed(witness: Number, share: Number, margin: Number) -> tuple[Number, Number]:

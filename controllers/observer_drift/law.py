@@ -98,12 +98,12 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
-    there = where(u.drift_valid > 0.5, watching(camera, p), 0.0)
-    witness = Look(camera.says, there, p.camera_authority, p.camera_relative_authority)
+    valid = truth(u.drift_valid > 0.5)
+    witness = Look(camera.says, valid * watching(camera, p))
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
     free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
-    unseen = where(u.drift_valid > 0.5, absolute(camera.last), 0.0)
-    off = truth(maximum(unseen, absolute(learnt) / LARGEST_LEARNT) > p.tolerance)
+    shown = maximum(valid * absolute(camera.last), absolute(learnt) / LARGEST_LEARNT)
+    off = truth(shown > p.tolerance)
     distrusted = maximum(states["distrusted"], doubtful(camera, filters.quiet, u, p))
     return {
         **observer.named(filters, sample.trust, seen),
@@ -173,8 +173,8 @@ def _looked(
     # A leap within the camera's authority is harmless, so it is believed.
     by_all = dot(side(0, row), side(0, sight.spread))
     leap = (p.camera_authority / p.gate) ** 2
-    sure = variance + leap / fail_safe.RETURN_GATE**2
     widest = maximum(by_all, 0.0) + variance + leap
+    sure = variance + leap / fail_safe.RETURN_GATE**2
     trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
     verdict = fail_safe.judged(trust, looked, side(1, innovation), widest, sure, gates, age)

@@ -22,7 +22,7 @@ def live(
 ) -> None:
     """Write one page in which a scenario runs: drag the duty and the sliders, and see the error at once.
 
-    The page opens from disk in any browser of 2023 or later, without a network and without Python, so that
+    The page opens from disk in any browser of 2024 or later, without a network and without Python, so that
     you can send it to anybody. It shows the command that computes the same figures.
 
     Examples: `warmlink live`, `warmlink live my_cell.toml --controller lag --controller observer`

@@ -74,9 +74,9 @@ def run(
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        others = [("--mismatch", each) for each in mismatch or ()]
-        others += [(f"--{name}", told) for name, told in how.items() if told]
-        named = Asked(scenario, given, others)
+        named = Asked(
+            scenario, given, mismatch or (), {f"--{name}": told for name, told in how.items() if told}
+        )
     folder = out or Path("out") / asked.name
     with fresh_folder(folder) as target:
         built = store(kind_named(fmus), sorted(asked.kinds), remark)

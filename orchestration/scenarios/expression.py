@@ -74,12 +74,12 @@ class Expression:
 
     @cached_property
     def javascript(self) -> str:
-        """The expression for a web page, with `v("link.elongation")` for a variable."""
+        """The expression for a web page, with `v["link.elongation"][i]` for a variable at a step."""
 
         class Written(ast.NodeTransformer):
             def generic_visit(self, node: ast.AST) -> ast.AST:
                 if isinstance(node, ast.Attribute | ast.Subscript):
-                    return ast.Call(ast.Name("v"), [ast.Constant(ast.unparse(node))], [])
+                    return ast.parse(f"v[{ast.unparse(node)!r}][i]", mode="eval").body
                 node = super().generic_visit(node)
                 match node:
                     case ast.BinOp(left, ast.Pow(), right):

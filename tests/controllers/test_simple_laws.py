@@ -166,6 +166,10 @@ def test_a_fit_finds_what_made_the_data() -> None:
     assert found.time_constant == pytest.approx(1234.0, rel=1e-4)
     with pytest.raises(InputError, match="fit the lag law to a run in which the motor works"):
         fit.first_order(time, 0 * loss, loss)
+    with pytest.raises(InputError, match="fit the lag law to a run in which the motor works"):
+        fit.first_order(time, np.where(time < time[-1], 0.0, 5.0), loss)  # too late to warm anything
+    with pytest.raises(InputError, match="growth is not finite; leave such rows out"):
+        fit.first_order(time, loss, np.where(time < time[3], np.nan, 1e-6))
 
 
 # the nominal cell -----------------------------------------------------------------------------------------

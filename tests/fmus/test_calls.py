@@ -47,7 +47,7 @@ def test_every_arithmetic_gives_the_same(use: float) -> None:
 
 def test_what_is_idle_is_written_once_and_skipped() -> None:
     text = functions_text([graph()], ())
-    assert text.count("static void moved_run") == 1
+    assert text.count("static void moved") == 1
     assert "moved_skip" not in text, "what is skipped needs no function"
     in_lanes = functions_text([graph()], (), lanes=4)
     assert len(re.findall(r"if \(any_of\(.+\)\) \{", in_lanes)) == 2, "it runs where any run needs it"
@@ -90,6 +90,17 @@ def test_what_differs_by_a_whole_number_is_another_function() -> None:
     first, second = (text.index(f"static void picked_{place}") for place in (0, 1))
     assert "x0[0]" in text[first:second]
     assert "x0[1]" in text[second:]
+
+
+@kept_whole
+def told_apart(given: Number, by: object) -> Number:
+    return 2.0 * given if by is True else 3.0 * given
+
+
+def test_true_is_not_taken_for_one() -> None:
+    given = casadi.MX.sym("given")
+    both = casadi.Function("both", [given], [told_apart(given, 1), told_apart(given, True)])
+    assert [float(each) for each in both(1.0)] == [3.0, 2.0]
 
 
 @side_by_side(1)

@@ -5,22 +5,20 @@ arguments as they are by pointing at them. A choice is one expression, which bec
 what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from functools import partial
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from warmlink.fmus.calls import in_a_loop
-from warmlink.fmus.packaging.native.c_forms import Dialect, Number, Numbers, dialect, moves, stride
+from warmlink.fmus.calls import written
+from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
 
 _LANES = Path(__file__).parent / "sources" / "lanes.h"
 """Vectors and their functions, of so many `LANES`."""
-
-_FOR = "for (int {0}=0; {0}<{1}; ++{0}) "
 
 
 def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARED, lanes: int = 0) -> str:
@@ -33,7 +31,7 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     lanes : where given, so many runs go side by side: in place of each double is a vector of gcc and clang,
         `lanes`, of which every element is computed as the number would be, in the same order
     """
-    writer = _Writer(dialect(lanes > 0))
+    writer = _Writer(_dialect(lanes > 0))
     for each in functions:
         name = each.name()
         writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each, alone=False)
@@ -41,10 +39,74 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     return "\n".join([header, *writer.texts])
 
 
+class _Number(NamedTuple):
+    """A number where it lies: in a vector at a place, or under a name, or as it is written."""
+
+    name: str
+    place: int | None = None
+
+    def __str__(self) -> str:
+        return self.name if self.place is None else f"{self.name}[{self.place}]"
+
+    @property
+    def pointer(self) -> str:
+        """Where it and what lies beside it begins."""
+        return f"{self.name}+{self.place}" if self.place else self.name
+
+
+_Numbers = list[_Number]
+
+
+class _Dialect(NamedTuple):
+    """How C is written: type of a number, and the forms of what is done, by CasADi's number of it."""
+
+    real: str
+    constant: str
+    choice: str
+    asked: str
+    operations: Mapping[int, str]
+
+    def literal(self, value: float) -> _Number:
+        """A number that is written out, with a point."""
+        mantissa, e, exponent = repr(value).partition("e")
+        if "n" in mantissa:
+            text = f"(double){mantissa.replace('inf', 'INFINITY').replace('nan', 'NAN')}"
+        else:
+            text = (mantissa if "." in mantissa else f"{mantissa}.") + e + exponent
+        return _Number(self.constant.format(f"({text})" if text[0] == "-" else text))
+
+
+@cache
+def _dialect(lanes: bool) -> _Dialect:
+    """C for numbers, or for the vectors of `lanes.h`."""
+    import casadi
+
+    asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
+    asked |= {"NOT": "{0}==0.", "AND": "({0}!=0.)&({1}!=0.)", "OR": "({0}!=0.)|({1}!=0.)"}
+    forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
+    forms |= {"ADD": "({0}+{1})", "SUB": "({0}-{1})", "MUL": "({0}*{1})", "DIV": "({0}/{1})"}
+    forms |= {"NEG": "(-{0})", "SQ": "({0}*{0})", "TWICE": "({0}+{0})", "INV": "(1./{0})"}
+    own = "lanes_" if lanes else ""
+    for names, given in (
+        (("SQRT", "EXP", "EXPM1", "LOG", "LOG1P", "ERF", "FABS", "FLOOR", "CEIL"), "({0})"),
+        (("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"), "({0})"),
+        (("SINH", "COSH", "TANH", "ASINH", "ACOSH", "ATANH"), "({0})"),
+        (("POW", "FMOD", "REMAINDER", "ATAN2", "HYPOT", "COPYSIGN", "FMIN", "FMAX"), "({0},{1})"),
+    ):
+        forms |= {name: f"{own}{name.lower()}{given}" for name in names}
+    forms["CONSTPOW"] = forms["POW"]
+    forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
+    forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
+    operations = {getattr(casadi, f"OP_{name}"): form for name, form in forms.items()}
+    if lanes:
+        return _Dialect("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})", operations)
+    return _Dialect("double", "{0}", "({0}?{1}:{2})", "{0}!=0", operations)
+
+
 class _Writer:
     """C of functions, each of them once and after those that it calls."""
 
-    def __init__(self, dialect: Dialect) -> None:
+    def __init__(self, dialect: _Dialect) -> None:
         self.dialect = dialect
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
@@ -52,11 +114,13 @@ class _Writer:
     def write(self, head: str, function: Any, alone: bool) -> None:
         """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
         alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
-        one, paired = in_a_loop(function) or (function, [False] * len(alones))
-        body = _Body(self, one if self._writable(one) else one.expand(), alones, paired)
-        lines, used = body.lines()
+        one, paired, _ = written(function)
+        paired = paired or [False] * len(alones)
+        with unsimplified():
+            numbers = one.expand() if one.is_a("MXFunction") else one
+        lines, used = _Body(self, numbers, alones, paired).lines()
         if any(paired):
-            lines = [_FOR.format("i", 2) + "{", *(f"  {line}" for line in lines), "}"]
+            lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
         lines = [f"(void)x{k};" for k in range(len(alones)) if f"x{k}" not in used] + lines
         real = self.dialect.real
         parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
@@ -72,15 +136,6 @@ class _Writer:
             self.write(f"static void {name}", function, alone=True)
         return self._names[key]
 
-    def _writable(self, function: Any) -> bool:
-        """Whether a function of vectors is made of what is written here; else each number is told apart."""
-        import casadi
-
-        others = "INPUT", "OUTPUT", "CONST", "CALL", "DOT", "MTIMES"
-        known = {*self.dialect.operations, *moves(), *(getattr(casadi, f"OP_{name}") for name in others)}
-        kinds = {function.instruction_id(k) for k in range(function.n_instructions())}
-        return not function.is_a("MXFunction") or kinds <= known
-
 
 class _Body:
     """Statements of a function.
@@ -88,7 +143,7 @@ class _Body:
     Parameters
     ----------
     writer : writes the functions that this one calls
-    function : of numbers (SX) or of vectors and calls (MX)
+    function : of numbers, and of calls of such
     alone : for each argument whether it is a single number
     paired : for each argument whether it holds two side by side; if any does, the statements are those of a
         loop over both, and so are the results
@@ -97,31 +152,38 @@ class _Body:
     def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
         import casadi
 
-        self.writer, self.dialect, self._function = writer, writer.dialect, function
-        self._alone, self._paired = alone, paired
-        self._statements: list[tuple[str, Sequence[str], Numbers]] = []
+        self.writer, self.dialect = writer, writer.dialect
+        self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
         """C, the names that it makes (none: results of the function), and what it uses."""
         self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
         self._placed: dict[str, str] = {}  # where in a result vectors lie that are a part of it
-        self._made: dict[tuple[Number, ...], tuple[int, list[Numbers]]] = {}  # by which operation, of what
-        self._gathered: dict[tuple[Number, ...], Number] = {}
-        held: dict[int, Numbers] = {}  # in CasADi's places
+        self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
+        self._gathered: dict[tuple[_Number, ...], _Number] = {}
+        self._handed: list[
+            tuple[int, int, _Number]
+        ] = []  # results that lie in vectors: which, where, and what
+        held: dict[int, _Number] = {}  # in CasADi's places
+        nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
-            kind, given, taken = (
-                getattr(function, f"instruction_{what}")(k) for what in ("id", "input", "output")
-            )
-            node = function.instruction_MX(k) if function.is_a("MXFunction") else None
+            kind = function.instruction_id(k)
+            given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == casadi.OP_INPUT:
-                first, size = (given[1], 1) if node is None else (node.info()["offset"], node.nnz())
-                held[taken[0]] = [self._argument(given[0], first + i) for i in range(size)]
-            elif kind == casadi.OP_OUTPUT:
-                self._put(held[given[0]], taken[0], taken[1] if node is None else node.info()["offset"])
+                which, place = given
+                name = f"x{which}[{2 * place}+i]" if paired[which] else f"x{which}"
+                held[taken[0]] = _Number(name, None if alone[which] or paired[which] else place)
             elif kind == casadi.OP_CONST:
-                values = [function.instruction_constant(k)] if node is None else node.to_DM().nonzeros()
-                held[taken[0]] = [self.dialect.literal(each) for each in values]
-            else:
-                found = self._found(kind, node, [held.get(place, []) for place in given])
+                held[taken[0]] = self.dialect.literal(function.instruction_constant(k))
+            elif kind == casadi.OP_CALL:
+                found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
+            elif kind != casadi.OP_OUTPUT:
+                held[taken[0]] = self._operation(kind, [held[place] for place in given])
+            elif any(paired) or held[given[0]].place is None:
+                place = f"{2 * taken[1]}+i" if any(paired) else taken[1]
+                self._add(f"y{taken[0]}[{place}]={held[given[0]]};", (), [held[given[0]]])
+            else:
+                self._handed.append((*taken, held[given[0]]))
+        self._hand_over()
 
     def lines(self) -> tuple[list[str], set[str]]:
         """Lines of what any result needs, and the names that they use."""
@@ -129,7 +191,7 @@ class _Body:
         lines: list[str] = []
         for text, makes, uses in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
-                needed.update(each.name for each in uses)
+                needed.update(each.name.partition("[")[0] for each in uses)
                 lines += [text, *(self._declared(name) for name in makes if name in self._sizes)]
         return [line for line in reversed(lines) if line], needed
 
@@ -138,155 +200,84 @@ class _Body:
             return f"{self.dialect.real} *{name}={self._placed[name]};"
         return f"{self.dialect.real} {name}[{self._sizes[name]}];"
 
-    def _add(self, text: str, makes: Sequence[str], *uses: Numbers) -> None:
-        self._statements.append((text, makes, [each for part in uses for each in part]))
+    def _add(self, text: str, makes: Sequence[str], uses: _Numbers) -> None:
+        self._statements.append((text, makes, uses))
 
-    def _argument(self, which: int, index: int) -> Number:
-        if self._alone[which]:
-            return Number(f"x{which}")
-        return Number(f"x{which}[{2 * index}+i]") if self._paired[which] else Number(f"x{which}", index)
+    def _hand_over(self) -> None:
+        """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
+        handed = sorted(self._handed)
+        keys = [
+            (of, place - i, each.name, (each.place or 0) - i) for i, (of, place, each) in enumerate(handed)
+        ]
+        for _, places in groupby(range(len(handed)), keys.__getitem__):
+            run = [handed[i] for i in places]
+            which, first, start = run[0]
+            text = f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={start.name}[{start.place}+i];"
+            if self._sizes.get(start.name) == len(run) and start.name not in self._placed:
+                self._placed[start.name] = _Number(f"y{which}", first).pointer
+                text = ""
+            self._add(text, (), [start])
 
-    def _put(self, numbers: Numbers, which: int, first: int) -> None:
-        """Hand over numbers as a result from an index on; a vector that is a part of it is made there."""
-        keys = [(each.name, (each.place or 0) - i) for i, each in enumerate(numbers)]
-        for _, places in groupby(range(len(numbers)), keys.__getitem__):
-            run = [numbers[i] for i in places]
-            text, name = "", run[0].name
-            if self._sizes.get(name) == len(run) and name not in self._placed:
-                self._placed[name] = Number(f"y{which}", first).pointer
-            elif len(run) > 1:
-                text = f"{_FOR.format('i', len(run))}y{which}[{first}+i]={self._in_loop(run)[0]};"
-            else:
-                text = f"y{which}[{f'{2 * first}+i' if any(self._paired) else first}]={run[0]};"
-            self._add(text, (), run)
-            first += len(run)
-
-    def _found(self, kind: int, node: Any, given: list[Numbers]) -> list[Numbers]:
-        """What an instruction finds, which does more than to hand over."""
+    def _operation(self, kind: int, given: _Numbers) -> _Number:
+        """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
-        if kind in self.dialect.operations:
-            return [self._each(kind, given)]
-        if node is None:
-            raise ValueError(f"{self._function.name()}: CasADi's operation {kind} has no form in C")
-        if kind == casadi.OP_CALL:
-            return self._called(node.which_function(), given)
-        if kind == casadi.OP_DOT:
-            return [self._product(1, len(given[0]), 1, [self.dialect.literal(0)], *given)]
-        sparse = [(numbers, node.dep(i).sparsity()) for i, numbers in enumerate(given)]
-        if kind == casadi.OP_MTIMES:
-            dense = [self._moved(casadi.densify, each) for each in sparse]
-            product = self._product(*sparse[1][1].shape, sparse[2][1].size2(), *dense)
-            return [[product[i] for i in node.sparsity().find()]]
-        return [self._moved(partial(moves()[kind], node), *sparse)]
-
-    def _each(self, kind: int, given: list[Numbers]) -> Numbers:
-        """What an operation makes of each number, or of each and a single one."""
-        kind, form, given = self._chosen(kind, given)
-        size, real = max(map(len, given)), self.dialect.real
-        if size == 1:
-            found = [Number(f"a{len(self._statements)}")]
-            text = form.format(*(numbers[0] for numbers in given))
-            self._add(f"const {real} {found[0]}={text};", [found[0].name], *given)
-        else:
-            read = [self._in_loop(numbers) for numbers in given]
-            found = self._vector(size)
-            text = f"{found[0].name}[i]={form.format(*(text for text, _ in read))};"
-            self._add(_FOR.format("i", size) + text, [found[0].name], [first for _, first in read])
-        self._made[tuple(found)] = kind, given
-        return found
-
-    def _chosen(self, kind: int, given: list[Numbers]) -> tuple[int, str, list[Numbers]]:
-        """An operation and its form; what adds that under a condition to that otherwise is one choice."""
-        import casadi
-
-        parts = [self._made.get(tuple(each), (0, [])) for each in given]
+        form = self.dialect.operations[kind]
+        parts = [self._made.get(each, (0, [])) for each in given]
         if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
-            if self._made.get(tuple(other)) == (casadi.OP_NOT, [one]):
-                return kind, self.dialect.choice, [one, then, otherwise]
-            if self._made.get(tuple(one)) == (casadi.OP_NOT, [other]):
-                return kind, self.dialect.choice, [other, otherwise, then]
-        return kind, self.dialect.operations[kind], given
+            if self._made.get(other) == (casadi.OP_NOT, [one]):
+                form, given = self.dialect.choice, [one, then, otherwise]
+            elif self._made.get(one) == (casadi.OP_NOT, [other]):
+                form, given = self.dialect.choice, [other, otherwise, then]
+        found = _Number(f"a{len(self._statements)}")
+        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", [found.name], given)
+        self._made[found] = kind, given
+        return found
 
-    def _vector(self, size: int) -> Numbers:
-        """A new vector."""
-        name = f"t{len(self._sizes)}"
-        self._sizes[name] = max(size, 1)
-        return [Number(name, i) for i in range(size)]
-
-    def _in_loop(self, numbers: Numbers) -> tuple[str, Number]:
-        """How a loop over `i` reads numbers, and the first of them."""
-        first, step = numbers[0], stride(numbers)
-        if all(each == first for each in numbers):
-            return str(first), first
-        if step is None:
-            first, step = self._beside(numbers), 1
-        return f"{first.name}[{first.place}+{'' if step == 1 else f'{step}*'}i]", first
-
-    def _beside(self, numbers: Numbers) -> Number:
+    def _beside(self, numbers: _Numbers) -> _Number:
         """The first of numbers that lie side by side, or are put there."""
         if not numbers:
-            return Number("0")
-        if stride(numbers) == 1:
-            return numbers[0]
-        key = tuple(numbers)
+            return _Number("0")
+        first, key = numbers[0], tuple(numbers)
+        if first.place is not None and key == tuple(
+            _Number(first.name, first.place + i) for i in range(len(key))
+        ):
+            return first
         if key not in self._gathered:
-            first = self._gathered[key] = Number(f"g{len(self._gathered)}", 0)
+            first = self._gathered[key] = _Number(f"g{len(self._gathered)}", 0)
             listed = ", ".join(map(str, numbers))
             text = f"const {self.dialect.real} {first.name}[{len(numbers)}]={{{listed}}};"
             self._add(text, [first.name], numbers)
         return self._gathered[key]
 
-    def _product(self, rows: int, inner: int, columns: int, *given: Numbers) -> Numbers:
-        """Dense matrix, to which the product of the next two is added."""
-        found = self._vector(rows * columns)
-        starts = [self._beside(each) for each in given]
-        z, x, y = (f"({each.pointer})" for each in starts)
-        place = f"[i+{rows}*j]"
-        over_columns, over_inner, over_rows = map(_FOR.format, "jki", (columns, inner, rows))
-        start = f"{over_columns}{over_rows}{found[0].name}{place}={z}{place};"
-        term = f"{found[0].name}{place}+={x}[i+{rows}*k]*{y}[k+{inner}*j];"
-        self._add(f"{start}\n  {over_columns}{over_inner}{over_rows}{term}", [found[0].name], starts)
-        return found
-
-    def _moved(self, move: Callable[..., Any], *given: tuple[Numbers, Any]) -> Numbers:
-        """Numbers of matrices, with their structures, as CasADi moves them; what it fills up is 0."""
-        import casadi
-
-        pool, matrices = [self.dialect.literal(0)], []
-        for numbers, sparsity in given:
-            matrices.append(casadi.DM(sparsity, range(len(pool), len(pool) + len(numbers))))
-            pool += numbers
-        return [pool[int(i)] for i in move(*matrices).nonzeros()]
-
-    def _called(self, function: Any, given: list[Numbers]) -> list[Numbers]:
+    def _called(self, function: Any, numbers: _Numbers) -> _Numbers:
         """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
-        inside = {each.name(): each for each in function.find_functions(0)}
-        run = inside.get(f"{function.name()}_run")
-        found = [self._vector(function.nnz_out(k)) for k in range(function.n_out())]
-        names = [*self._sizes][-len(found) :]
-        text, used = self._call(run or function, given[run is not None :], names)
+        first, given = 0, []
+        for size in (function.nnz_in(k) for k in range(function.n_in())):
+            first, part = first + size, numbers[first : first + size]
+            given.append(part[0] if size == 1 else self._beside(part))
+        how = written(function)
+        run = how.function if how.idle else None
+        names = []
+        for k in range(function.n_out()):
+            names.append(f"t{len(self._sizes)}")
+            self._sizes[names[-1]] = max(function.nnz_out(k), 1)
+        handed = [
+            each.pointer if function.nnz_in(k) != 1 else str(each)
+            for k, each in enumerate(given)
+            if k or not run
+        ]
+        call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
         if run is None:
-            self._add(text, names, used)
-            return found
-        before = after = ""
-        for k, (name, numbers) in enumerate(zip([*names], given[1:], strict=False)):
-            first = self._beside(numbers)
-            before += f"const {self.dialect.real} *p{name}={first.pointer};\n  "
-            after += f" p{name}={name};"
-            found[k] = [Number(f"p{name}", i) for i in range(len(numbers))]
-            names.append(f"p{name}")
-            used.append(first)
-        asked = self.dialect.asked.format(given[0][0])
-        self._add(f"{before}if ({asked}) {{ {text}{after} }}", names, [given[0][0], *used])
-        return found
-
-    def _call(self, function: Any, given: list[Numbers], names: Sequence[str]) -> tuple[str, Numbers]:
-        """A call that gives vectors their numbers, and what it uses."""
-        handed, used = [], []
-        for k, numbers in enumerate(given):
-            alone = function.nnz_in(k) == 1
-            used.append(numbers[0] if alone else self._beside(numbers))
-            handed.append(str(used[-1]) if alone else used[-1].pointer)
-        return f"{self.writer.named(function)}({', '.join([*handed, *names])});", used
+            self._add(call, names, given)
+            return [_Number(name, i) for name in names for i in range(self._sizes[name])]
+        left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
+        pointers = [f"p{name}" for name in names]
+        lines = [
+            f"const {self.dialect.real} *{p}={each.pointer};" for p, each in zip(pointers, left, strict=True)
+        ]
+        moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
+        lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
+        self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
+        return [_Number(f"p{name}", i) for name in names for i in range(self._sizes[name])]

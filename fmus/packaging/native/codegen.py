@@ -37,13 +37,10 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
-    groups, joint = output_groups(component), component.joint
+    groups = output_groups(component)
     header = '#include "model.h"\n'
     starting = header + functions_text(_starting_functions(component))
     running = header + functions_text(_running_functions(component, groups))
-    if joint is not None:
-        starting += joint_code.starting_glue(component, joint)
-        running += joint_code.sample_glue(component, joint)
     if component.continuous.size:
         running += choice_of_step(component, ("x", "u", "later", "d", "time", "step"))
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
@@ -96,7 +93,7 @@ def _starting_functions(component: Component) -> Iterator[Any]:
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
     yield function("margins", [s.p], casadi.vertcat(*margins))
     if component.joint is not None:
-        parts = joint_code.starting_parts(component, component.joint, s.now)
+        parts = joint_code.starting(component, component.joint)
     else:
         yield function("settle", [s.p], component.settled(s.p))
         parts = beginning(component)
@@ -110,7 +107,7 @@ def _running_functions(component: Component, groups: Sequence[Sequence[int]]) ->
     s = Symbols.of(component)
     sampled = (sampling(component, number) for number in range(len(component.clocks)))
     joint = component.joint
-    for part in sampled if joint is None else joint_code.running_parts(component, joint, s.now):
+    for part in sampled if joint is None else joint_code.samples(component, joint):
         yield function(*part)
     if component.continuous.size:
         for part in stepping(component, s, _like(s.u)):

@@ -1,98 +1,96 @@
-"""C of a joined component: each kind of part once, and the wires between the parts.
+"""Functions of a joined component: each kind of part once, called for each part with what the wires bring.
 
-Written out whole, six observers would be six times 16,000 lines. So the functions of a kind are written
-once, and called with the place of each part in the vectors of the whole.
+Written out whole, six observers would be six times their thousands of lines.
 """
 
 from collections.abc import Iterator
+from typing import Any
 
+from warmlink.fmus.calls import called
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Joint
-from warmlink.fmus.packaging.native.casadi_code import Expression, Function, beginning, sampling
+from warmlink.fmus.packaging.native.casadi_code import (
+    Expression,
+    Function,
+    Symbols,
+    beginning,
+    function,
+    sampling,
+)
 
 
-def starting_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
-    """Yield what the parts need at the start: settling and beginning of each kind, inputs of each part.
+def starting(component: Component, joint: Joint) -> Iterator[Function]:
+    """Yield `settle`, `begin` and `begin_tangent` of the whole.
 
-    Symbols are those of the whole's states, inputs, settled parameters and time `now`.
+    Parts that wait for each other's first outputs begin more than once.
     """
     import casadi
 
-    for kind in kinds(joint).values():
+    s, now = Symbols.of(component, calls=True), Symbols.of(component).now
+    along = [casadi.SX.sym("also", each.numel()) for each in now[:2]]
+    of: dict[str, Any] = {}
+    for kind in {part.name: part for part in joint.parts.values()}.values():
         p = casadi.SX.sym("p", kind.p.size)
-        yield f"settle_{kind.name}", [p], kind.settled(p)
-        yield from beginning(kind, f"_{kind.name}")
-    x, u = now[0], now[1]
-    dx, du = casadi.SX.sym("dx", x.numel()), casadi.SX.sym("du", u.numel())
-    for number, (key, part) in enumerate(joint.parts.items()):
-        if part.states:
-            inputs = casadi.SX(_inputs(component, joint, key, now))
-            slope = casadi.jtimes(inputs, casadi.vertcat(x, u), casadi.vertcat(dx, du))
-            yield f"inputs_{number}", now, inputs
-            yield f"inputs_tangent_{number}", [*now, dx, du], slope
+        parts = (f"settle_{kind.name}", [p], kind.settled(p)), *beginning(kind, f"_{kind.name}")
+        of |= {each[0]: called(function(*each)) for each in parts}
+    settled, begun, moved = {}, {}, {}
+    du = casadi.MX.sym("also", component.u.size)
+    for key, part in joint.parts.items():
+        first, d, _ = places(component, key, part)
+        settled[d] = of[f"settle_{part.name}"](s.p[first : first + part.p.size])
+        begun[key] = moved[key] = casadi.MX.zeros(part.x.size)
+    for key in joint.starting:
+        part = joint.parts[key]
+        _, d, _ = places(component, key, part)
+        own, when = s.d[d : d + part.d.size], [casadi.vertcat(*begun.values()), s.u, s.d, casadi.MX(0)]
+        inputs = casadi.SX(_inputs(component, joint, key, now))
+        slope = casadi.jtimes(inputs, casadi.vertcat(*now[:2]), casadi.vertcat(*along))
+        given = called(function(f"inputs_{part.name}", now, inputs))(*when)
+        turned = called(function(f"inputs_tangent_{part.name}", [*now, *along], slope))(
+            *when, casadi.vertcat(*moved.values()), du
+        )
+        moved[key] = of[f"begin_tangent_{part.name}"](given, own, turned)
+        begun[key] = of[f"begin_{part.name}"](given, own)
+    yield "settle", [s.p], casadi.vertcat(*(settled[d] for d in sorted(settled)))
+    yield "begin", [s.u, s.d], casadi.vertcat(*begun.values())
+    yield "begin_tangent", [s.u, s.d, du], casadi.vertcat(*moved.values())
 
 
 def running_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
-    """Yield what the sampled parts need: the sample of each kind, the inputs of each part."""
-    for kind in kinds(joint).values():
-        for clock in range(len(kind.clocks)):
-            yield sampling(kind, clock, f"update_{kind.name}")
+    """Yield what the sampled parts need: the sample of each kind, the inputs of each part.
+
+    Symbols are those of the whole's states, inputs, settled parameters and time `now`.
+    """
+    for kind in {part.name: part for part in joint.parts.values() if part.sampled}.values():
+        yield sampling(kind, 0, f"update_{kind.name}")
     for number, (key, part) in enumerate(joint.parts.items()):
         if part.sampled:
             yield f"inputs_{number}", now, _inputs(component, joint, key, now)
 
 
-def starting_glue(component: Component, joint: Joint) -> str:
-    """C functions `settle`, `begin` and `begin_tangent` of the whole."""
-    settle = ""
-    passes: dict[str, tuple[str, str]] = {}
-    for number, (key, part) in enumerate(joint.parts.items()):
-        p, d, x = places(component, key, part)
-        settle += f"    settle_{part.name}_of(p + {p}, d + {d});\n"
-        size = max(part.u.size, 1)
-        values = f"double v[{size}]; inputs_{number}_of(x, u, d, &time, v);"
-        passes[key] = (
-            f"    {{ {values} begin_{part.name}_of(v, d + {d}, x + {x}); }}\n",
-            f"    {{ {values} double w[{size}]; inputs_tangent_{number}_of(x, u, d, &time, dx, du, w);"
-            f" begin_tangent_{part.name}_of(v, d + {d}, w, dx + {x}); }}\n",
-        )
-    begin, tangent = ("".join(passes[key][i] for key in joint.starting) for i in (0, 1))
-    zero = "    const double time = 0;\n    for (int i = 0; i < WL_STATES; i++)\n"
-    return (
-        f"\nvoid WL(settle)(const double *p, double *d)\n{{\n{settle}}}\n"
-        "\n/* Parts that wait for each other's first outputs begin more than once. */\n"
-        f"void WL(begin)(const double *u, const double *d, double *x)\n{{\n{zero}        x[i] = 0;\n"
-        f"{begin}}}\n"
-        "\nvoid WL(begin_tangent)(const double *u, const double *d, const double *du, double *dx)\n"
-        f"{{\n    double x[WL_STATES];\n{zero}        dx[i] = 0;\n    WL(begin)(u, d, x);\n{tangent}}}\n"
-    )
-
-
-def sample_glue(component: Component, joint: Joint) -> str:
-    """C functions `sample_0_of` and so on: what each clock does."""
-    parts: list[str] = []
-    for number, (key, part) in enumerate(joint.parts.items()):
-        if not part.sampled:
-            continue
+def samples(component: Component, joint: Joint) -> Iterator[Function]:
+    """Yield `sample_0` and so on of the whole: what each clock does."""
+    made = {
+        each[0]: called(function(*each))
+        for each in running_parts(component, joint, Symbols.of(component).now)
+    }
+    s = Symbols.of(component, calls=True)
+    sampled = [(i, key, part) for i, (key, part) in enumerate(joint.parts.items()) if part.sampled]
+    for clock, (number, key, part) in enumerate(sampled):
         _, d, x = places(component, key, part)
-        parts.append(
-            f"\nstatic void sample_{len(parts)}_of(const double *x, const double *u, const double *d,"
-            f" const double *time, const double *step, double *result)\n{{\n"
-            f"    double v[{max(part.u.size, 1)}];\n    inputs_{number}_of(x, u, d, time, v);\n"
-            f"    update_{part.name}_0_of(x + {x}, v, d + {d}, time, step, result);\n}}\n"
+        states, own = s.x[x : x + part.x.size], s.d[d : d + part.d.size]
+        inputs = made[f"inputs_{number}"](*s.now)
+        yield (
+            f"sample_{clock}",
+            [*s.now, s.step],
+            made[f"update_{part.name}_0"](states, inputs, own, s.time, s.step),
         )
-    return "".join(parts)
 
 
 def _inputs(component: Component, joint: Joint, key: str, now: list[Expression]) -> Expression:
     """Flat inputs of a part as expressions of the whole's symbols."""
     x, u, d, time = now
     return joint.inputs(key, component.x.read(x), component.u.read(u), component.d.read(d), time)
-
-
-def kinds(joint: Joint) -> dict[str, Component]:
-    """The declarations behind the parts by name, each once."""
-    return {part.name: part for part in joint.parts.values()}
 
 
 def places(component: Component, key: str, part: Component) -> tuple[int, int, int]:

@@ -32,8 +32,7 @@ class Fmi2Slave(FmiSlave):
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
-        self._callbacks = _Callbacks.from_buffer_copy(_callbacks())
-        self._callbacks.environment = self.log.key
+        self._callbacks = _callbacks(self.log.key)
         place = resources.absolute().as_uri().encode()
         found: int | None = self.function("Instantiate")(
             name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
@@ -68,29 +67,39 @@ class _Callbacks(ctypes.Structure):
     )
 
 
-@cache
-def _callbacks() -> _Callbacks:
-    """Callback functions that FMPy's proxy knows, kept alive as long as the process.
+@_LOG
+def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
+    kept = FmuLog.open.get(environment or 0)
+    if kept is None:
+        print(message.decode("utf-8", "replace"), file=sys.stderr)
+    else:
+        kept.add(status, message)
+
+
+def _callbacks(environment: int) -> _Callbacks:
+    """Callback functions that FMPy's proxy knows, for an instance with such an environment.
 
     The proxy, which formats the variadic arguments of a log call, knows one Python callback in the whole
-    process. So there is one, and the environment pointer that each instance was given says whose line it is.
+    process, the last one that it was told. So ours is one for all, and the environment pointer that each
+    instance was given says whose line it is.
     """
+    c, proxy = c_library(), _proxy()
+    found = _Callbacks(_log, *(ctypes.cast(each, c_void_p) for each in (c.calloc, c.free)))
+    found.environment = environment
+    if proxy is not None:
+        proxy.addLoggerProxy(byref(found))
+    return found
 
-    def log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
-        kept = FmuLog.open.get(environment or 0)
-        if kept is None:
-            print(message.decode("utf-8", "replace"), file=sys.stderr)
-        else:
-            kept.add(status, message)
 
-    c = c_library()
-    shared = _Callbacks(_LOG(log), *(ctypes.cast(each, c_void_p) for each in (c.calloc, c.free)))
+@cache
+def _proxy() -> Any:
+    """FMPy's library for this; None without FMPy."""
     # The package itself would take longer to import than an hour of the cell takes to run.
     package = find_spec("fmpy")
-    if package is not None and package.origin is not None:
-        folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
-        ctypes.CDLL(str(folder / f"logging{SUFFIX}")).addLoggerProxy(byref(shared))
-    return shared
+    if package is None or package.origin is None:
+        return None
+    folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
+    return ctypes.CDLL(str(folder / f"logging{SUFFIX}"))
 
 
 _LOG3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)

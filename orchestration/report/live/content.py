@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from warmlink.fmus.component import Component, Parameter
@@ -24,6 +25,9 @@ IDEAL = (
     "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
     "cell is; move a slider, or give the thermometers noise"
 )
+
+LOOKS = 6
+"""Colours and dashes by which the page tells lines apart."""
 
 UNITS = {
     "s": ("s", "min", "h", "ms"),
@@ -46,11 +50,12 @@ class Whole(NamedTuple):
 
 @dataclass(frozen=True)
 class Asked:
-    """How a reader names the scenario in a command, the start values given beside it, and other options."""
+    """How a reader names the scenario in a command, and start values, mismatches and options beside it."""
 
     scenario: str
     given: Mapping[str, str | float]
-    options: Sequence[tuple[str, str]] = ()
+    mismatches: Sequence[str] = ()
+    options: Mapping[str, str] = field(default_factory=dict)
 
 
 def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
@@ -70,30 +75,26 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     roles, setup, drivers = scenario.setup.roles, scenario.setup, drivers_of(scenario)
     plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
     laws = [each.scenario.controller.name for each in systems]
-    watched = {*roles.score.variables, *roles.uncompensated.variables}
-    watched |= {name for of in plots.values() for name in of.values()}
-    error = {
-        "heading": "Error of the tool point",
-        "label": "error [µm]",
-        "factor": 1e6,
-        "zero": 0,
-        "band": 1e6 * scenario.tolerance,
-        "lines": [(NO_CONTROLLER, "uncompensated", "", ""), *_lines("", "score", laws)],
-    }
+    drawn = {name for of in plots.values() for name in of.values()}
+    watched = sorted({*roles.score.variables, *roles.uncompensated.variables, *drawn})
+    score, uncompensated = (f"1e6 * ({each.javascript})" for each in (roles.score, roles.uncompensated))
+    errors = [_line(NO_CONTROLLER, uncompensated), *_of_laws("", score, laws)]
+    band = 1e6 * scenario.tolerance
     return {
         "name": scenario.name,
-        "asked": asked.scenario,
+        "asked": [asked.scenario, *(word for each in asked.mismatches for word in ("--mismatch", each))],
         "given": asked.given,
         "options": asked.options,
         "scenario": _file_content(scenario),
         "ssv": to_bytes(parameter_set_element(scenario.name, {})).decode(),
         "step": scenario.step_size,
-        "tolerance": scenario.tolerance,
-        "score": roles.score.javascript,
-        "uncompensated": roles.uncompensated.javascript,
-        "watched": sorted(watched),
+        "score": score,
+        "watched": watched,
         "columns": columns(plots),
-        "plots": [error, *(_plot(*each, of, setup.controllers, laws) for each, of in plots.items())],
+        "plots": [
+            _plot("Error of the tool point", "error [µm]", errors, band),
+            *(_plot_of(*each, of, setup.controllers, laws) for each, of in plots.items()),
+        ],
         "words": words_of(drivers),
         "repeat": f"{drivers[0]}.repeat",
         "most": SEGMENTS,
@@ -101,24 +102,36 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     }
 
 
-def _plot(
+def _plot(heading: str, label: str, lines: Sequence[dict[str, str]], band: float = 0.0) -> dict[str, Any]:
+    """A plot whose lines differ in colour and dashes, whichever of them are drawn."""
+    styled = [{**line, "style": i % LOOKS} for i, line in enumerate(lines)]
+    return {"heading": heading, "label": label, "band": band, "lines": styled}
+
+
+def _plot_of(
     heading: str, unit: str, drawn: Mapping[str, str], controllers: Sequence[str], laws: Sequence[str]
 ) -> dict[str, Any]:
     """A plot of variables; each law draws those of the controllers."""
     label, factor, zero = QUANTITIES[unit]
     lines = []
     for name, variable in drawn.items():
+        shown = f"{factor!r} * (v[{variable!r}][i] - {zero!r})"
         own = variable.rpartition(".")[0] in controllers
-        lines += _lines(f"{name}, ", variable, laws) if own else [(name, variable, "", _column(name))]
-    return {"heading": heading, "label": label, "factor": factor, "zero": zero, "lines": lines}
+        lines += _of_laws(f"{name}, ", shown, laws) if own else [_line(name, shown, column=_column(name))]
+    return _plot(heading, label, lines)
 
 
-def _lines(name: str, variable: str, laws: Sequence[str]) -> list[tuple[str, str, str, str]]:
-    """Lines of a variable, one for each law that compensates: name, variable, law, and no measured column."""
-    return [(f"{name}{law}", variable, law, "") for law in laws if law != NO_CONTROLLER]
+def _line(name: str, expression: str, law: str = "", column: str = "") -> dict[str, str]:
+    """A line of a plot: of a law, or of any; with the column of a measured run that is drawn over it."""
+    return {"name": name, "expression": expression, "law": law, "column": column}
 
 
-def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[str, Any]:
+def _of_laws(name: str, expression: str, laws: Sequence[str]) -> list[dict[str, str]]:
+    """Lines of an expression, one for each law that compensates."""
+    return [_line(f"{name}{law}", expression, law) for law in laws if law != NO_CONTROLLER]
+
+
+def _law(system: Whole, watched: Sequence[str], drivers: Sequence[str]) -> dict[str, Any]:
     """What a reader should know of a law, its value references, and the scenario's start values by these.
 
     A variable has references by its place in the page's field; what all joints do has one in each of them.
@@ -129,17 +142,22 @@ def _law(system: Whole, watched: Iterable[str], drivers: Sequence[str]) -> dict[
         for instance, of in system.scenario.values().items()
         for name, value in of.items()
     ]
-    references: dict[str, dict[int, list[int]]] = {}
+    references: dict[str, list[list[int]]] = {}
     for name, scalar in scalars.items():
         instance, _, variable = scalar.variable.name.rpartition(".")
         if instance in drivers and isinstance(scalar.variable, Parameter):
             holder = instance if variable.removeprefix("segment_") in OWN else drivers[0]
-            places = references.setdefault(f"{holder}.{variable}", {})
-            places.setdefault(scalar.element, []).append(scalar.reference)
-        elif name in watched or isinstance(scalar.variable, Parameter):
-            references[name] = {0: [scalar.reference]}
+            places = references.setdefault(
+                f"{holder}.{variable}", [[] for _ in range(scalar.variable.size or 1)]
+            )
+            places[scalar.element].append(scalar.reference)
+        elif isinstance(scalar.variable, Parameter):
+            references[name] = [[scalar.reference]]
     advice, ideal = judged(system.scenario)
-    return {"references": references, "values": given, "note": advice or (IDEAL if ideal else "")}
+    told = advice or (IDEAL if ideal else "")
+    note = f"{system.scenario.controller.name}: {told}." if told else ""
+    shown = [scalars[name].reference for name in watched]
+    return {"references": references, "values": given, "watched": shown, "note": note}
 
 
 def columns(plots: Plots) -> dict[str, dict[str, tuple[float, float]]]:
@@ -170,17 +188,21 @@ def _file_content(scenario: Scenario) -> dict[str, Any]:
         "tolerance": f"{scenario.tolerance!r} m",
     }
     sensors = {"noise": scenario.sensors.noise, "used": scenario.sensors.used}
-    tables: list[tuple[str, dict[str, Any]]] = [
-        ("[sensors]", {name: value for name, value in sensors.items() if value is not None})
-    ]
+    tables = _toml("[sensors]", {name: value for name, value in sensors.items() if value is not None})
     written = {} if scenario.file is None else read_toml(scenario.file)
     if "roles" in written:
         top["system"] = written["system"]
-        tables.append(("[roles]", written["roles"]))
+        tables += _toml("[roles]", written["roles"])
     held = scenario.values().get(POSE_SEQUENCE, {})
     for i in range(1, POSES + 1):
         if held.get(f"duration[{i}]"):
             top["system"] = scenario.setup.name
             joints = [held[f"joint_{joint}[{i}]"] for joint in range(1, AXES + 1)]
-            tables.append(("[[pose]]", {"hold": held[f"duration[{i}]"], "joints": joints}))
-    return {"top": top, "tables": tables, "parameters": scenario.parameters}
+            tables += _toml("[[pose]]", {"hold": held[f"duration[{i}]"], "joints": joints})
+    return {"top": _toml("", top), "tables": tables, "parameters": scenario.parameters}
+
+
+def _toml(heading: str, table: Mapping[str, Any]) -> list[str]:
+    """Lines of a table in a TOML file, whose strings, numbers and lists are written as in JSON."""
+    written = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
+    return ["", heading, *written] if heading else written

@@ -66,11 +66,7 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
     others = {field.shown["name"] for of in faults.values() for field in of}
     return {
         "fields": fields,
-        "columns": [
-            (word, name, f"{name.partition('.')[0]}." if len(names) > 1 else "")
-            for word, names in words_of(drivers).items()
-            for name in names
-        ],
+        "columns": list(_columns(drivers, fields)),
         "used": max(i for i, each in enumerate(durations, start=1) if each.shown["value"] != "0"),
         "parameters": [
             fields[name]
@@ -80,6 +76,15 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
         "faults": faults,
         "stop": _stop(scenario),
     }
+
+
+def _columns(drivers: Sequence[str], fields: Mapping[str, Field]) -> Iterator[tuple[str, str, str, str]]:
+    """Columns of the duty's table: what each holds, its vector, its joint unless shared, its heading."""
+    for word, names in words_of(drivers).items():
+        for name in names:
+            unit, told = fields[f"{name}[1]"].shown["data-unit"], word.replace("_", " ")
+            joint = f"{name.partition('.')[0]}." if len(names) > 1 else ""
+            yield told, name, joint, f"{told} [{unit}]" if unit else told
 
 
 def _stop(scenario: Scenario) -> Field:
@@ -97,7 +102,7 @@ def _field(scalar: Scalar, value: float, duty: bool, mismatched: bool) -> Field:
         "name": variable.name if duty else scalar.name,
         "value": f"{to(value):.{12 if duty else 6}g}",
         "data-kind": "duty" if duty else "parameter",
-        "data-unit": unit,
+        "data-unit": "" if unit == "1" else unit,
         "data-factor": to.factor,
         "data-offset": to.offset,
         "data-file": "" if duty or mismatched else None,

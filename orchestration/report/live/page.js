@@ -1,70 +1,59 @@
 // The page: it runs the system whenever something changes, and shows what comes of it.
 
-import { copies, drawDuty } from "./duty.js";
+import { copies, drawDuty, rank, showSliders, slid } from "./controls.js";
 import { engine } from "./engine.js";
-import { digits, errorFigures, removed, since } from "./figures.js";
+import { digits, drawLines, errorFigures, lasting, removed } from "./figures.js";
 import { demand, measuredSegments, readMeasured } from "./measured.js";
-import { at, changed, content, engines, fields, measured, put, reset, run, start, texts } from "./model.js";
-import { drawLines } from "./plot.js";
-import { address, commands, needsFile, parameterSet, restore, scenarioText } from "./share.js";
-import { rank, showSliders, slid } from "./sliders.js";
+import { at, changed, content, laws, measured, put, run, start, texts } from "./model.js";
+import { commands, parameterSet, restore, scenarioText, settings } from "./share.js";
 
 const ADDRESS_AFTER = 400; // ms without a change; browsers refuse an address that changes a hundred times in half a minute
 
-const waiting = {}; // timers
+let waiting; // timer of what follows a change: the page is drawn, then its address is set
 
 let accepted = start; // what the fields showed before the last change
 
-/** What a line of a plot shows, where its law is chosen: a function of variable and law. */
-function results() {
-  const runs = Object.fromEntries(texts().law.split(",").map((law) => [law, run(law)]));
-  return (variable, law) => (law ? runs[law] : Object.values(runs)[0])?.[variable];
+/** The plots with the lines of the laws that are chosen, and a measured run's readings over them. */
+function plots() {
+  const chosen = laws();
+  const runs = Object.fromEntries(chosen.map((law) => [law, run(law)]));
+  const values = ({ law, expression }) => runs[law || chosen[0]]?.(expression);
+  const marks = ({ column }) => measured.rows.filter((row) => column in row).map((row) => [row.time, row[column]]);
+  const drawn = (line) => ({ ...line, values: values(line), marks: marks(line) });
+  return content.plots.map((plot) => ({ ...plot, lines: plot.lines.map(drawn).filter((line) => line.values) }));
 }
 
-/** Figures of the errors that are drawn, by the names of their lines. */
-function figuresOf(values) {
-  const drawn = content.plots[0].lines.map(([name, ...line]) => [name, values(...line)]).filter(([, error]) => error);
-  return drawn.map(([name, error]) => [name, errorFigures(error, content.step, content.tolerance)]);
-}
-
-function showAnswer(figures) {
+/** Show the figures of the errors that are drawn. */
+function showAnswer({ band, lines }) {
+  const figures = lines.map(({ name, values }) => ({ name, ...errorFigures(values, content.step, band) }));
+  const row = (name, told) => `<tr><th scope="row">${name}</th>${figures.map((of) => `<td>${told(of)}</td>`).join("")}</tr>`;
   const micrometres = (value) => `${value.toFixed(1)} µm`;
-  const rows = {
-    figure: (of, law) => law,
-    "largest error": (of) => micrometres(of.largest),
-    "of the largest error": (of) => (of === figures[0][1] ? "" : removed(figures[0][1], of)),
-    "95 % of the time below": (of) => micrometres(of.p95),
-    "root mean square": (of) => micrometres(of.rms),
-    [`within ±${digits(1e6 * content.tolerance)} µm from`]: (of) => since(of.within),
-  };
-  const cells = (told) => figures.map(([law, of]) => `<td>${told(of, law)}</td>`).join("");
-  const lines = Object.entries(rows).map(([name, told]) => `<tr><th scope="row">${name}</th>${cells(told)}</tr>`);
-  at("answer").innerHTML = lines.join("");
-  const largest = figures.map(([law, of]) => `${law} ${micrometres(of.largest)}`);
+  at("answer").innerHTML = [
+    row("figure", ({ name }) => name),
+    row("largest error", ({ largest }) => micrometres(largest)),
+    row("of the largest error", (of) => removed(figures[0], of)),
+    row("95 % of the time below", ({ p95 }) => micrometres(p95)),
+    row("root mean square", ({ rms }) => micrometres(rms)),
+    row(`within ±${digits(band)} µm from`, ({ within }) => (within ? lasting(within) : within === null ? "never" : "start")),
+  ].join("");
+  const largest = figures.map(({ name, largest }) => `${name} ${micrometres(largest)}`);
   at("lead").textContent = `Largest error of the tool point: ${largest.join(", ")}.`;
 }
 
-function showPlots(values) {
-  content.plots.forEach(({ factor, zero, lines, ...plot }, i) => {
-    const drawn = lines.map(([name, variable, law, column]) => {
-      const marks = measured.rows.filter((row) => column in row).map((row) => [row.time, row[column]]);
-      return { name, marks, values: values(variable, law)?.map((value) => factor * (value - zero)) };
-    });
-    drawLines(at(`plot-${i}`), { ...plot, step: content.step, lines: drawn });
-  });
-}
-
-/** What a reader should know of the laws, and what computes the same elsewhere: commands, files, the address. */
-function showWords() {
-  const noted = Object.entries(content.laws).filter(([law, { note }]) => note && texts().law.split(",").includes(law));
-  at("notes").textContent = noted.map(([law, { note }]) => `${law}: ${note}.`).join(" ");
-  at("notes").hidden = Object.keys(changed("parameter")).length > 0;
+/** Show what comes of what the fields say, and what computes the same elsewhere: commands, files, the address. */
+function show() {
+  const begun = performance.now();
+  drawDuty();
+  showSliders();
+  const drawn = plots();
+  showAnswer(drawn[0]);
+  drawn.forEach((plot, i) => drawLines(at(`plot-${i}`), plot, content.step));
+  at("notes").textContent = Object.keys(settings()).length ? "" : laws().map((law) => content.laws[law].note).join(" ");
   at("command").textContent = commands().join("\n");
-  at("scenario-note").hidden = !needsFile();
   for (const [id, text] of [["scenario", scenarioText()], ["parameters", parameterSet()]])
     at(id).href = `data:text/plain;charset=utf-8,${encodeURIComponent(text)}`;
-  clearTimeout(waiting.address);
-  waiting.address = setTimeout(() => history.replaceState(null, "", address()), ADDRESS_AFTER);
+  at("time").textContent = `computed and drawn in ${(performance.now() - begun).toFixed(0)} ms`;
+  waiting = setTimeout(() => history.replaceState(null, "", `#${new URLSearchParams(changed())}`), ADDRESS_AFTER);
 }
 
 /** Take a measured run: its duty where it holds one, and its readings over the lines. */
@@ -74,8 +63,7 @@ async function take(file) {
   const given = { stop: digits(step * Math.floor(rows.at(-1).time / step), 12) };
   if (rows.some((row) => "speed" in row || "torque" in row)) {
     demand(words.speed.length === 1, "the page takes measured runs of a single axis only");
-    const first = Object.entries(words).map(([word, [name]]) => [word, Number(fields(name)[0].defaultValue)]);
-    const segments = measuredSegments(rows, Object.fromEntries(first));
+    const segments = measuredSegments(rows);
     const many = `${segments.length} segments are more than the ${most} that the page takes`;
     demand(segments.length <= most, `${many}; average the duty over longer times`);
     for (const [word, [name]] of Object.entries(words)) given[name] = segments.map((each) => digits(each[word], 12)).join();
@@ -85,72 +73,39 @@ async function take(file) {
   put(given);
 }
 
-/** Do what a button or a file asks for; what is refused is said in a sentence. */
-async function attempt(action, where = "") {
-  try {
-    await action();
-  } catch (fault) {
-    at("fault").textContent = `${where}${fault.message}.`;
-  }
-}
+/** Say in a sentence what was refused. */
+const say = ({ message }, where = "") => at("fault").replaceChildren(`${where}${message}.`);
 
-function show() {
-  const begun = performance.now();
-  attempt(() => {
-    const values = results();
-    showAnswer(figuresOf(values));
-    showPlots(values);
-    showWords();
-  });
-  drawDuty();
-  showSliders();
-  at("time").textContent = `computed and drawn in ${(performance.now() - begun).toFixed(0)} ms`;
-}
+const load = ({ files: [file] }) => file && take(file).catch((refused) => say(refused, `${file.name}: `));
 
 /** What buttons do, by their names. */
 const actions = {
   copy: () => navigator.clipboard.writeText(at("command").textContent),
-  anew: reset,
   back: ({ value }) => put({ [value]: start[value] }),
   copies: (button) => copies(button.closest("tr").sectionRowIndex, Number(button.value)),
 };
 
-/** Follow what the reader types, drags, presses and drops. */
-function listen() {
-  const load = ({ files: [file] }) => file && attempt(() => take(file), `${file.name}: `);
-  at("form").addEventListener("change", ({ target }) => {
-    if (target.files) return load(target);
-    at("fault").textContent = "";
-    if (target.validity?.valid === false) return put(accepted);
-    if (!texts().law) target.checked = true;
-    accepted = texts();
-    for (const fault of at("faults").querySelectorAll("input"))
-      fault.disabled = fault.closest("tr").querySelector("select").value === "0";
-    clearTimeout(waiting.show);
-    waiting.show = setTimeout(show);
-  });
-  at("form").addEventListener("input", ({ target }) => target.type === "range" && slid(target));
-  at("form").addEventListener("click", ({ target }) => target.name in actions && attempt(() => actions[target.name](target)));
-  at("search").addEventListener("input", showSliders);
-  addEventListener("dragover", (event) => event.preventDefault());
-  addEventListener("drop", (event) => {
-    event.preventDefault();
-    load(event.dataTransfer);
-  });
-}
+for (const [name, law] of Object.entries(content.laws)) law.engine = await engine(at(`module-${name}`).textContent);
 
-async function unpacked(law) {
-  const bytes = Uint8Array.from(atob(at(`module-${law}`).textContent), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).arrayBuffer();
-}
-
-async function begin() {
-  for (const law of Object.keys(content.laws)) engines[law] = await engine(await unpacked(law));
-  listen();
-  show();
-  await attempt(() => restore(location.hash));
-  rank();
-}
-
-begin();
+at("form").addEventListener("change", ({ target }) => {
+  if (target.files) return load(target);
+  at("fault").replaceChildren();
+  if (target.validity?.valid === false || !texts().law) return put(accepted);
+  accepted = texts();
+  for (const each of at("faults").querySelectorAll("input"))
+    each.disabled = each.closest("tr").querySelector("select").value === "0";
+  clearTimeout(waiting);
+  waiting = setTimeout(show);
+});
+at("form").addEventListener("input", ({ target }) => (target.type === "range" ? slid(target) : showSliders()));
+at("form").addEventListener("click", ({ target }) => actions[target.name]?.(target));
+at("form").addEventListener("reset", () => setTimeout(put, 0, start));
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  load(event.dataTransfer);
+});
+addEventListener("error", ({ error }) => say(error));
+addEventListener("unhandledrejection", ({ reason }) => say(reason));
+setTimeout(rank);
+restore(location.hash);

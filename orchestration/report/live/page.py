@@ -20,7 +20,7 @@ from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.scenario import Scenario
 
-SCRIPTS = ("engine", "figures", "plot", "measured", "model", "sliders", "duty", "share", "page")
+SCRIPTS = ("engine", "figures", "measured", "model", "controls", "share", "page")
 """The page's modules in an order in which each imports from those before it."""
 
 BESIDE = "observer"
@@ -76,10 +76,10 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         "live/live.html.j2",
         title=scenario.title,
         kind="live",
-        lead="This page needs a browser of 2023 or later with JavaScript switched on.",
+        lead="This page needs a browser of 2024 or later with JavaScript switched on.",
         known=known,
         content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
-        modules={one.scenario.controller.name: _packed(one.module) for one in systems},
+        modules={one.scenario.controller.name: packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
         **form(scenario, whole),
@@ -91,5 +91,6 @@ def _made_from(scenario: Scenario) -> tuple[object, ...]:
     return source_digest(), *scenario.made_from
 
 
-def _packed(content: bytes) -> str:
+def packed(content: bytes) -> str:
+    """Bytes as text that the page unpacks."""
     return base64.b64encode(zlib.compress(content, 9)).decode()

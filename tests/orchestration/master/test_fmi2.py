@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import textwrap
@@ -119,6 +120,17 @@ def test_booleans_and_integers_travel(trivial2: Path) -> None:
     )
     np.testing.assert_array_equal(result["b.off"], [1, 1, 1, 1])
     np.testing.assert_array_equal(result["b.switched"], [0, 1, 2, 3])
+
+
+def test_the_slaves_own_words_are_heard_after_somebody_else_listened(trivial2: Path) -> None:
+    """The proxy for log calls, which FMPy itself may use in this process, tells one listener alone."""
+    failing = system(trivial2, a={"fail_at": 3.5, "fail_status": 3})
+    simulate(failing, 10.0, 1.0)
+    fmpy, proxy = pytest.importorskip("fmpy.fmi2"), pytest.importorskip("fmpy.logging")
+    deaf = fmpy.fmi2CallbackFunctions()
+    deaf.logger = fmpy.fmi2CallbackLoggerTYPE(lambda *line: None)
+    proxy.addLoggerProxy(ctypes.byref(deaf))
+    assert "it logged: it fails from 3.5" in str(simulate(failing, 10.0, 1.0).reason)
 
 
 @pytest.mark.parametrize(("status", "name"), [(2, "discard"), (3, "error"), (4, "fatal")])

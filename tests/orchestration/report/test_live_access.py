@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser import Browser
+from tests.browser import LAST, Browser
+from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.orchestration.command_line.pages import live
 
 pytestmark = pytest.mark.platform
@@ -19,7 +20,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("live") / "cell.html"
     live("windshield_wiper", controller=["lag"], out=path)
     text = path.read_text("utf-8")
-    path.write_text(text.replace("\nbegin();\n", "\nawait begin();\nglobalThis.tried = true;\n"), "utf-8")
+    path.write_text(text.replace(LAST, f"{LAST}globalThis.tried = true;\n"), "utf-8")
     return path
 
 
@@ -102,7 +103,11 @@ def test_each_segment_says_its_number_and_keeps_its_value_where_an_entry_is_refu
         const grown = told();
         press("remove segment 1");
         const speeds = [...document.getElementsByName("duty.segment_speed")].map(({ value }) => value);
-        return { first, grown, focused, left: told(), speeds };
+        const left = told();
+        for (let i = 0; i < 2; i++) press("remove segment 1");
+        const least = rows().length;
+        for (let i = 0; i < 40; i++) press("split segment 1");
+        return { first, grown, focused, left, speeds, least, most: rows().length };
     """
     browser.open(page)
     found = browser.value(script)
@@ -116,3 +121,4 @@ def test_each_segment_says_its_number_and_keeps_its_value_where_an_entry_is_refu
         assert found[name] == expected
     assert found["focused"] == "split segment 1"
     assert found["speeds"] == ["1.5", "3.43"]
+    assert (found["least"], found["most"]) == (1, SEGMENTS)

@@ -1,6 +1,5 @@
 """The cell in a browser's engine: the numbers of the native run, at every step."""
 
-import base64
 import importlib.util
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.report.live.page import packed
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.platform
 
 RUN = """
 import { engine } from "${page}/engine.js";
-const run = await engine(Buffer.from(given.module, "base64"));
+const run = await engine(given.module);
 let result;
 try {
   const columns = run(given.watched, given.steps, given.step, given.values);
@@ -43,7 +43,7 @@ def _zig() -> None:
 def job(whole: Component, steps: int, watched: list[str], values: dict[str, float]) -> dict[str, Any]:
     references = {scalar.name: scalar.reference for scalar in whole.scalars()}
     return {
-        "module": base64.b64encode(browser_module(whole)).decode(),
+        "module": packed(browser_module(whole)),
         "watched": [references[name] for name in watched],
         "steps": steps,
         "step": 1.0,

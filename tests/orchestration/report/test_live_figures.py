@@ -26,9 +26,9 @@ def test_figures_of_an_error_are_the_commands() -> None:
     histories = [generator.normal(0, 1e-5, 400), fading, np.full(7, 1e-7), np.array([1e-6, 9e-6])]
     script = """
         import { errorFigures } from "${page}/figures.js";
-        const result = given.map((error) => errorFigures(error, 2, 5e-6));
+        const result = given.map((error) => errorFigures(error, 2, 5));
     """
-    for found, error in zip(node(script, [list(each) for each in histories]), histories, strict=True):
+    for found, error in zip(node(script, [list(1e6 * each) for each in histories]), histories, strict=True):
         expected = error_metrics(STEP * np.arange(error.size), error, 5e-6)
         assert found["within"] == expected.time_to_tolerance_s
         shown = (found["largest"], found["rms"], found["p95"])
@@ -43,19 +43,19 @@ def test_expressions_give_the_same_values_on_the_page() -> None:
     ]
     values = {"link.elongation": 0.75, "compensator.correction": 0.5, "a.x": 7.0, "b.y[2]": 3.0}
     script = """
-        const written = given.texts.map((text) => new Function("v", `return ${text}`));
-        const result = written.map((each) => each((name) => given.values[name]));
+        const written = given.texts.map((text) => new Function("v", "i", `return ${text}`));
+        const result = written.map((each) => each(given.values, 1));
     """
-    found = node(script, {"texts": [Expression(text).javascript for text in texts], "values": values})
+    steps = {name: [0.0, value] for name, value in values.items()}
+    found = node(script, {"texts": [Expression(text).javascript for text in texts], "values": steps})
     assert found == pytest.approx([Expression(text).value(values.__getitem__) for text in texts], rel=1e-15)
 
 
 READ = """
     import { readMeasured, measuredSegments } from "${page}/measured.js";
-    const first = { ambient_temperature: 22, pad_temperature: 22, pad_power: 0 };
     const read = (text) => {
       const rows = readMeasured(text, given.columns);
-      return { rows, segments: measuredSegments(rows, first) };
+      return { rows, segments: measuredSegments(rows) };
     };
     const told = (text) => { try { return read(text); } catch (fault) { return fault.message; } };
     const result = given.texts.map(told);
@@ -86,6 +86,18 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
         np.testing.assert_allclose(demands_at(segments, times)[name], expected, err_msg=name)
     assert [s.pad_mode for s in segments] == [0, 1, 0]
     assert [row.get("elongation") for row in found["rows"]] == pytest.approx([0, 1.5, None, 4, 5])
+
+
+def test_what_a_measured_run_does_not_tell_is_as_the_command_takes_it(tmp_path: Path) -> None:
+    text = "time [s],speed [rad/s]\n0,\n60,2\n90,2\n"
+    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    path = tmp_path / "run.csv"
+    path.write_text(text, "utf-8")
+    expected = read_csv(path).segments
+    assert len(found["segments"]) == len(expected)
+    for shown, segment in zip(found["segments"], expected, strict=True):
+        for name in DEMANDS:
+            assert shown[name] + shown_from(name) == getattr(segment, name), name
 
 
 def test_a_measured_run_is_refused_in_a_sentence() -> None:

@@ -67,14 +67,14 @@ def test_the_page_gives_the_native_numbers_at_every_step(
     script = """
         put({ "motor.joint_conductance": "2" });
         await new Promise((drawn) => setTimeout(drawn, 500));
-        const [score, uncompensated] = ["score", "uncompensated"].map((name) => results()(name, "lag"));
+        const errors = Object.fromEntries(plots()[0].lines.map(({ name, values }) => [name, [...values]]));
         const answer = document.getElementById("answer").textContent;
-        const result = { errors: { lag: [...score], none: [...uncompensated] }, answer };
+        const result = { errors, answer };
     """
     found = browser.browse(page, script)
     scenario = changed(load_scenario("windshield_wiper"), parameters=CHANGED)
     for law, expected in errors(scenario, tmp_path).items():
-        np.testing.assert_array_equal(found["errors"][law], expected)
+        np.testing.assert_array_equal(found["errors"][law], 1e6 * expected)
         metrics = error_metrics(np.arange(expected.size, dtype=float), expected, scenario.tolerance)
         assert f"{metrics.max_abs_um:.1f} µm" in found["answer"]
 
@@ -84,6 +84,7 @@ def test_everything_on_the_page_moves_the_answer(browser: Browser, page: Path) -
     script = """
         const wait = () => new Promise((drawn) => setTimeout(drawn, 300));
         const told = () => document.getElementById("lead").textContent;
+        await wait();
         const seen = [told()];
         while (!document.querySelector(".slider:not([hidden])")) await wait();
         const slider = document.querySelector("#sliders input[type=range]");
@@ -131,8 +132,8 @@ def test_everything_on_the_page_moves_the_answer(browser: Browser, page: Path) -
 def test_the_command_computes_what_the_page_shows(browser: Browser, page: Path, tmp_path: Path) -> None:
     """With parameters set on the page, and with a changed duty; within the coupling error of the command."""
     script = """
-        const figures = () => figuresOf(results());
-        const largest = () => Object.fromEntries(figures().map(([law, each]) => [law, each.largest]));
+        const most = ({ name, values }) => [name, Math.max(...values.map(Math.abs))];
+        const largest = () => Object.fromEntries(plots()[0].lines.map(most));
         const wait = () => new Promise((drawn) => setTimeout(drawn, 300));
         put({ "link.length": "400", "sensors.fault_kind[3]": "3", stop: "3000" });
         await wait();
@@ -145,7 +146,8 @@ def test_the_command_computes_what_the_page_shows(browser: Browser, page: Path, 
         await wait();
         const duty = { command: document.getElementById("command").textContent, largest: largest() };
         const files = { toml: scenarioText(), ssv: parameterSet() };
-        reset();
+        document.querySelector("[type=reset]").click();
+        await wait();
         restore(set.address);
         const result = { set, duty, files, back: changed() };
     """
@@ -181,7 +183,8 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
         const sentences = [];
         const given = "time [s],speed [rad/s],elongation [um]\\n0,3,0\\n600,0,9\\n900,0,8\\n";
         const told = async (action) => {
-          await attempt(action);
+          setTimeout(action);
+          await new Promise((said) => setTimeout(said, 20));
           sentences.push(document.getElementById("fault").textContent);
         };
         for (const settings of ["x", "law=observer", "law=", "a=1", "stop=-1", "link.length=long",
@@ -279,7 +282,8 @@ def test_the_report_of_a_run_holds_the_page_of_what_was_run(
     script = """
         const wait = () => new Promise((drawn) => setTimeout(drawn, 300));
         const shown = () => ({ command: document.getElementById("command").textContent.split("\\n")[0],
-          largest: Object.fromEntries(figuresOf(results()).map(([law, each]) => [law, each.largest])) });
+          largest: Object.fromEntries(plots()[0].lines.map(most)) });
+        const most = ({ name, values }) => [name, Math.max(...values.map(Math.abs))];
         await wait();
         const begun = shown();
         put({ "motor.joint_conductance": "1" });

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.built import call_of
+from warmlink.fmus.calls import Written, called
 from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import function
 
@@ -21,28 +22,27 @@ Graph = Callable[[casadi.MX, casadi.MX], Any]
 def plain(name: str) -> casadi.Function:
     """Two vectors of one, as a function of plain numbers."""
     given = casadi.SX.sym("given", SIZE)
-    return casadi.Function(name, [given], [casadi.sin(given), 3.0 * given])
+    return called(casadi.Function(name, [given], [casadi.sin(given), 3.0 * given]))
 
 
 def of_one(name: str) -> casadi.Function:
     given = casadi.SX.sym("given")
-    return casadi.Function(name, [given], [casadi.sin(given), 3.0 * given])
+    return called(casadi.Function(name, [given], [casadi.sin(given), 3.0 * given]))
 
 
 def calling(name: str) -> casadi.Function:
     """The same sizes as a plain function, but a function of calls, and with other results."""
     given = casadi.MX.sym("given", SIZE)
     one, other = plain("inner")(given)
-    return casadi.Function(name, [given], [one + other, casadi.cos(other)])
+    return called(casadi.Function(name, [given], [one + other, casadi.cos(other)]))
 
 
 def idle(size: int = SIZE) -> casadi.Function:
     """Two vectors, moved by a third where the first argument says so."""
     pair = [casadi.MX.sym(name, size) for name in "abc"]
     one, other = (plain if size == SIZE else of_one)("inner")(pair[2])
-    run = casadi.Function("idle_run", pair, [2.0 * pair[0] + one, pair[1] + other])
-    skip = casadi.Function("idle_skip", pair, pair[:2])
-    return casadi.Function.if_else("idle", run, skip)
+    run = casadi.Function("idle", pair, [2.0 * pair[0] + one, pair[1] + other])
+    return called(run, Written(run, idle=True))
 
 
 def same_names(x: casadi.MX, use: casadi.MX) -> Any:
