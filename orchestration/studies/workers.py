@@ -155,11 +155,12 @@ def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
     """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
     rollout = rollouts.get(case.law)
-    if rollout is None or not rollout.runs_here or case.stop_time / case.step_size > MOST_POINTS:
+    if rollout is None or case.stop_time / case.step_size > MOST_POINTS:
         return None
-    if not rollout.takes(case.values):
+    periods = rollout.periods(case.values)
+    if periods is None:
         return None
-    return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
+    return case.law, case.stop_time, case.step_size, case.with_budget, periods
 
 
 def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from warmlink.fmus.calls import written
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
@@ -154,7 +155,7 @@ class _Body:
     def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
         import casadi
 
-        self.writer, self.dialect = writer, writer.dialect
+        self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
         self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
         """C, the names that it makes (none: results of the function), and what it uses."""
         self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
@@ -224,7 +225,12 @@ class _Body:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
-        form = self.dialect.operations[kind]
+        form = self.dialect.operations.get(kind)
+        if form is None:
+            name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
+            raise InputError(
+                f"{self.name}: CasADi's operation {name[3:].lower()} has no C here; write it with others"
+            )
         parts = [self._made.get(each, (0, [])) for each in given]
         if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
