@@ -84,10 +84,9 @@ class Storage:
 
     def add(self, judged: Judged) -> None:
         """Add the trial that comes next; InputError if the storage takes it no more, or has it already."""
-        import optuna
-        from optuna.trial import TrialState
+        from optuna.trial import TrialState, create_trial
 
-        trial = optuna.trial.create_trial(
+        trial = create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
             values=list(judged.objectives) or None,
             params=dict(judged.point),

@@ -192,7 +192,7 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     found: dict[str, Rollout] = {}
     for law, mine in _by_law(scenarios).items():
         first = mine[0]
-        usual = DEFAULT_MASTER, {}, first.made_from
+        usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
         if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):
             continue
         names = recorded(first.setup)
