@@ -35,22 +35,13 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
     if not axes:
         return winner
-    others = zip(study.objectives[1:], winner.objectives[1:], strict=True)
-    limits = [*study.constraints, *(each.limited(reached) for each, reached in others)]
-    cases = study.cases(winner.point, "")
-    bounded = len(cases) if study.objective.over == "worst" else 1
-    found = [winner]
-
-    def margins(judged: Judged) -> Array:
-        rows = [-np.array(study.objective.smooth(judged.outcomes, cases)) / winner.objective]
-        for limit in limits:
-            over = limit.at_most - np.array(limit.smooth(judged.outcomes, cases))
-            rows.append(over / (abs(limit.at_most) or 1.0))
-        return np.concatenate(rows)
+    reached = zip(study.objectives, winner.objectives, strict=True)
+    limits = [*(each.limited(value) for each, value in reached), *study.constraints]
+    cases, found = study.cases(winner.point, ""), [winner]
 
     @cache
     def linear(place: tuple[float, ...]) -> tuple[Array, Array]:
-        """Margins and their derivatives; ArithmeticError where a run gives none."""
+        """Margins and their derivatives, that by the bound last; ArithmeticError where a run gives none."""
         steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
         points = [
             {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
@@ -60,21 +51,21 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
         if any(each.reason is not None for each in ended):
             raise ArithmeticError
         found.append(ended[0])
-        first, *moved = map(margins, ended)
-        return first, (np.array(moved) - first).T / steps
+        margins = [[limit.margins(each.outcomes, cases) for limit in limits] for each in ended]
+        first, *moved = map(np.concatenate, margins)
+        bound = np.arange(first.size) < margins[0][0].size
+        return first, np.column_stack([(np.array(moved) - first).T / steps, bound])
 
-    start = tuple(axis.share(winner.point[axis.name]) for axis in axes)
     with suppress(ArithmeticError):
-        bound = (np.arange(len(linear(start)[0])) < bounded).astype(float)
         minimize(
             lambda z: z[-1],
-            (*start, 1.0),
+            [*(axis.share(winner.point[axis.name]) for axis in axes), 0.0],
             jac=lambda z: np.eye(len(z))[-1],
             bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
             constraints={
                 "type": "ineq",
-                "fun": lambda z: linear(tuple(z[:-1]))[0] + bound * z[-1],
-                "jac": lambda z: np.column_stack([linear(tuple(z[:-1]))[1], bound]),
+                "fun": lambda z: linear(tuple(z[:-1]))[0] + linear(tuple(z[:-1]))[1][:, -1] * z[-1],
+                "jac": lambda z: linear(tuple(z[:-1]))[1],
             },
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
