@@ -169,17 +169,16 @@ def _sets_constraints() -> bool:
 
 def _journal(path: str) -> optuna.storages.JournalStorage:
     """Storage in a file; a last line that a kill cut short, after which Optuna reads no more, is removed."""
-    from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
+    from optuna.storages import journal
 
-    backend, lock = JournalFileBackend(path), JournalFileSymlinkLock(path)
+    backend, lock = journal.JournalFileBackend(path), journal.JournalFileSymlinkLock(path)
     lock.acquire()
     try:
         with Path(path).open("r+b") as stream:
             stream.truncate(stream.read().rfind(b"\n") + 1)
     finally:
         lock.release()
-    return JournalStorage(backend)
+    return journal.JournalStorage(backend)
 
 
 @contextmanager

@@ -132,16 +132,14 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
 
     Longest first, so that no worker begins a long one when the others end.
     """
-    shares, filling = list[list[int]](), dict[object, list[int]]()
+    alike: dict[object, list[int]] = {}
     for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
-        lane = lane_of(cases[place], rollouts) or place
-        share = filling.setdefault(lane, [])
-        if not share:
-            shares.append(share)
-        share.append(place)
-        if lane != place and len(share) == rollouts[cases[place].law].lanes:
-            del filling[lane]
-    return shares
+        alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
+    shares = []
+    for lane, places in alike.items():
+        most = 1 if isinstance(lane, int) else rollouts[cases[places[0]].law].lanes
+        shares += [places[first : first + most] for first in range(0, len(places), most)]
+    return sorted(shares, key=lambda share: -cases[share[0]].hours)
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
