@@ -78,19 +78,19 @@ def attempted(
     watched : variables whose errors are bounded; default: all that are recorded
     once : does a run by an algorithm, the second one at half the step
     """
-    kept: Attempt | None = None
+    found: list[Attempt] = []
     for whole, finer in _ways(algorithm, tolerances):
         try:
             result = once(whole, False)
         except SlaveError:
-            if kept is None:
+            if not found:
                 raise
-            return kept
-        if kept is not None and result.reason and not kept.result.reason:
+            break
+        if found and result.reason and not found[-1].result.reason:
             if result.error is not None:
                 continue
             # Ctrl-C, or a full disk
-            return replace(kept, broken=f"{result.reason} in a run with smaller steps")
+            return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
         names, bounds, broken = watched or result.table.names, dict[str, float](), None
         if result.reason is None:
             try:
@@ -100,11 +100,10 @@ def attempted(
                 bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
         missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
         broken = broken and f"{broken} in the run at half the step"
-        kept = Attempt(whole, result, bounds, broken, missed)
+        found.append(Attempt(whole, result, bounds, broken, missed))
         if broken or not (missed or result.error):
             break
-    assert kept is not None
-    return kept
+    return found[-1]
 
 
 def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:

@@ -224,10 +224,6 @@ class Gathered:
         share = f" of the worst {100 * self.level:g} %" if self.over == "cvar" else ""
         return f"{'mean' if self.over == 'cvar' else self.over}{share} {self.metric}"
 
-    def limited(self, at_most: float) -> Constraint:
-        """The constraint that it exceeds no bound."""
-        return Constraint(self.metric, self.over, self.level, at_most=at_most)
-
     def value(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """The figure for the runs of one point; NaN where one of them gave none."""
         return gather(self._each(outcomes, cases), self.over, self.level)

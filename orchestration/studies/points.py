@@ -71,11 +71,9 @@ def front(found: Sequence[Judged]) -> list[Judged]:
 
     With one objective that is the best alone, the earliest of equals.
     """
-    kept: list[Judged] = []
-    for each in sorted((each for each in found if each.feasible), key=lambda each: each.objectives):
-        if not kept or each.objectives[-1] < kept[-1].objectives[-1]:
-            kept.append(each)
-    return kept
+    fit = sorted((each for each in found if each.feasible), key=lambda each: each.objectives)
+    least = np.minimum.accumulate([math.inf, *(each.objectives[-1] for each in fit)])
+    return [each for each, better in zip(fit, np.diff(least) < 0, strict=True) if better]
 
 
 def best(found: Sequence[Judged]) -> Judged | None:

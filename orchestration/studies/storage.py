@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -174,8 +175,7 @@ def _journal(path: str) -> optuna.storages.JournalStorage:
     backend, lock = journal.JournalFileBackend(path), journal.JournalFileSymlinkLock(path)
     lock.acquire()
     try:
-        with Path(path).open("r+b") as stream:
-            stream.truncate(stream.read().rfind(b"\n") + 1)
+        os.truncate(path, Path(path).read_bytes().rfind(b"\n") + 1)
     finally:
         lock.release()
     return journal.JournalStorage(backend)

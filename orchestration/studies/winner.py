@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.studies.case import Constraint
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -36,13 +37,14 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     if not axes:
         return winner
     reached = zip(study.objectives, winner.objectives, strict=True)
-    limits = [*(each.limited(value) for each, value in reached), *study.constraints]
+    limits = [*(Constraint(**vars(each), at_most=value) for each, value in reached), *study.constraints]
     cases, found = study.cases(winner.point, ""), [winner]
 
     @cache
-    def linear(place: tuple[float, ...]) -> tuple[Array, Array]:
-        """Margins and their derivatives, that by the bound last; ArithmeticError where a run gives none."""
-        steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
+    def linear(*shares_and_bound: float) -> tuple[Array, Array]:
+        """Margins and their derivatives; ArithmeticError where a run gives none."""
+        place, bound = np.array(shares_and_bound[:-1]), shares_and_bound[-1]
+        steps = np.where(place > 0.5, -DIFFERENCE, DIFFERENCE)
         points = [
             {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
             for each in (place, *(place + np.diag(steps)))
@@ -53,8 +55,8 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
         found.append(ended[0])
         margins = [[limit.margins(each.outcomes, cases) for limit in limits] for each in ended]
         first, *moved = map(np.concatenate, margins)
-        bound = np.arange(first.size) < margins[0][0].size
-        return first, np.column_stack([(np.array(moved) - first).T / steps, bound])
+        bounded = np.arange(first.size) < margins[0][0].size
+        return first + bound * bounded, np.column_stack([(np.array(moved) - first).T / steps, bounded])
 
     with suppress(ArithmeticError):
         minimize(
@@ -62,11 +64,7 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
             [*(axis.share(winner.point[axis.name]) for axis in axes), 0.0],
             jac=lambda z: np.eye(len(z))[-1],
             bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
-            constraints={
-                "type": "ineq",
-                "fun": lambda z: linear(tuple(z[:-1]))[0] + linear(tuple(z[:-1]))[1][:, -1] * z[-1],
-                "jac": lambda z: linear(tuple(z[:-1]))[1],
-            },
+            constraints={"type": "ineq", "fun": lambda z: linear(*z)[0], "jac": lambda z: linear(*z)[1]},
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
         )
