@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -75,13 +74,10 @@ class _Processes:
         needed = [seconds(case, self._fmus.rollouts) for case in cases]
         enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
         shares: list[list[int]] = []
-        held = enough
         for together in side_by_side(cases, self._fmus.rollouts):
-            if held >= enough:
+            if not shares or sum(needed[place] for place in shares[-1]) >= enough:
                 shares.append([])
-                held = 0.0
             shares[-1] += together
-            held += sum(needed[place] for place in together)
         return shares
 
     def _count(self) -> int:
@@ -199,12 +195,11 @@ class ClusterWorkers(_Processes):
         return sum(self._client.nthreads().values()) or 1
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
-        from distributed import as_completed
-        from distributed.scheduler import KilledWorker
+        from distributed import KilledWorker, as_completed
 
         waiting, under_way = shares[::-1], dict[Any, list[int]]()
         ended = as_completed(loop=self._client.loop)
-        for future in itertools.chain([None], ended):
+        while waiting or under_way:
             # A few at a time: all cases of a large study at once are more than a scheduler wants to hold.
             while waiting and len(under_way) <= AHEAD * self._count():
                 share = waiting.pop()
@@ -212,12 +207,9 @@ class ClusterWorkers(_Processes):
                 task = self._client.submit(attempt_all, work, self._shared, pure=False)
                 under_way[task.key] = share
                 ended.add(task)
-            if future is None:
-                continue
-            try:
-                outcomes: list[Outcome] | None = future.result()
-            except KilledWorker:
-                outcomes = None
+            future, outcomes = next(ended), None
+            with suppress(KilledWorker):
+                outcomes = future.result()
             yield under_way.pop(future.key), outcomes
             future.release()
 
