@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
@@ -176,8 +177,8 @@ class ClusterWorkers(_Processes):
     def __init__(self, fmus: FmuSet, client: Client) -> None:
         super().__init__(fmus)
         self._client = client
-        # A task, unlike scattered data, is done again when every worker that held its result has died.
-        self._shared: Any = self._client.submit(_itself, fmus, pure=False)
+        # A copy that a task makes, unlike scattered data, is made again when all that held it have died.
+        self._shared: Any = self._client.submit(replace, fmus, pure=False)
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
         """Run cases as other workers do; whatever Dask raises becomes an InputError."""
@@ -235,7 +236,3 @@ def connected(address: str) -> Client:
         client.close()
         raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
     return client
-
-
-def _itself(fmus: FmuSet) -> FmuSet:
-    return fmus

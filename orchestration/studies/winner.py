@@ -41,10 +41,9 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     cases, found = study.cases(winner.point, ""), [winner]
 
     @cache
-    def linear(*shares_and_bound: float) -> tuple[Array, Array]:
+    def linear(bound: float, *place: float) -> tuple[Array, Array]:
         """Margins and their derivatives; ArithmeticError where a run gives none."""
-        place, bound = np.array(shares_and_bound[:-1]), shares_and_bound[-1]
-        steps = np.where(place > 0.5, -DIFFERENCE, DIFFERENCE)
+        steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
         points = [
             {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
             for each in (place, *(place + np.diag(steps)))
@@ -56,14 +55,14 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
         margins = [[limit.margins(each.outcomes, cases) for limit in limits] for each in ended]
         first, *moved = map(np.concatenate, margins)
         bounded = np.arange(first.size) < margins[0][0].size
-        return first + bound * bounded, np.column_stack([(np.array(moved) - first).T / steps, bounded])
+        return first + bound * bounded, np.column_stack([bounded, (np.array(moved) - first).T / steps])
 
     with suppress(ArithmeticError):
         minimize(
-            lambda z: z[-1],
-            [*(axis.share(winner.point[axis.name]) for axis in axes), 0.0],
-            jac=lambda z: np.eye(len(z))[-1],
-            bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
+            lambda z: z[0],
+            [0.0, *(axis.share(winner.point[axis.name]) for axis in axes)],
+            jac=lambda z: np.eye(len(z))[0],
+            bounds=[(None, None), *[(0.0, 1.0)] * len(axes)],
             constraints={"type": "ineq", "fun": lambda z: linear(*z)[0], "jac": lambda z: linear(*z)[1]},
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},

@@ -246,9 +246,7 @@ def tried(
     planned = [each for each in scenarios if each.controller.component.name in fmus.rollouts]
     runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
     order = cycle(_sharpest_first(next(iter(runs.values()), []), fmus.rollouts))
-    return {
-        law: _difference(mine[place], fmus) for (law, mine), place in zip(runs.items(), order, strict=False)
-    }
+    return {law: _difference(mine[at], fmus) for (law, mine), at in zip(runs.items(), order, strict=False)}
 
 
 def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -> list[int]:
