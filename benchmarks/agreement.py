@@ -58,7 +58,7 @@ def agreement(
     """
     plan = plan_on(controllers=controllers, duty_cycles=duties, mismatches=mismatches)
     with at_work(plan.scenarios, plan.mismatches, Means(jobs=jobs)) as work:
-        told = tried(plan.scenarios, plan.mismatches, work.fmus, work.fmus.rollouts)
+        told = tried(plan.scenarios, plan.mismatches, work.fmus)
         with progress_bar("joined") as progress:
             joined = run_comparison(plan.cases, work.workers, progress)
         with LocalWorkers(replace(work.fmus, rollouts={}), jobs) as workers, progress_bar("FMUs") as progress:

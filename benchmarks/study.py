@@ -85,8 +85,8 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool, exact: boo
         duties = [
             replace(load_scenario(name), controller=catalogue.shipped(controller)) for name in DUTY_CYCLES
         ]
-        joined = joined_systems(duties, remark)
-        fmus = replace(fmus, rollouts=agreeing(duties, [load(NOMINAL)], fmus, joined, remark))
+        joined = replace(fmus, rollouts=joined_systems(duties, remark))
+        fmus = agreeing(duties, [load(NOMINAL)], joined, remark)
     wall, cpu = time.perf_counter(), _cpu_seconds()
     with LocalWorkers(fmus, jobs) as workers:
         timed = _timed(f"{jobs} processes", jobs, cases, workers, wall)

@@ -72,7 +72,7 @@ def simulate(
     from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
-    from warmlink.orchestration.master.error_budget import attempted
+    from warmlink.orchestration.master.error_budget import Attempt, attempted
     from warmlink.orchestration.master.guard import guarded
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.recorder import is_recorded
@@ -132,7 +132,7 @@ def simulate(
                     remark,
                 )
 
-            found = attempted(chosen, allowed, watch, run, repeats=repeats)
+            found = attempted(chosen, allowed, watch, run) if repeats else Attempt(chosen, run(chosen, False))
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed

@@ -7,7 +7,7 @@ whether small disturbances die out, so that the check cannot disturb the run.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from warmlink.orchestration.master.slaves.under_way import SIZE, UnderWay
 
 SAFETY = 1.5
 BOLD = (100.0, 10.0, 1.0)
+
+Once = Callable[[Algorithm, bool], Result]
+"""A run by an algorithm, at the step that was asked for, or at half of it."""
 
 PROBE_STEPS = 120
 DISTURBANCE = 1e-5  # of the nominal values
@@ -50,9 +53,9 @@ class Attempt:
 
     algorithm: Algorithm
     result: Result
-    bounds: Mapping[str, float]
-    broken: str | None
-    missed: Sequence[str]
+    bounds: Mapping[str, float] = field(default_factory=dict)
+    broken: str | None = None
+    missed: Sequence[str] = ()
 
     @property
     def stopped(self) -> str | None:
@@ -61,12 +64,7 @@ class Attempt:
 
 
 def attempted(
-    algorithm: Algorithm,
-    tolerances: Mapping[str, float],
-    watched: Sequence[str] | None,
-    once: Callable[[Algorithm, bool], Result],
-    *,
-    repeats: bool = True,
+    algorithm: Algorithm, tolerances: Mapping[str, float], watched: Sequence[str] | None, once: Once
 ) -> Attempt:
     """Run until the bounds of the coupling errors are within the tolerances, or nothing is left to try.
 
@@ -79,23 +77,22 @@ def attempted(
     tolerances : by variable, in its unit; empty where a single attempt is to be made
     watched : variables whose errors are bounded; default: all that are recorded
     once : does a run by an algorithm, the second one at half the step
-    repeats : whether there is a second run
     """
-    kept: Attempt | None = None
+    found: list[Attempt] = []
     for whole, finer in _ways(algorithm, tolerances):
         try:
             result = once(whole, False)
         except SlaveError:
-            if kept is None:
+            if not found:
                 raise
-            return kept
-        if kept is not None and result.status != "completed" and kept.result.status == "completed":
-            if result.error is None:  # Ctrl-C, or a full disk
-                return replace(kept, broken=f"{result.reason} in a run with smaller steps")
-            continue
-        bounds, broken = dict[str, float](), None
-        if repeats and result.status == "completed":
-            names = watched or result.table.names
+            break
+        if found and result.reason and not found[-1].result.reason:
+            if result.error is not None:
+                continue
+            # Ctrl-C, or a full disk
+            return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
+        names, bounds, broken = watched or result.table.names, dict[str, float](), None
+        if result.reason is None:
             try:
                 fine = once(finer, True)
                 bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
@@ -103,11 +100,10 @@ def attempted(
                 bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
         missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
         broken = broken and f"{broken} in the run at half the step"
-        kept = Attempt(whole, result, bounds, broken, missed)
-        if broken is not None or (not missed and result.error is None):
+        found.append(Attempt(whole, result, bounds, broken, missed))
+        if broken or not (missed or result.error):
             break
-    assert kept is not None
-    return kept
+    return found[-1]
 
 
 def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
@@ -119,11 +115,9 @@ def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tup
     yield algorithm, algorithm
     inner = InterfaceNewton(tolerance=1e-5)
     for bold in BOLD if tolerances else ():
-        following, finer = (
-            StepDoubling(inner, {name: share * bold * most for name, most in tolerances.items()})
-            for share in (1.0, 0.5**inner.order)
-        )
-        yield following, finer
+        whole = {name: bold * most for name, most in tolerances.items()}
+        halved = {name: most * 0.5**inner.order for name, most in whole.items()}
+        yield StepDoubling(inner, whole), StepDoubling(inner, halved)
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:

@@ -82,8 +82,8 @@ def at_work(
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
-                whole = joined_systems(scenarios, said.append)
-                fmus = replace(fmus, rollouts=agreeing(scenarios, mismatches, fmus, whole, said.append))
+                whole = replace(fmus, rollouts=joined_systems(scenarios, said.append))
+                fmus = agreeing(scenarios, mismatches, whole, said.append)
             if client is None:
                 workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
             else:

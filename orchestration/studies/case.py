@@ -224,17 +224,9 @@ class Gathered:
         share = f" of the worst {100 * self.level:g} %" if self.over == "cvar" else ""
         return f"{'mean' if self.over == 'cvar' else self.over}{share} {self.metric}"
 
-    def limited(self, at_most: float) -> Constraint:
-        """The constraint that it exceeds no bound."""
-        return Constraint(self.metric, self.over, self.level, at_most=at_most)
-
     def value(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """The figure for the runs of one point; NaN where one of them gave none."""
         return gather(self._each(outcomes, cases), self.over, self.level)
-
-    def smooth(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
-        """Figures without a kink where another run becomes the worst, the largest of which is the value."""
-        return self._each(outcomes, cases) if self.over == "worst" else [self.value(outcomes, cases)]
 
     def _each(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> list[float]:
         return [METRICS[self.metric](o, c) for o, c in zip(outcomes, cases, strict=True)]
@@ -251,6 +243,14 @@ class Constraint(Gathered):
     def excess(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """Amount by which the bound is exceeded; 0 or negative if it is kept."""
         return self.value(outcomes, cases) - self.at_most
+
+    def margins(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> Series:
+        """What is left of the bound, as a share of it, shape (runs,) where the worst one counts, else (1,).
+
+        None of these has a kink where another run becomes the worst.
+        """
+        each = self._each(outcomes, cases) if self.over == "worst" else [self.value(outcomes, cases)]
+        return (self.at_most - np.array(each)) / (abs(self.at_most) or 1.0)
 
 
 def gather(values: Sequence[float], over: str, level: float) -> float:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer, progress_bar
 from warmlink.orchestration.studies.at_work import Means, at_work
@@ -69,11 +71,9 @@ def front(found: Sequence[Judged]) -> list[Judged]:
 
     With one objective that is the best alone, the earliest of equals.
     """
-    kept: list[Judged] = []
-    for each in sorted((each for each in found if each.feasible), key=lambda each: each.objectives):
-        if not kept or each.objectives[-1] < kept[-1].objectives[-1]:
-            kept.append(each)
-    return kept
+    fit = sorted((each for each in found if each.feasible), key=lambda each: each.objectives)
+    least = np.minimum.accumulate([math.inf, *(each.objectives[-1] for each in fit)])
+    return [each for each, better in zip(fit, np.diff(least) < 0, strict=True) if better]
 
 
 def best(found: Sequence[Judged]) -> Judged | None:
@@ -83,15 +83,11 @@ def best(found: Sequence[Judged]) -> Judged | None:
     span that it has in the front.
     """
     kept = front(found)
-    if len(kept) < 3:
+    if len(kept) < 2:
         return kept[0] if kept else None
-    (low, high), (most, least) = kept[0].objectives, kept[-1].objectives
-
-    def distance(each: Judged) -> float:
-        first, second = each.objectives
-        return math.hypot((first - low) / (most - low), (second - least) / (high - least))
-
-    return min(kept, key=distance)
+    reached = np.array([each.objectives for each in kept])
+    shares = (reached - np.min(reached, axis=0)) / np.ptp(reached, axis=0)
+    return kept[int(np.argmin(np.hypot(*shares.T)))]
 
 
 @dataclass(frozen=True, repr=False)

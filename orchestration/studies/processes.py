@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
@@ -75,13 +75,10 @@ class _Processes:
         needed = [seconds(case, self._fmus.rollouts) for case in cases]
         enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
         shares: list[list[int]] = []
-        held = enough
         for together in side_by_side(cases, self._fmus.rollouts):
-            if held >= enough:
+            if not shares or sum(needed[place] for place in shares[-1]) >= enough:
                 shares.append([])
-                held = 0.0
             shares[-1] += together
-            held += sum(needed[place] for place in together)
         return shares
 
     def _count(self) -> int:
@@ -180,8 +177,8 @@ class ClusterWorkers(_Processes):
     def __init__(self, fmus: FmuSet, client: Client) -> None:
         super().__init__(fmus)
         self._client = client
-        # A task, unlike scattered data, is done again when every worker that held its result has died.
-        self._shared: Any = self._client.submit(_itself, fmus, pure=False)
+        # A copy that a task makes, unlike scattered data, is made again when all that held it have died.
+        self._shared: Any = self._client.submit(replace, fmus, pure=False)
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
         """Run cases as other workers do; whatever Dask raises becomes an InputError."""
@@ -199,12 +196,11 @@ class ClusterWorkers(_Processes):
         return sum(self._client.nthreads().values()) or 1
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
-        from distributed import as_completed
-        from distributed.scheduler import KilledWorker
+        from distributed import KilledWorker, as_completed
 
         waiting, under_way = shares[::-1], dict[Any, list[int]]()
         ended = as_completed(loop=self._client.loop)
-        for future in itertools.chain([None], ended):
+        while waiting or under_way:
             # A few at a time: all cases of a large study at once are more than a scheduler wants to hold.
             while waiting and len(under_way) <= AHEAD * self._count():
                 share = waiting.pop()
@@ -212,12 +208,9 @@ class ClusterWorkers(_Processes):
                 task = self._client.submit(attempt_all, work, self._shared, pure=False)
                 under_way[task.key] = share
                 ended.add(task)
-            if future is None:
-                continue
-            try:
-                outcomes: list[Outcome] | None = future.result()
-            except KilledWorker:
-                outcomes = None
+            future, outcomes = next(ended), None
+            with suppress(KilledWorker):
+                outcomes = future.result()
             yield under_way.pop(future.key), outcomes
             future.release()
 
@@ -243,7 +236,3 @@ def connected(address: str) -> Client:
         client.close()
         raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
     return client
-
-
-def _itself(fmus: FmuSet) -> FmuSet:
-    return fmus

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -84,10 +85,9 @@ class Storage:
 
     def add(self, judged: Judged) -> None:
         """Add the trial that comes next; InputError if the storage takes it no more, or has it already."""
-        import optuna
-        from optuna.trial import TrialState
+        from optuna.trial import TrialState, create_trial
 
-        trial = optuna.trial.create_trial(
+        trial = create_trial(
             state=TrialState.COMPLETE if judged.reason is None else TrialState.FAIL,
             values=list(judged.objectives) or None,
             params=dict(judged.point),
@@ -170,17 +170,15 @@ def _sets_constraints() -> bool:
 
 def _journal(path: str) -> optuna.storages.JournalStorage:
     """Storage in a file; a last line that a kill cut short, after which Optuna reads no more, is removed."""
-    from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
+    from optuna.storages import journal
 
-    backend, lock = JournalFileBackend(path), JournalFileSymlinkLock(path)
+    backend, lock = journal.JournalFileBackend(path), journal.JournalFileSymlinkLock(path)
     lock.acquire()
     try:
-        with Path(path).open("r+b") as stream:
-            stream.truncate(stream.read().rfind(b"\n") + 1)
+        os.truncate(path, Path(path).read_bytes().rfind(b"\n") + 1)
     finally:
         lock.release()
-    return JournalStorage(backend)
+    return journal.JournalStorage(backend)
 
 
 @contextmanager

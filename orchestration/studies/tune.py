@@ -46,7 +46,7 @@ class Tuned(Searched):
     @property
     def best(self) -> Judged | None:
         """The winner, polished where that was possible."""
-        return best(self.found) if self.polished is None else self.polished
+        return self.polished or best(self.found)
 
     @property
     def gain(self) -> str:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.studies.case import Constraint
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
@@ -35,21 +36,12 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
     if not axes:
         return winner
-    others = zip(study.objectives[1:], winner.objectives[1:], strict=True)
-    limits = [*study.constraints, *(each.limited(reached) for each, reached in others)]
-    cases = study.cases(winner.point, "")
-    bounded = len(cases) if study.objective.over == "worst" else 1
-    found = [winner]
-
-    def margins(judged: Judged) -> Array:
-        rows = [-np.array(study.objective.smooth(judged.outcomes, cases)) / winner.objective]
-        for limit in limits:
-            over = limit.at_most - np.array(limit.smooth(judged.outcomes, cases))
-            rows.append(over / (abs(limit.at_most) or 1.0))
-        return np.concatenate(rows)
+    reached = zip(study.objectives, winner.objectives, strict=True)
+    limits = [*(Constraint(**vars(each), at_most=value) for each, value in reached), *study.constraints]
+    cases, found = study.cases(winner.point, ""), [winner]
 
     @cache
-    def linear(place: tuple[float, ...]) -> tuple[Array, Array]:
+    def linear(bound: float, *place: float) -> tuple[Array, Array]:
         """Margins and their derivatives; ArithmeticError where a run gives none."""
         steps = np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
         points = [
@@ -60,22 +52,18 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
         if any(each.reason is not None for each in ended):
             raise ArithmeticError
         found.append(ended[0])
-        first, *moved = map(margins, ended)
-        return first, (np.array(moved) - first).T / steps
+        margins = [[limit.margins(each.outcomes, cases) for limit in limits] for each in ended]
+        first, *moved = map(np.concatenate, margins)
+        bounded = np.arange(first.size) < margins[0][0].size
+        return first + bound * bounded, np.column_stack([bounded, (np.array(moved) - first).T / steps])
 
-    start = tuple(axis.share(winner.point[axis.name]) for axis in axes)
     with suppress(ArithmeticError):
-        bound = (np.arange(len(linear(start)[0])) < bounded).astype(float)
         minimize(
-            lambda z: z[-1],
-            (*start, 1.0),
-            jac=lambda z: np.eye(len(z))[-1],
-            bounds=[*[(0.0, 1.0)] * len(axes), (None, None)],
-            constraints={
-                "type": "ineq",
-                "fun": lambda z: linear(tuple(z[:-1]))[0] + bound * z[-1],
-                "jac": lambda z: np.column_stack([linear(tuple(z[:-1]))[1], bound]),
-            },
+            lambda z: z[0],
+            [0.0, *(axis.share(winner.point[axis.name]) for axis in axes)],
+            jac=lambda z: np.eye(len(z))[0],
+            bounds=[(None, None), *[(0.0, 1.0)] * len(axes)],
+            constraints={"type": "ineq", "fun": lambda z: linear(*z)[0], "jac": lambda z: linear(*z)[1]},
             method="SLSQP",
             options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
         )

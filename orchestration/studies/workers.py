@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import cycle
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -77,11 +78,10 @@ class FmuSet:
     @cached_property
     def digest(self) -> str:
         """Digest of names and contents."""
-        digest = hashlib.sha256()
         joined = {f"{law} joined": rollout.library for law, rollout in self.rollouts.items()}
-        for name, content in sorted({**self.contents, **joined}.items()):
-            digest.update(f"{name}\0{len(content)}\0".encode() + content)
-        return digest.hexdigest()[:16]
+        held = sorted({**self.contents, **joined}.items())
+        told = b"".join(f"{name}\0{len(content)}\0".encode() + content for name, content in held)
+        return hashlib.sha256(told).hexdigest()[:16]
 
     @property
     def unpacked(self) -> Path:
@@ -132,18 +132,14 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
 
     Longest first, so that no worker begins a long one when the others end.
     """
-
-    def rank(place: int) -> tuple[float, int]:
-        return -cases[place].hours, place
-
     alike: dict[object, list[int]] = {}
-    for place in sorted(range(len(cases)), key=rank):
+    for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
     shares = []
     for lane, places in alike.items():
         most = 1 if isinstance(lane, int) else rollouts[cases[places[0]].law].lanes
         shares += [places[first : first + most] for first in range(0, len(places), most)]
-    return sorted(shares, key=lambda share: rank(share[0]))
+    return sorted(shares, key=lambda share: -cases[share[0]].hours)
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
@@ -196,10 +192,8 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     found: dict[str, Rollout] = {}
     for law, mine in _by_law(scenarios).items():
         first = mine[0]
-        if any(
-            each.master != DEFAULT_MASTER or each.setup.blueprint.foreign or each.made_from != first.made_from
-            for each in mine
-        ):
+        usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
+        if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):
             continue
         names = recorded(first.setup)
         made_from = (*made_here(), *first.made_from, names, processor())
@@ -214,42 +208,34 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
 
 def _by_law(scenarios: Sequence[Scenario]) -> dict[str, list[Scenario]]:
     """Scenarios by the component behind their controllers."""
-    found: dict[str, list[Scenario]] = {}
-    for scenario in scenarios:
-        found.setdefault(scenario.controller.component.name, []).append(scenario)
-    return found
+    laws = dict.fromkeys(each.controller.component.name for each in scenarios)
+    return {law: [each for each in scenarios if each.controller.component.name == law] for law in laws}
 
 
 def agreeing(
-    scenarios: Sequence[Scenario],
-    mismatches: Sequence[Mismatch],
-    fmus: FmuSet,
-    rollouts: Mapping[str, Rollout],
-    remark: Remark,
-) -> dict[str, Rollout]:
-    """The joined systems whose figures are those of the FMUs within the coupling error, in a run of each."""
-    told = tried(scenarios, mismatches, fmus, rollouts)
-    good = {law: found for law, found in told.items() if found[0] <= found[1]}
-    for law, (difference, coupling) in told.items():
-        if law not in good:
-            remark(
-                f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
-                f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
-            )
+    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
+) -> FmuSet:
+    """The FMUs with those of their joined systems whose figures are theirs within the coupling error."""
+    good, largest = dict[str, Rollout](), np.zeros(2)
+    for law, (difference, coupling) in tried(scenarios, mismatches, fmus).items():
+        if difference <= coupling:
+            good[law] = fmus.rollouts[law]
+            largest = np.maximum(largest, (difference, coupling))
+            continue
+        remark(
+            f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
+            f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
+        )
     if good:
-        difference, coupling = (max(each) for each in zip(*good.values(), strict=True))
         remark(
             f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
-            f"{difference:.2g} µm, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)"
+            f"{largest[0]:.2g} µm, the coupling error is up to {largest[1]:.2g} µm (--exact runs the FMUs)"
         )
-    return {law: rollouts[law] for law in good}
+    return replace(fmus, rollouts=good)
 
 
 def tried(
-    scenarios: Sequence[Scenario],
-    mismatches: Sequence[Mismatch],
-    fmus: FmuSet,
-    rollouts: Mapping[str, Rollout],
+    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet
 ) -> dict[str, tuple[float, float]]:
     """Difference of the figures of joined systems from those of FMUs, and the coupling error, both in µm.
 
@@ -257,16 +243,10 @@ def tried(
     largest coupling error. Each controller is tried in such a run, each in another as far as there are any.
     What was found is kept for the next study with the same FMUs.
     """
-    runs = {
-        law: [each.applied(one) for one in mine for each in mismatches]
-        for law, mine in _by_law(scenarios).items()
-        if law in rollouts
-    }
-    order = _sharpest_first(next(iter(runs.values())), rollouts) if runs else []
-    return {
-        law: _difference(mine[order[number % len(order)]], fmus, rollouts[law])
-        for number, (law, mine) in enumerate(runs.items())
-    }
+    planned = [each for each in scenarios if each.controller.component.name in fmus.rollouts]
+    runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
+    order = cycle(_sharpest_first(next(iter(runs.values()), []), fmus.rollouts))
+    return {law: _difference(mine[at], fmus) for (law, mine), at in zip(runs.items(), order, strict=False)}
 
 
 def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -> list[int]:
@@ -278,16 +258,14 @@ def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -
     return sorted(range(len(cases)), key=lambda place: -turns.get(place, 0.0))
 
 
-def _difference(scenario: Scenario, fmus: FmuSet, rollout: Rollout) -> tuple[float, float]:
+def _difference(scenario: Scenario, fmus: FmuSet) -> tuple[float, float]:
     """Largest difference of a run's figures, and the coupling error of the FMUs, both in µm."""
     case = case_of(scenario, (scenario.controller.name, scenario.name, "tried"), with_budget=True)
 
     def found() -> tuple[float, float]:
-        exact, joined = attempt(case, fmus), joined_outcomes([case], {case.law: rollout}).get(0)
+        exact, joined = attempt(case, fmus), joined_outcomes([case], fmus.rollouts).get(0)
         if joined is None or exact.coupling_um is None:
             return math.inf, 0.0
-        differences = [abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]
-        return max(differences), exact.coupling_um
+        return max(abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED), exact.coupling_um
 
-    made_from = (fmus.digest, hashlib.sha256(rollout.library).hexdigest(), case.digest)
-    return remembered("agreements", made_from, found)
+    return remembered("agreements", (fmus.digest, case.digest), found)

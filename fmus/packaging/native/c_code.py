@@ -122,7 +122,9 @@ class _Writer:
         lines, used = _Body(self, numbers, alones, paired).lines()
         if any(paired):
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        lines = [f"(void)x{k};" for k in range(len(alones)) if f"x{k}" not in used] + lines
+        unused = [f"x{k}" for k in range(len(alones)) if f"x{k}" not in used]
+        unused += [f"y{k}" for k in range(function.n_out()) if not function.nnz_out(k)]
+        lines = [f"(void){name};" for name in unused] + lines
         real = self.dialect.real
         parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
         parameters += [f"{real} *restrict y{k}" for k in range(function.n_out())]
@@ -277,7 +279,7 @@ class _Body:
         call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
         if run is None:
             self._add(call, names, given)
-            return [_Number(name, i) for name in names for i in range(self._sizes[name])]
+            return [_Number(name, i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
         left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
         pointers = [f"p{name}" for name in names]
         lines = [
@@ -286,4 +288,4 @@ class _Body:
         moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
         lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
         self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
-        return [_Number(f"p{name}", i) for name in names for i in range(self._sizes[name])]
+        return [_Number(f"p{name}", i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]

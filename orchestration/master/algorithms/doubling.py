@@ -67,10 +67,10 @@ class DoublingStepper(PartsStepper):
     def __init__(self, network: Network, chosen: StepDoubling, points: CommunicationPoints) -> None:
         self._order = chosen.inner.order
         super().__init__(network, chosen, points, growth=0.5 ** (self._order + 2))
-        self._duration = points.stop_time - points.start_time
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
-        self._tolerances = np.array(list(tolerances.values()))
+        # Errors that the variables may grow by in each second.
+        self._allowed = np.array(list(tolerances.values())) / (points.stop_time - points.start_time)
         smooth, self._switching = exchanged(network)
         schedule = chosen.inner.schedule(network)
         # Where all inputs are held, it shows only in the next step that something begins to move.
@@ -100,7 +100,8 @@ class DoublingStepper(PartsStepper):
         sudden, end = jumped(), self._values()
         if sudden and not last:
             return math.inf
-        bend = self._bend(end - start, step_size)
+        # From rates that are not known nothing bends, so that a second comparison follows the first one.
+        bend = self._share((end - start) / step_size - np.array(self._before[1] or np.nan))
         error = self._expected(step_size, bend)
         if error < self._growth and not sudden:
             self._trusted += 1
@@ -109,8 +110,7 @@ class DoublingStepper(PartsStepper):
             self.inner.step(time, step_size / 2)
             self.inner.step(time + step_size / 2, step_size / 2)
             sudden, coarse, end = jumped(), end, self._values()
-            allowed, share = self._tolerances * (step_size / self._duration), float(2**self._order - 1)
-            error = float(np.max(np.abs(end - coarse) / share / allowed, initial=0.0))
+            error = self._share((end - coarse) / step_size) / (2**self._order - 1)
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
         if sudden:
             self.disturb()
@@ -121,16 +121,9 @@ class DoublingStepper(PartsStepper):
             self._still = [old == new for old, new in zip(sent, self._sent(self._moving), strict=True)]
         return error
 
-    def _bend(self, change: Array, step_size: float) -> float:
-        """Distance from where the rates of the part before lead, as a fraction of the error allowed.
-
-        0 after a jump, so that a second comparison follows the first one.
-        """
-        if not self._before[1]:
-            return 0.0
-        straight = np.array(self._before[1]) * step_size
-        allowed = self._tolerances * (step_size / self._duration)
-        return float(np.max(np.abs(change - straight) / allowed, initial=0.0))
+    def _share(self, rates: Array) -> float:
+        """Largest of the known rates of change, as a share of those at which errors may grow."""
+        return float(np.fmax.reduce(np.abs(rates) / self._allowed, initial=0.0))
 
     def _expected(self, step_size: float, bend: float) -> float:
         """Estimate the error of one step by the last comparison; infinite where that says nothing of it."""

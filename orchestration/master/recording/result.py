@@ -159,8 +159,8 @@ class Statistics:
         for each in found["slaves"]:
             each["step_sizes"] = {f"{size:g}": count for size, count in sorted(each["step_sizes"].items())}
         refused = {each.name: each.calls["step"].refused for each in self.slaves}
-        found["limits_the_step"] = max(refused, key=refused.__getitem__) if any(refused.values()) else None
-        return found
+        limiting = max(filter(refused.get, refused), key=refused.__getitem__, default=None)
+        return found | {"limits_the_step": limiting}
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Headings and rows for people: a row for each slave, times in ms."""

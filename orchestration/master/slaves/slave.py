@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from warmlink.fmus.records import dataclass
@@ -134,29 +135,23 @@ class TimedSlave:
     """A slave as it is, but that its calls are counted."""
 
     def __init__(self, slave: Slave) -> None:
-        self._slave = slave
-        self.statistics = SlaveStatistics(slave.name)
-        for name in CALLS:
-            setattr(self, name, self._timed(name, getattr(slave, name)))
+        self._slave, self.statistics = slave, SlaveStatistics(slave.name)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._slave, name)
+        found = getattr(self._slave, name)
+        return partial(self._timed, name, found) if name in CALLS else found
 
-    def _timed(self, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    def _timed(self, name: str, call: Callable[..., Any], *given: Any) -> Any:
         calls, sizes = self.statistics.calls[name], self.statistics.step_sizes
-
-        def timed(*given: Any) -> Any:
-            calls.count += 1
-            if name == "step":
-                size = float(f"{given[1]:.6g}")
-                sizes[size] = sizes.get(size, 0) + 1
-            began = time.perf_counter()
-            try:
-                return call(*given)
-            except SlaveError:
-                calls.refused += 1
-                raise
-            finally:
-                calls.seconds += time.perf_counter() - began
-
-        return timed
+        calls.count += 1
+        if name == "step":
+            size = float(f"{given[1]:.6g}")
+            sizes[size] = sizes.get(size, 0) + 1
+        began = time.perf_counter()
+        try:
+            return call(*given)
+        except SlaveError:
+            calls.refused += 1
+            raise
+        finally:
+            calls.seconds += time.perf_counter() - began

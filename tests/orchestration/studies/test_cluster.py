@@ -71,6 +71,7 @@ def test_a_run_that_always_kills_its_worker_is_recorded(cluster: Any, folder: Pa
 def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
     class Ended(list[object]):
         add = list.append
+        __next__ = list.pop
 
     class Full:
         key = "x"
@@ -99,6 +100,9 @@ def test_a_large_study_is_given_away_bit_by_bit(
         def add(self, future: object) -> None:
             self.append(future)
             most.append(len(self) - len(found))
+
+        def __next__(self) -> object:
+            return self[len(found)]
 
     class Done:
         def __init__(self, cases: list[Case]) -> None:

@@ -183,11 +183,12 @@ def test_a_system_that_differs_from_its_fmus_is_refused(
     said: list[str] = []
     law = LAWS["lag"]
     duty, nominal = scenario(folder), [mismatch.load("nominal")]
-    assert agreeing([duty], nominal, fmus, {law: rollouts[law]}, said.append) == {law: rollouts[law]}
+    same = replace(fmus, rollouts={law: rollouts[law]})
+    assert agreeing([duty], nominal, same, said.append) == same
     assert "figures differ by at most" in said[0]
     assert "the coupling error is up to" in said[0]
-    other = {law: rollouts[LAWS["none"]]}
-    assert agreeing([duty], nominal, fmus, other, said.append) == {}
+    other = replace(fmus, rollouts={law: rollouts[LAWS["none"]]})
+    assert agreeing([duty], nominal, other, said.append).rollouts == {}
     assert "more than the coupling error" in said[1]
     assert "it runs on its FMUs" in said[1]
 
@@ -198,7 +199,8 @@ def test_what_is_tried_is_where_the_growth_turns_most_sharply(
     def coupling(duties: list[str], names: list[str]) -> float:
         scenarios = [scenario(folder, "lag", duty) for duty in duties]
         changes = [mismatch.load(name) for name in names]
-        ((_, found),) = tried(scenarios, changes, fmus, {LAWS["lag"]: rollouts[LAWS["lag"]]}).values()
+        lag = replace(fmus, rollouts={LAWS["lag"]: rollouts[LAWS["lag"]]})
+        ((_, found),) = tried(scenarios, changes, lag).values()
         return found
 
     names = ["nominal", "thermal_high", "insulated"]

@@ -14,7 +14,7 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.at_work import Ledger
-from warmlink.orchestration.studies.case import Case, Gathered, Outcome
+from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -271,7 +271,7 @@ def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(stu
     start = Judged(3, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, (2.2,))
     free = replace(study, constraints=())
     assert polish(free, start, Formula()).objective == pytest.approx(1.0, abs=1e-3)
-    bound = replace(study, constraints=(Gathered("correction_rate_um_s").limited(0.045),))
+    bound = replace(study, constraints=(Constraint("correction_rate_um_s", at_most=0.045),))
     found = polish(bound, start, Formula())
     assert found.feasible
     assert found.objective == pytest.approx(1.25, abs=1e-2)
