@@ -151,10 +151,9 @@ def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
     """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
     rollout = rollouts.get(case.law)
-    fits = case.stop_time / case.step_size <= MOST_POINTS
-    if rollout is None or not (fits and rollout.runs_here and rollout.takes(case.values)):
-        return None
-    return case.law, case.stop_time, case.step_size, case.with_budget, rollout.periods(case.values)
+    long = case.stop_time / case.step_size > MOST_POINTS
+    periods = None if rollout is None or long else rollout.periods(case.values)
+    return None if periods is None else (case.law, case.stop_time, case.step_size, case.with_budget, periods)
 
 
 def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:

@@ -144,16 +144,24 @@ def _read_variables(
     return variables, by_key, arrays
 
 
-def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
-    """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
-    name = xml.required(element, "name", where)
+def _typed(element: Any, types: dict[str, Any], major: int, where: str) -> tuple[Any, Any]:
+    """Give the element that tells a variable's type, and that of its declared type, else itself again."""
+    name = element.get("name")
     typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
     if typed is None:
         raise InputError(f"{where}: the variable {name} has no type")
-    declared = types.get(typed.get("declaredType"), typed)
-    if declared is typed and typed.get("declaredType") is not None:
-        raise InputError(f"{where}: {name}: its declared type {typed.get('declaredType')} is not defined")
-    kind, where, said = TYPES.get(typed.tag), f"{where}: {name}", {**declared.attrib, **typed.attrib}
+    declared = typed.get("declaredType")
+    if declared is not None and declared not in types:
+        raise InputError(f"{where}: {name}: its declared type {declared} is not defined")
+    return typed, types.get(declared, typed)
+
+
+def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
+    """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
+    name = xml.required(element, "name", where)
+    typed, declared = _typed(element, types, major, where)
+    kind, where = TYPES.get(typed.tag), f"{where}: {name}"
+    said = {**declared.attrib, **typed.attrib}
 
     def bound(key: str) -> float | None:
         text = said.get(key) if kind in ("Real", "Integer", "Enumeration") else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,7 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
         If the system does not fit its FMUs, two FMUs define one unit differently, or a name before a dot is
         that of a component too.
     """
-    system = _with_connectors(system)
+    system = _with_connectors(system, () if ports is None else ports.shown)
     check_system(system)
     document = _Document(*((system, net_of(system, nested)) if ports is None else _opened(system, ports)))
     entries = {"SystemStructure.ssd": to_bytes(document.root())}
@@ -77,16 +77,18 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
     write_archive(Path(path), entries)
 
 
-def _with_connectors(system: System) -> System:
+def _with_connectors(system: System, shown: Sequence[End]) -> System:
     """Give the system with connectors everywhere: those who read the file connect nothing else."""
     fed = {link.ends[1] for link in system.connections}
-    return replace(
-        system,
-        components={
-            name: held if held.connectors else replace(held, connectors=_connectors(held, fed))
-            for name, held in system.components.items()
-        },
-    )
+    parts = {
+        name: held if held.connectors else replace(held, connectors=_connectors(held, fed))
+        for name, held in system.components.items()
+    }
+    used = [(f"{link.source} -> {link.target}", end) for link in system.connections for end in link.ends]
+    for where, (name, connector) in [*used, *(("ports", end) for end in shown)]:
+        if name in parts and connector not in parts[name].connectors:
+            raise InputError(f"{where}: {name} has no connector {connector}; declare it")
+    return replace(system, components=parts)
 
 
 def _connectors(held: Component, fed: set[End]) -> dict[str, Connector]:
@@ -141,7 +143,6 @@ class _Document:
 
     def __init__(self, system: System, net: Net) -> None:
         self.system, self.net, self.resolver = system, net, Resolver(net)
-        self.into = net.into  # which refuses a connection of what is no connector
         self.enumerations: dict[str, dict[str, int]] = {}
         self.units: dict[str, Unit] = {}
         self.fmus: dict[Path, str] = {}
@@ -242,7 +243,7 @@ class _Document:
         """Add the type of a component's connector, or of the one whose values a system's connector has."""
         info = self.net.info(node)
         while info is None:
-            before = self.into.get(node)
+            before = self.net.into.get(node)
             node = before.source if before else self.net.onward[node][0][-1].target
             info = self.net.info(node)
         variable, unit = self._variable(node)

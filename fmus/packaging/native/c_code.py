@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from warmlink.fmus.calls import written
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
@@ -121,7 +122,9 @@ class _Writer:
         lines, used = _Body(self, numbers, alones, paired).lines()
         if any(paired):
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        lines = [f"(void)x{k};" for k in range(len(alones)) if f"x{k}" not in used] + lines
+        unused = [f"x{k}" for k in range(len(alones)) if f"x{k}" not in used]
+        unused += [f"y{k}" for k in range(function.n_out()) if not function.nnz_out(k)]
+        lines = [f"(void){name};" for name in unused] + lines
         real = self.dialect.real
         parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
         parameters += [f"{real} *restrict y{k}" for k in range(function.n_out())]
@@ -152,7 +155,7 @@ class _Body:
     def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
         import casadi
 
-        self.writer, self.dialect = writer, writer.dialect
+        self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
         self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
         """C, the names that it makes (none: results of the function), and what it uses."""
         self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
@@ -222,7 +225,12 @@ class _Body:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
-        form = self.dialect.operations[kind]
+        form = self.dialect.operations.get(kind)
+        if form is None:
+            name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
+            raise InputError(
+                f"{self.name}: CasADi's operation {name[3:].lower()} has no C here; write it with others"
+            )
         parts = [self._made.get(each, (0, [])) for each in given]
         if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
@@ -271,7 +279,7 @@ class _Body:
         call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
         if run is None:
             self._add(call, names, given)
-            return [_Number(name, i) for name in names for i in range(self._sizes[name])]
+            return [_Number(name, i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
         left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
         pointers = [f"p{name}" for name in names]
         lines = [
@@ -280,4 +288,4 @@ class _Body:
         moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
         lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
         self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
-        return [_Number(f"p{name}", i) for name in names for i in range(self._sizes[name])]
+        return [_Number(f"p{name}", i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]

@@ -36,14 +36,14 @@ def starting(component: Component, joint: Joint) -> Iterator[Function]:
     settled, begun, moved = {}, {}, {}
     du = casadi.MX.sym("also", component.u.size)
     for key, part in joint.parts.items():
-        first, d, _ = places(component, key, part)
+        first, d, _ = _places(component, key, part)
         settled[d] = of[f"settle_{part.name}"](s.p[first : first + part.p.size])
         begun[key] = moved[key] = casadi.MX.zeros(part.x.size)
     for key in joint.starting:
         part = joint.parts[key]
-        _, d, _ = places(component, key, part)
+        _, d, _ = _places(component, key, part)
         own, when = s.d[d : d + part.d.size], [casadi.vertcat(*begun.values()), s.u, s.d, casadi.MX(0)]
-        inputs = casadi.SX(_inputs(component, joint, key, now))
+        inputs = casadi.SX(part_inputs(component, joint, key, now))
         slope = casadi.jtimes(inputs, casadi.vertcat(*now[:2]), casadi.vertcat(*along))
         given = called(function(f"inputs_{part.name}", now, inputs))(*when)
         turned = called(function(f"inputs_tangent_{part.name}", [*now, *along], slope))(
@@ -65,7 +65,7 @@ def running_parts(component: Component, joint: Joint, now: list[Expression]) -> 
         yield sampling(kind, 0, f"update_{kind.name}")
     for number, (key, part) in enumerate(joint.parts.items()):
         if part.sampled:
-            yield f"inputs_{number}", now, _inputs(component, joint, key, now)
+            yield f"inputs_{number}", now, part_inputs(component, joint, key, now)
 
 
 def samples(component: Component, joint: Joint) -> Iterator[Function]:
@@ -75,25 +75,27 @@ def samples(component: Component, joint: Joint) -> Iterator[Function]:
         for each in running_parts(component, joint, Symbols.of(component).now)
     }
     s = Symbols.of(component, calls=True)
-    sampled = [(i, key, part) for i, (key, part) in enumerate(joint.parts.items()) if part.sampled]
-    for clock, (number, key, part) in enumerate(sampled):
-        _, d, x = places(component, key, part)
+    for clock, (inputs, update, part, d, x) in enumerate(sampled_parts(component, joint)):
         states, own = s.x[x : x + part.x.size], s.d[d : d + part.d.size]
-        inputs = made[f"inputs_{number}"](*s.now)
-        yield (
-            f"sample_{clock}",
-            [*s.now, s.step],
-            made[f"update_{part.name}_0"](states, inputs, own, s.time, s.step),
-        )
+        updated = made[update](states, made[inputs](*s.now), own, s.time, s.step)
+        yield f"sample_{clock}", [*s.now, s.step], updated
 
 
-def _inputs(component: Component, joint: Joint, key: str, now: list[Expression]) -> Expression:
+def sampled_parts(component: Component, joint: Joint) -> Iterator[tuple[str, str, Component, int, int]]:
+    """Yield names of inputs and sample of each sampled part, the part, and where `d` and `x` of it begin."""
+    for number, (key, part) in enumerate(joint.parts.items()):
+        if part.sampled:
+            _, d, x = _places(component, key, part)
+            yield f"inputs_{number}", f"update_{part.name}_0", part, d, x
+
+
+def part_inputs(component: Component, joint: Joint, key: str, now: list[Expression]) -> Expression:
     """Flat inputs of a part as expressions of the whole's symbols."""
     x, u, d, time = now
     return joint.inputs(key, component.x.read(x), component.u.read(u), component.d.read(d), time)
 
 
-def places(component: Component, key: str, part: Component) -> tuple[int, int, int]:
+def _places(component: Component, key: str, part: Component) -> tuple[int, int, int]:
     """Where a part's parameters, what they settle, and its states begin in the vectors of the whole."""
     layouts = ((component.p, part.p), (component.d, part.d), (component.x, part.x))
     p, d, x = (whole.index[f"{key}.{own.names[0]}"] if own.size else 0 for whole, own in layouts)

@@ -121,7 +121,7 @@ def stepping(component: Component, s: Symbols, later: Expression | None = None) 
     ends = [] if later is None else [later]
     arguments = [s.x, s.u, *ends, s.d, s.time, s.step]
     at_end = s.u if later is None else later
-    rare = _rare(component)
+    rare = rare_places(component)
     yield "advance_with_all" if rare else "advance", arguments, _micro_step(component, s, at_end)
     if rare:
         zero = casadi.SX(0)
@@ -135,15 +135,15 @@ def choice_of_step(component: Component, arguments: Sequence[str]) -> str:
 
     The names are those of the arguments of `stepping`, among them `d`.
     """
-    rare = _rare(component)
+    rare = rare_places(component)
     if not rare:
         return ""
     declared = ", ".join(f"const double *{each}" for each in arguments)
     return _CHOICE.format(declared=declared, rare=", ".join(map(str, rare)), given=", ".join(arguments))
 
 
-def _rare(component: Component) -> list[int]:
-    """Places of the rare parameters in `d`."""
+def rare_places(component: Component) -> list[int]:
+    """Places of the rare parameters among the settled values."""
     return [component.d.index[each.name] for each in component.parameters if each.rare]
 
 

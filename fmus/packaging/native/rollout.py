@@ -3,7 +3,7 @@
 import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,32 +52,30 @@ class Rollout:
     given: tuple[str, ...]
     inputs: Mapping[str, float]
 
-    @property
-    def runs_here(self) -> bool:
-        """Whether this machine's processor knows the library's instructions."""
-        return self.level is None or self.level <= (processor()[1] or "")
+    def periods(self, given: Given) -> tuple[float, ...] | None:
+        """Sample times in s of a run with such start values; runs go side by side only if these are equal.
 
-    def periods(self, given: Given) -> tuple[float, ...]:
-        """Sample times in s of a run with such parameters; runs go side by side only if these are equal."""
-        split = ((*full.rpartition("."), self.parameters[full]) for full in self.sample_times)
-        return tuple(given.get(part, {}).get(name, start) for part, _, name, start in split)
-
-    def takes(self, given: Given) -> bool:
-        """Whether a run with such start values leaves the inputs that nothing feeds as they are here."""
-        split = ((*name.rpartition("."), start) for name, start in self.inputs.items())
-        return all(given.get(part, {}).get(name, start) == start for part, _, name, start in split)
+        None for a run that is not for this library: this machine's processor does not know its instructions,
+        or an input that nothing feeds has another value than here.
+        """
+        known = self.level is None or self.level <= (processor()[1] or "")
+        if not known or any(_value(given, *start) != start[1] for start in self.inputs.items()):
+            return None
+        return tuple(_value(given, name, self.parameters[name]) for name in self.sample_times)
 
     def run(
         self, given: Sequence[Given], count: int, step: float, drive: Array | None = None
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Take so many communication steps (in s) from 0 s on, in at most `lanes` runs with equal `periods`.
+        """Take so many communication steps (in s) from 0 s on, in at most `lanes` runs of equal `periods`.
 
         A `drive` stands in place of what the parts give that nothing drives: a row for each instant, which
         holds for the micro steps before it, shape (instants, given).
         Gives recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that
         passed between the parts were finite and within their bounds, shape (runs,).
         """
-        schedule = count, step, self.periods(given[0]), self.micro_step
+        periods = self.periods(given[0])
+        assert periods is not None
+        schedule = count, step, periods, self.micro_step
         tasks, times, steps = task_list(*schedule)
         free, driven, states, refused = self._started(given)
         if drive is None:
@@ -88,37 +86,26 @@ class Rollout:
             times = np.round(np.where(tasks == _ADVANCE, times + steps, times), 6)
         pointers = np.array([each.ctypes.data for each in tables], dtype=np.uintp)
         rows = np.empty((self.lanes, len(self.recorded), count + 1))
-        arrays = (times, steps, pointers, driven, states, rows, refused)
-        loaded(self.library).rollout(
-            ctypes.c_long(tasks.size),
-            ctypes.c_long(count + 1),
-            *(_pointer(each) for each in (tasks, *arrays)),
-        )
+        arrays = (tasks, times, steps, pointers, driven, states, rows, refused)
+        sizes = ctypes.c_long(tasks.size), ctypes.c_long(count + 1)
+        loaded(self.library).rollout(*sizes, *(each.ctypes for each in arrays))
         return rows[: len(given)], refused[0, : len(given)] == 0
-
-    @cached_property
-    def _places(self) -> dict[str, dict[str, int]]:
-        found: dict[str, dict[str, int]] = {}
-        for place, name in enumerate(self.parameters):
-            part, _, variable = name.rpartition(".")
-            found.setdefault(part, {})[variable] = place
-        return found
 
     def _started(self, given: Sequence[Given]) -> list[Array]:
         """What each run starts from, side by side, the last run in the lanes that are left."""
-        p = np.tile(np.fromiter(self.parameters.values(), np.float64), (self.lanes, 1))
-        for row, values in zip(p, given, strict=False):
-            for part, of in values.items():
-                places = self._places.get(part, {})
-                known = {places[name]: value for name, value in of.items() if name in places}
-                row[[*known]] = [*known.values()]
-        p[len(given) :] = p[len(given) - 1]
-        started = []
-        for each in _function(self.starting)(p.T):
-            held = aligned((each.shape[0], self.lanes))
-            held[:] = each.toarray()
-            started.append(held)
-        return started
+        rows = []
+        for values in given:
+            full = ((f"{part}.{name}", value) for part, of in values.items() for name, value in of.items())
+            known = {name: value for name, value in full if name in self.parameters}
+            rows.append([*{**self.parameters, **known}.values()])
+        p = np.array(rows + rows[-1:] * (self.lanes - len(rows)), np.float64)
+        return [aligned(each.toarray()) for each in _function(self.starting)(p.T)]
+
+
+def _value(given: Given, name: str, start: float) -> float:
+    """A run's value by its full name; by default it starts as ever."""
+    part, _, own = name.rpartition(".")
+    return float(given.get(part, {}).get(own, start))
 
 
 @lru_cache(maxsize=8)
@@ -128,27 +115,20 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
     As the C core of an FMU does it: micro steps from instant to instant, then the clocks that are due, one
     after the other; at a communication point the values are recorded last.
     """
-    stop = count * step
-    points = step * np.arange(count + 1)
-    found = [(points, np.full(points.size, _RECORD), np.full(points.size, step))]
-    for clock, period in enumerate(periods):
-        samples = period * np.arange(1, int(stop / period + _CLOSE) + 1)
-        found.append((samples, np.full(samples.size, _FIRST_CLOCK + clock), np.full(samples.size, period)))
-    instants, place = np.unique(
-        np.round(np.concatenate([times for times, _, _ in found]) / (_CLOSE * micro_step)),
-        return_inverse=True,
-    )
+    due = [period * np.arange(1, int(count * step / period + _CLOSE) + 1) for period in periods]
+    due.append(step * np.arange(count + 1))
+    instants, place = np.unique(np.round(np.concatenate(due) / (_CLOSE * micro_step)), return_inverse=True)
     instants *= _CLOSE * micro_step
     gaps = np.diff(instants)
     micro = np.maximum(1, np.ceil(gaps / micro_step - _CLOSE)).astype(int)
     within = np.arange(micro.sum()) - np.repeat(np.cumsum(micro) - micro, micro)
     size = np.repeat(gaps / micro, micro)
     before = np.repeat(instants[:-1], micro) + within * size
-    found.append((before, np.full(before.size, _ADVANCE), size))
-    times, tasks, steps = (np.concatenate(column) for column in zip(*found, strict=True))
-    place = np.concatenate([place, np.repeat(np.arange(1, instants.size), micro)])
-    rank = np.where(tasks == _ADVANCE, -1.0, np.where(tasks == _RECORD, np.inf, tasks))
-    order = np.lexsort((times, rank, place))
+    sizes = [before.size, *map(len, due)]
+    times = np.concatenate([before, *due])
+    tasks = np.repeat([_ADVANCE, *(_FIRST_CLOCK + clock for clock in range(len(periods))), _RECORD], sizes)
+    steps = np.concatenate([size, np.repeat([*periods, step], sizes[1:])])
+    order = np.argsort(np.append(np.repeat(np.arange(1, instants.size), micro), place), kind="stable")
     return tasks[order].astype(np.int8), times[order], steps[order]
 
 
@@ -158,13 +138,11 @@ def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tup
     _, done, _ = task_list(*schedule)
     instants = done[np.append(True, np.diff(done) != 0)]
     blocks = -(-instants.size // lanes)
-    times, free = aligned((blocks, lanes)), aligned((len(settled) // 8, lanes))
-    times[:] = instants[-1]
-    times.flat[: instants.size] = instants
-    free[:] = np.frombuffer(settled)[:, None]
-    found = aligned((blocks, given, lanes))
-    loaded(library).table(ctypes.c_long(blocks), _pointer(times), _pointer(free), _pointer(found))
-    return _by_change(found.transpose(0, 2, 1).reshape(times.size, given))
+    times = aligned(np.resize(instants, (blocks, lanes)))
+    free = aligned(np.repeat(np.frombuffer(settled), lanes))
+    found = aligned(np.empty((blocks, given, lanes)))
+    loaded(library).table(ctypes.c_long(blocks), *(each.ctypes for each in (times, free, found)))
+    return _by_change(found.transpose(0, 2, 1).reshape(times.size, given)[: instants.size])
 
 
 def _by_change(rows: Array) -> Array:
@@ -176,16 +154,12 @@ def _by_change(rows: Array) -> Array:
     return np.vstack([np.column_stack([changes, rows[changes]]), np.full(rows.shape[1] + 1, -1.0)])
 
 
-def _pointer(array: Any) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
-
-
-def aligned(shape: tuple[int, ...]) -> Array:
-    """Zeros that begin where vectors may be loaded from."""
-    size = int(np.prod(shape))
-    room = np.zeros(size + 8)
+def aligned(values: Array) -> Array:
+    """A copy that begins where vectors may be loaded from."""
+    room = np.empty(values.size + 8)
     first = -(room.ctypes.data // 8) % 8
-    return room[first : first + size].reshape(shape)
+    room[first : first + values.size] = values.ravel()
+    return room[first : first + values.size].reshape(values.shape)
 
 
 @lru_cache(maxsize=16)

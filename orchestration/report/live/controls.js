@@ -1,9 +1,10 @@
 // What is dragged: the duty cycle on a time axis, and sliders of parameters.
 
-import { digits, draw } from "./figures.js";
+import { digits, draw, escaped } from "./figures.js";
 import { at, changed, content, fields, laws, put, quantity, run, tell, texts } from "./model.js";
 
 const LEAST = 5; // highest value of the duty's axis, at least
+const SNAP = 10; // s to which a dragged segment's duration is rounded; none is dragged to be shorter
 const SHOWN = 8; // sliders that are shown, unless more were moved
 const MOST_RANKED = 1e6; // communication points that all the runs of a ranking may have
 
@@ -24,8 +25,8 @@ export function drawDuty() {
   const bars = values.map((value, i) => {
     const [begin, end] = [ends[i - 1] ?? 0, ends[i]];
     return `<path class="bar" d="M${begin} 0V${value}H${end}V0Z"/>
-      <path class="handle" cursor="ns-resize" data-along="y" data-name="${name}" data-row="${i}" d="M${begin} ${value}H${end}"/>
-      <path class="handle" cursor="ew-resize" data-along="x" data-name="${duration}" data-row="${i}" d="M${end} 0V${axes.high}"/>`;
+      <path class="handle" cursor="ns-resize" data-along="y" data-name="${escaped(name)}" data-row="${i}" d="M${begin} ${value}H${end}"/>
+      <path class="handle" cursor="ew-resize" data-along="x" data-name="${escaped(duration)}" data-row="${i}" d="M${end} 0V${axes.high}"/>`;
   });
   draw(figure, { ...axes, told: `${label} over time: ${values.length} segments, which the table below lists` }, bars);
   for (const cell of document.querySelectorAll("[data-joint]")) cell.hidden = !name.startsWith(cell.dataset.joint);
@@ -43,7 +44,7 @@ figure.onpointerdown = (event) => {
   const offset = field.value - place(event)[along];
   figure.onpointermove = (moved) => {
     const value = offset + place(moved)[along];
-    field.value = Math.max(field.min, along === "x" ? 10 * Math.round(value / 10) : value.toFixed(2));
+    field.value = Math.max(field.min, along === "x" ? Math.max(SNAP, SNAP * Math.round(value / SNAP)) : value.toFixed(2));
     tell();
   };
 };

@@ -14,8 +14,7 @@ export function errorFigures(error, step, tolerance) {
   const [below, above] = [sorted[Math.floor(0.95 * last)], sorted[Math.ceil(0.95 * last)]];
   const p95 = below + ((0.95 * last) % 1) * (above - below);
   const outside = error.findLastIndex((each) => !(Math.abs(each) <= tolerance));
-  const within = outside === last ? null : (outside + 1) * step;
-  return { largest: sorted[last], rms: Math.sqrt(squares / last), p95, within };
+  return { largest: sorted[last], rms: Math.sqrt(squares / last), p95, within: outside === last ? null : (outside + 1) * step };
 }
 
 /** Share of the largest error that was removed, in words; empty where that means nothing. */
@@ -34,7 +33,8 @@ export const digits = (value, count = 6) => short(Number(value.toPrecision(count
 export const lasting = (time) =>
   time < 60 ? `${digits(time, 3)} s` : time < 3600 ? `${digits(time / 60, 3)} min` : `${digits(time / 3600, 3)} h`;
 
-const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+/** A text as it stands in HTML and XML. */
+export const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
 const ends = (values) => [Math.min(...values), Math.max(...values)];
 

@@ -20,7 +20,7 @@ SPAN = 3.0
 ROOM = 20.0
 """K by which the slider of a temperature goes up and down."""
 
-SHORTEST, LONGEST = 10.0, 86400.0
+SHORTEST, LONGEST = 0.001, 86400.0
 """Shortest segment and longest run [s]."""
 
 OWN = ("speed", "torque")

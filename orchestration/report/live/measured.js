@@ -8,7 +8,7 @@ export function demand(well, sentence) {
 }
 
 /** Cells of a line; quotes hold commas. */
-const cells = (line) => line.split(/,(?=(?:[^"]*"[^"]*")*[^"]*$)/).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+const cells = (line) => line.match(/(?<=^|,)(?:"[^"]*"|[^,"]+|")*/g).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
 
 /**
  * Rows of a CSV text, each with its filled cells by column: `time` in s from the start, the others as the page shows them.
@@ -23,9 +23,9 @@ export function readMeasured(text, known) {
   for (const head of header[1]) {
     const [, name, unit] = head.match(/^([^[\]]+?)\s*\[([^[\]]*)\]$/) ?? [];
     demand(name, `column '${head}' is not of the form 'name [unit]'; rename it`);
-    const [units, where] = [known[name], `column '${name}'`];
+    const [units, where] = [Object.hasOwn(known, name) && known[name], `column '${name}'`];
     demand(units, `${where} is not known; use one of ${Object.keys(known).join(", ")}, or remove it`);
-    demand(units[unit], `${where}: this page does not know the unit '${unit}'; use one of ${Object.keys(units).join(", ")}`);
+    demand(Object.hasOwn(units, unit), `${where}: this page does not know the unit '${unit}'; use one of ${Object.keys(units).join(", ")}`);
     demand(!columns.has(name), `${where} stands twice; keep one`);
     columns.set(name, units[unit]);
   }

@@ -6,7 +6,7 @@ export const fields = (name) => document.getElementsByName(name);
 
 /** What the page knows (content.py); an expression is a function of the values by variable, and of the step. */
 export const content = JSON.parse(at("content").textContent, (key, value) =>
-  key === "expression" || key === "score" ? new Function("v", "i", `return ${value}`) : value);
+  typeof value === "string" && (key === "expression" || key === "score") ? new Function("v", "i", `return ${value}`) : value);
 
 export const measured = { rows: [] }; // a measured run: its file's name, and its rows
 
@@ -51,7 +51,7 @@ export function put(given) {
     const each = text.split(",");
     fields(name).forEach((field, i) => {
       if (field.type === "checkbox") field.checked = each.includes(field.value);
-      else field.value = each[i];
+      else if (field.dataset.kind) field.value = each[i]; // no button, no <meta>
     });
   }
   tell();

@@ -4,7 +4,7 @@ import { copies, drawDuty, rank, showSliders, slid } from "./controls.js";
 import { engine } from "./engine.js";
 import { digits, drawLines, errorFigures, lasting, removed } from "./figures.js";
 import { demand, measuredSegments, readMeasured } from "./measured.js";
-import { at, changed, content, laws, measured, put, run, start, texts } from "./model.js";
+import { at, changed, content, fields, laws, measured, put, run, start, texts } from "./model.js";
 import { commands, parameterSet, restore, scenarioText, settings } from "./share.js";
 
 const ADDRESS_AFTER = 400; // ms without a change; browsers refuse an address that changes a hundred times in half a minute
@@ -60,12 +60,13 @@ function show() {
 async function take(file) {
   const { columns, most, repeat, step, words } = content;
   const rows = readMeasured(await file.text(), columns);
-  const given = { stop: digits(step * Math.floor(rows.at(-1).time / step), 12) };
+  const [{ min, max }, lasts] = [fields("stop")[0], step * Math.floor(rows.at(-1).time / step)];
+  demand(lasts >= min && lasts <= max, `lasts ${digits(rows.at(-1).time)} s; the page takes runs of ${min} s to ${max} s`);
+  const given = { stop: digits(lasts, 12) };
   if (rows.some((row) => "speed" in row || "torque" in row)) {
     demand(words.speed.length === 1, "the page takes measured runs of a single axis only");
     const segments = measuredSegments(rows);
-    const many = `${segments.length} segments are more than the ${most} that the page takes`;
-    demand(segments.length <= most, `${many}; average the duty over longer times`);
+    demand(segments.length <= most, `${segments.length} segments are above the page's ${most}; average the duty over longer times`);
     for (const [word, [name]] of Object.entries(words)) given[name] = segments.map((each) => digits(each[word], 12)).join();
     given[repeat] = "0";
   }
@@ -91,9 +92,9 @@ at("form").addEventListener("change", ({ target }) => {
   if (target.files) return load(target);
   at("fault").replaceChildren();
   if (target.validity?.valid === false || !texts().law) return put(accepted);
-  accepted = texts();
   for (const each of at("faults").querySelectorAll("input"))
     each.disabled = each.closest("tr").querySelector("select").value === "0";
+  accepted = texts();
   clearTimeout(waiting);
   waiting = setTimeout(show);
 });

@@ -1,6 +1,7 @@
 // What takes the page's state elsewhere: its address, the commands that compute the same, files.
 
-import { changed, content, fields, inSi, laws, measured, put, quantity, start, texts } from "./model.js";
+import { escaped } from "./figures.js";
+import { at, changed, content, fields, inSi, laws, measured, put, quantity, start, texts } from "./model.js";
 
 /** Take over the changes that an address holds after #; throws an Error with a sentence where they do not fit this page. */
 export function restore(hash) {
@@ -8,6 +9,7 @@ export function restore(hash) {
   put(given);
   const fits = ([name, text]) => text === texts()[name] && [...fields(name)].every(({ validity }) => validity.valid);
   if (Object.entries(given).every(fits)) return;
+  for (const each of at("faults").querySelectorAll("input")) each.value = each.defaultValue; // `start` lacks disabled ones
   put(start);
   throw new Error("The address holds settings that do not fit this page, which begins with its scenario's; mend or shorten it");
 }
@@ -21,10 +23,14 @@ export const settings = () =>
 /** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
 const needsFile = () => Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
 
+/** A word of a command as a shell reads it; names may hold anything, and none of it may run. */
+const quoted = (word) =>
+  /^[\w./-]+$/.test(word) ? word : /["$`\\!]/.test(word) ? `'${word.replaceAll("'", "'\\''")}'` : `"${word}"`;
+
 /** The commands that compute the figures of each law and, in the cell as it is set, diagnose a measured run. */
 export function commands() {
   const { name, asked, given, options } = content;
-  const line = (...words) => ["warmlink", ...words].map((word) => (/^[\w./-]+$/.test(word) ? word : `"${word}"`)).join(" ");
+  const line = (...words) => ["warmlink", ...words].map(quoted).join(" ");
   const sets = Object.entries({ ...given, ...settings() }).flatMap(([each, value]) => ["--set", `${each}=${value}`]);
   const stop = "stop" in changed() ? { "--stop": quantity("stop", texts().stop) } : {};
   const more = needsFile() ? [`${name}_live.toml`] : [...asked, ...Object.entries({ ...options, ...stop }).flat(), ...sets];
@@ -47,13 +53,12 @@ export function scenarioText() {
     return ["", "[[segment]]", ...lines({ ...demands, ...[{}, { pad_power }, { pad_temperature }][pad_mode] })];
   });
   const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop), repeat: shown[repeat] === "1" };
-  const set = lines({ ...parameters, ...settings() });
-  return [...top, ...lines(now), ...segments, ...tables, "", "[parameters]", ...set].join("\n");
+  return [...top, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
 }
 
 /** The parameters set on the page as an SSP parameter set. */
 export function parameterSet() {
-  const each = (name) => `<ssv:Parameter name="${name}"><ssv:Real value="${inSi(name, texts()[name])}"/></ssv:Parameter>`;
+  const each = (name) => `<ssv:Parameter name="${escaped(name)}"><ssv:Real value="${inSi(name, texts()[name])}"/></ssv:Parameter>`;
   const parameters = Object.keys(settings()).map(each).join("\n");
   return content.ssv.replace("<ssv:Parameters/>", `<ssv:Parameters>${parameters}</ssv:Parameters>`);
 }

@@ -113,6 +113,9 @@ def test_a_measured_run_is_refused_in_a_sentence() -> None:
         "time [s]\n0\n": "1 rows under the header; give at least two times",
         "time [s],pad_power [W],pad_temperature [degC]\n0,1,30\n": "line 2: pad_temperature and pad_power",
         "\n": "is empty; give a header and at least two times",
+        "time [s],constructor [name]\n": "column 'constructor' is not known; use one of time, speed",
+        "time [constructor]\n": "column 'time': this page does not know the unit 'constructor'; use one of s",
+        "1,2," * 300_000: "column '1' is not of the form 'name [unit]'; rename it",
     }
     for told, expected in zip(
         node(READ, {"columns": columns(CELL_PLOTS), "texts": list(heads)}), heads.values(), strict=True

@@ -188,16 +188,18 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
           sentences.push(document.getElementById("fault").textContent);
         };
         for (const settings of ["x", "law=observer", "law=", "a=1", "stop=-1", "link.length=long",
-          "duty.duration=9,9", "duty.segment_pad_mode=7", "duty.segment_speed=1,2"])
+          "duty.duration=0,9", "duty.segment_pad_mode=7", "duty.segment_speed=1,2"])
           await told(() => restore("#" + settings));
         const drop = (text) => {
           const dataTransfer = new DataTransfer();
           dataTransfer.items.add(new File([text], "run.csv"));
           dispatchEvent(new DragEvent("drop", { dataTransfer }));
         };
-        drop("time [s]\\n0\\n");
-        await new Promise((drawn) => setTimeout(drawn, 300));
-        sentences.push(document.getElementById("fault").textContent);
+        for (const text of ["time [s]\\n0\\n", "time [h]\\n0\\n1e9\\n", "time [s]\\n0\\n0.2\\n"]) {
+          drop(text);
+          await new Promise((drawn) => setTimeout(drawn, 300));
+          sentences.push(document.getElementById("fault").textContent);
+        }
         drop(given);
         await new Promise((drawn) => setTimeout(drawn, 300));
         const marks = document.querySelector(".dots").getAttribute("d").split("M").length - 1;
@@ -205,13 +207,15 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
         const result = { sentences, stop: Number(texts().stop), marks, command };
     """
     found = browser.browse(page, script)
-    *addresses, file = found["sentences"]
+    *addresses, file, long, short = found["sentences"]
     assert [
         each
         for each in addresses
         if not each.startswith("The address holds settings that do not fit this page")
     ] == []
     assert file == "run.csv: 1 rows under the header; give at least two times."
+    assert long == "run.csv: lasts 3600000000000 s; the page takes runs of 1.0 s to 86400.0 s."
+    assert short == "run.csv: lasts 0.2 s; the page takes runs of 1.0 s to 86400.0 s."
     assert (found["stop"], found["marks"], found["command"]) == (900, 3, "warmlink diagnose run.csv")
 
 

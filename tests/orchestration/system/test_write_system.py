@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from warmlink.orchestration.system.model import (
 )
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
-from warmlink.orchestration.system.write import write_ssp
+from warmlink.orchestration.system.write import Ports, write_ssp
 
 from .ssp_text import LINK, MOTOR, Lab, fmi2, ssd, system
 from .test_description import FMI3
@@ -200,6 +201,27 @@ def test_a_system_made_in_code_is_checked_alike(
     with pytest.raises(InputError) as refusal:
         check_system(System("cell", made.components, connections))
     assert str(refusal.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("part", "connector", "sentence"),
+    [
+        ("rod", "mode", "motor.steps -> rod.mode: rod has no connector mode; declare it"),
+        ("rod", "temperature", "ports: rod has no connector temperature; declare it"),
+    ],
+)
+def test_a_connector_that_is_not_declared_is_named_in_a_system_with_ports(
+    made: System, tmp_path: Path, part: str, connector: str, sentence: str
+) -> None:
+    write_ssp(made, tmp_path / "whole.ssp")
+    read = read_system(tmp_path / "whole.ssp")
+    held = read.components[part]
+    left = {name: each for name, each in held.connectors.items() if name != connector}
+    cut = replace(read, components={**read.components, part: replace(held, connectors=left)})
+    with pytest.raises(InputError) as refusal:
+        write_ssp(cut, tmp_path / "open.ssp", Ports(("motor",), (("rod", "temperature"),)))
+    assert str(refusal.value) == sentence
+    assert not (tmp_path / "open.ssp").exists()
 
 
 def test_ends_that_are_not_there_are_named(made: System) -> None:

@@ -50,12 +50,19 @@ def test_each_lane_computes_what_one_number_would(kind: type) -> None:
     pairs = [rng.uniform(-3, 3, (2, LANES)) for _ in range(200)]
     pairs += [rng.uniform(0, 1, (2, LANES)) ** 9 for _ in range(50)]
     pairs += [np.array([[0.0, np.inf, np.nan, 1e9], [-0.0, 1.0, 2.0, -7e8]])]
-    inside, outside = aligned((2, LANES)), aligned((whole.size1_out(0), LANES))
+    inside, outside = (aligned(np.zeros((rows, LANES))) for rows in (2, whole.size1_out(0)))
     for pair in pairs:
         inside[:] = pair
         call(*(ctypes.c_void_p(each.ctypes.data) for each in (inside, outside)))
         expected = np.column_stack([np.array(whole(column)).ravel() for column in pair.T])
         np.testing.assert_allclose(outside, expected, rtol=4e-15, atol=4e-16)
+
+
+def test_an_operation_that_has_no_c_is_named() -> None:
+    given = casadi.SX.sym("given")
+    whole = function("rare", [given], casadi.erfinv(given))
+    with pytest.raises(InputError, match="rare: CasADi's operation erfinv has no C here"):
+        functions_text([whole], ())
 
 
 def test_a_system_whose_parts_are_all_driven_goes_through_a_run() -> None:

@@ -69,7 +69,21 @@ def exchanged_vectors(x: casadi.MX, use: casadi.MX) -> Any:
     return casadi.vertcat(*plain("after")(second[0]), *plain("after")(second[1]))
 
 
-GRAPHS = (same_names, one_result_of_two, one_idle_result_of_two, one_vector_for_both, exchanged_vectors)
+def empty_and_constant_results(x: casadi.MX, use: casadi.MX) -> Any:
+    given = casadi.SX.sym("given", SIZE)
+    results = [casadi.SX(2, 2), casadi.SX(1.5), casadi.SX(0, 1), casadi.if_else(given > 0, given, -2 * given)]
+    nothing, constant, none, chosen = called(casadi.Function("int", [given], results))(x)
+    return casadi.vertcat(casadi.vec(nothing), constant, none, use * chosen)
+
+
+GRAPHS = (
+    same_names,
+    one_result_of_two,
+    one_idle_result_of_two,
+    one_vector_for_both,
+    exchanged_vectors,
+    empty_and_constant_results,
+)
 
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.__name__)
