@@ -21,9 +21,7 @@ else:
         return _made(cls) if cls is not None else lambda each: _made(each, **how)
 
 
-def _made(
-    cls: type, *, frozen: bool = False, eq: bool = True, repr: bool = True, kw_only: bool = False
-) -> type:
+def _made(cls: type, frozen: bool = False, eq: bool = True, repr: bool = True, kw_only: bool = False) -> type:
     dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     fields = dataclasses.fields(cls)
     compared = [each.name for each in fields if each.compare]
@@ -36,13 +34,13 @@ def _made(
     def __eq__(self: Any, other: object) -> bool:  # noqa: N807
         return key(self) == key(other) if type(other) is type(self) else NotImplemented
 
+    def __hash__(self: Any) -> int:  # noqa: N807
+        return hash((cls, key(self)))
+
     methods: dict[str, Any] = {"__init__": _initializer(cls, fields)}
-    if repr:
-        methods["__repr__"] = __repr__
-    if eq:
-        methods |= {"__eq__": __eq__, "__hash__": (lambda self: hash((cls, key(self)))) if frozen else None}
-    if frozen:
-        methods |= {"__setattr__": _refuse, "__delattr__": _refuse}
+    methods |= {"__repr__": __repr__} if repr else {}
+    methods |= {"__eq__": __eq__, "__hash__": __hash__ if frozen else None} if eq else {}
+    methods |= {"__setattr__": _refuse, "__delattr__": _refuse} if frozen else {}
     for name, method in methods.items():
         if name not in cls.__dict__:
             setattr(cls, name, method)
@@ -56,11 +54,10 @@ def _initializer(cls: type, fields: tuple[dataclasses.Field[Any], ...]) -> Calla
     followed = hasattr(cls, "__post_init__")
 
     def __init__(self: Any, *given: Any, **named: Any) -> None:  # noqa: N807
-        values = {**blank, **dict(zip(in_order, given, strict=False)), **named}
+        # The inner one refuses a value that is given twice.
+        values = {**blank, **dict(**dict(zip(in_order, given, strict=False)), **named)}
         if len(values) > len(blank) or len(given) > len(in_order):
             raise TypeError(f"{cls.__qualname__}: more values than {', '.join(blank)}")
-        if given and not named.keys().isdisjoint(in_order[: len(given)]):
-            raise TypeError(f"{cls.__qualname__}: a value is given twice")
         for name, make in makers.items():
             if values[name] is _MISSING:
                 if make is _MISSING:

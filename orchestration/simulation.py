@@ -81,8 +81,8 @@ def largest_step(system: System, stop_time: float, longest: float | None) -> flo
     duration = stop_time - system.default_experiment.start_time
     found = [duration / DEFAULT_STEPS if longest is None else longest]
     for name, variable in variables(system).items():
-        if name.rpartition(".")[2] == "sample_time":
-            owner, _, own = name.rpartition(".")
+        owner, _, own = name.rpartition(".")
+        if own == "sample_time":
             found.append(float(system.components[owner].values.get(own, variable.start or duration)))
     return duration / max(1, math.ceil(duration / min(found) - 1e-9))
 
@@ -93,15 +93,11 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     InputError if the tolerance is not above 0, or does not fit.
     """
     known = variables(system)
-    if watched:
-        units = {name: known[name].unit for name in watched if name in known}
-        return {name: positive(tolerance, unit or "1", "--tolerance") for name, unit in units.items()}
     found = {}
-    for name, variable in known.items():
-        with suppress(InputError):
-            if is_recorded(variable):
-                found[name] = positive(tolerance, variable.unit or "1", "--tolerance")
-    if not found:
+    for name in watched or filter(lambda each: is_recorded(known[each]), known):
+        with suppress(KeyError if watched else InputError):
+            found[name] = positive(tolerance, known[name].unit or "1", "--tolerance")
+    if not found and not watched:
         raise InputError(f'--tolerance {tolerance}: fits no output; give a value above 0, as "0.1 um"')
     return found
 

@@ -66,11 +66,9 @@ def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made
     Nobody waits for another process that makes the same: that takes as long as making it.
     """
     asked = source_state(), made_from
-    with suppress(Exception):  # there is no cache, another Python's file, or what no `repr` tells
-        content = kept_before(folder, asked)
-        if content is not None:
-            found: Made = pickle.loads(content)
-            return found
+    with suppress(Exception):  # nothing, another Python's file, or what no `repr` tells
+        found: Made = pickle.loads(kept_before(folder, asked) or b"")
+        return found
     made = make()
     with suppress(Exception):  # the disk is full, or this is no object that can be pickled
         _write(folder, asked, pickle.dumps(made))
@@ -198,19 +196,15 @@ def wanted_cache_folder() -> Path:
 @cache
 def source_state() -> str:
     """Digest of the sizes and times of the source's files, found sooner than one of what they hold."""
-    digest = hashlib.sha256()
-    for spec in map(find_spec, _GENERATORS):
-        if spec is not None and spec.origin is not None:
-            digest.update(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}\n".encode())
+    origins = [spec.origin for spec in map(find_spec, _GENERATORS) if spec is not None and spec.origin]
+    told = [(origin, 0, Path(origin).stat().st_mtime_ns) for origin in origins]
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
-        for entry in sorted(os.scandir(folders.pop()), key=lambda entry: entry.name):
-            if entry.is_dir():
-                folders += [entry.path] if entry.name != _BYTE_CODE else []
-            else:
-                facts = entry.stat()
-                digest.update(f"{entry.path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
-    return digest.hexdigest()
+        held = list(os.scandir(folders.pop()))
+        folders += [each.path for each in held if each.is_dir() and each.name != _BYTE_CODE]
+        files = [(each.path, each.stat()) for each in held if not each.is_dir()]
+        told += [(path, facts.st_size, facts.st_mtime_ns) for path, facts in files]
+    return hashlib.sha256(repr(sorted(told)).encode()).hexdigest()
 
 
 def source_digest() -> str:

@@ -14,6 +14,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from getopt import GetoptError, gnu_getopt
 from importlib import import_module
 from pathlib import Path
 from types import NoneType, UnionType
@@ -124,25 +125,20 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
     """
     parameters = taken(command)
     found = {each.name: each.default for each in parameters if each.default is not inspect.Parameter.empty}
-    places = [each for each in parameters if not each.options]
     options = {option: each for each in parameters for option in each.options}
-    left = list(given)
+    places = [each for each in parameters if not each.options]
+    known = [name[2:] + "=" * (each.kind is not bool) for name, each in options.items()]
     try:
-        while left:
-            text = left.pop(0)
-            if not text.startswith("-"):
-                asked = places[0]
-                if get_origin(asked.kind) is not list:
-                    del places[0]
-            else:
-                option, equals, text = text.partition("=")
-                asked = options[option]
-                if asked.kind is bool and not equals:
-                    found[asked.name] = option == asked.options[0]
-                    continue
-                text = text if equals else left.pop(0)
+        told, words = gnu_getopt(given, "", known)
+        if not {name for name, _ in told} <= {text.partition("=")[0] for text in given}:  # a name cut short
+            return None
+        for name, text in told:
+            asked, flag = options[name], name == options[name].options[0]
+            found[asked.name] = flag if asked.kind is bool else _value(asked.kind, text, found[asked.name])
+        for text in words:
+            asked = places[0] if get_origin(places[0].kind) is list else places.pop(0)
             found[asked.name] = _value(asked.kind, text, found.get(asked.name))
-    except (LookupError, ValueError):
+    except (GetoptError, LookupError, ValueError):
         return None
     return found if len(found) == len(parameters) else None
 

@@ -7,6 +7,7 @@ whether small disturbances die out, so that the check cannot disturb the run.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 
 import numpy as np
@@ -80,29 +81,26 @@ def attempted(
     """
     found: list[Attempt] = []
     for whole, finer in _ways(algorithm, tolerances):
-        try:
+        # A later attempt that fails costs no earlier one.
+        with suppress(*[SlaveError] * len(found)):
             result = once(whole, False)
-        except SlaveError:
-            if not found:
-                raise
-            break
-        if found and result.reason and not found[-1].result.reason:
-            if result.error is not None:
-                continue
-            # Ctrl-C, or a full disk
-            return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
-        names, bounds, broken = watched or result.table.names, dict[str, float](), None
-        if result.reason is None:
-            try:
-                fine = once(finer, True)
-                bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
-            except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
-                bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
-        missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
-        broken = broken and f"{broken} in the run at half the step"
-        found.append(Attempt(whole, result, bounds, broken, missed))
-        if broken or not (missed or result.error):
-            break
+            if found and result.reason and not found[-1].result.reason:
+                if result.error is not None:
+                    continue
+                # Ctrl-C, or a full disk
+                return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
+            names, bounds, broken = watched or result.table.names, dict[str, float](), None
+            if result.reason is None:
+                try:
+                    fine = once(finer, True)
+                    bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
+                except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
+                    bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
+            missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
+            broken = broken and f"{broken} in the run at half the step"
+            found.append(Attempt(whole, result, bounds, broken, missed))
+            if broken or not (missed or result.error):
+                break
     return found[-1]
 
 

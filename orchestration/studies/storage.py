@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -213,10 +214,7 @@ def default_url(folder: Path) -> str:
 
 def shown_place(url: str) -> str:
     """The URL without a password, or the path of a journal, as optuna-dashboard takes them too."""
-    if url.startswith(JOURNAL):
-        return url.removeprefix(JOURNAL)
-    scheme, there, rest = url.partition("://")
-    return scheme + there + rest.rpartition("@")[2]
+    return re.sub(f"^{JOURNAL}|(?<=://).*@", "", url)
 
 
 def _brief(fault: BaseException) -> str:

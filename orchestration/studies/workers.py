@@ -151,11 +151,11 @@ def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
     """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
     rollout = rollouts.get(case.law)
-    fits = rollout is not None and case.stop_time / case.step_size <= MOST_POINTS
-    periods = rollout.periods(case.values) if rollout and fits else None
-    if periods is None:
+    if rollout is None or case.stop_time / case.step_size > MOST_POINTS:
         return None
-    return case.law, case.stop_time, case.step_size, case.with_budget, periods
+    periods = rollout.periods(case.values)
+    lane = case.law, case.stop_time, case.step_size, case.with_budget, periods
+    return None if periods is None else lane
 
 
 def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:
@@ -215,22 +215,21 @@ def agreeing(
     scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
 ) -> FmuSet:
     """The FMUs with those of their joined systems whose figures are theirs within the coupling error."""
-    good, largest = dict[str, Rollout](), np.zeros(2)
-    for law, (difference, coupling) in tried(scenarios, mismatches, fmus).items():
-        if difference <= coupling:
-            good[law] = fmus.rollouts[law]
-            largest = np.maximum(largest, (difference, coupling))
-            continue
-        remark(
-            f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
-            f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
-        )
+    found = tried(scenarios, mismatches, fmus)
+    good = {law: each for law, each in found.items() if each[0] <= each[1]}
+    for law, (difference, coupling) in found.items():
+        if law not in good:
+            remark(
+                f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
+                f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
+            )
     if good:
+        difference, coupling = np.max(list(good.values()), axis=0)
         remark(
             f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
-            f"{largest[0]:.2g} µm, the coupling error is up to {largest[1]:.2g} µm (--exact runs the FMUs)"
+            f"{difference:.2g} µm, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)"
         )
-    return replace(fmus, rollouts=good)
+    return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 
 def tried(
@@ -244,17 +243,13 @@ def tried(
     """
     planned = [each for each in scenarios if each.controller.component.name in fmus.rollouts]
     runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
-    order = cycle(_sharpest_first(next(iter(runs.values()), []), fmus.rollouts))
-    return {law: _difference(mine[at], fmus) for (law, mine), at in zip(runs.items(), order, strict=False)}
-
-
-def _sharpest_first(runs: Sequence[Scenario], rollouts: Mapping[str, Rollout]) -> list[int]:
-    """Places of runs of one controller, that in which the growth's rate changes most in a step first."""
-    cases, turns = [case_of(each, (each.name,)) for each in runs], dict[int, float]()
-    for place, result in _joined(cases, rollouts):
+    cases, turns = [case_of(each, (each.name,)) for each in next(iter(runs.values()), [])], dict[int, float]()
+    for place, result in _joined(cases, fmus.rollouts):
         growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
-        turns[place] = float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
-    return sorted(range(len(cases)), key=lambda place: -turns.get(place, 0.0))
+        turns[place] = -float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
+    sharpest_first = sorted(range(len(cases)), key=lambda place: turns.get(place, 0.0))
+    order = zip(runs.items(), cycle(sharpest_first), strict=False)
+    return {law: _difference(mine[at], fmus) for (law, mine), at in order}
 
 
 def _difference(scenario: Scenario, fmus: FmuSet) -> tuple[float, float]:
