@@ -151,9 +151,8 @@ def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
     """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
     rollout = rollouts.get(case.law)
-    if rollout is None or case.stop_time / case.step_size > MOST_POINTS:
-        return None
-    periods = rollout.periods(case.values)
+    fits = rollout is not None and case.stop_time / case.step_size <= MOST_POINTS
+    periods = rollout.periods(case.values) if rollout and fits else None
     if periods is None:
         return None
     return case.law, case.stop_time, case.step_size, case.with_budget, periods

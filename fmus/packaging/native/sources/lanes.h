@@ -33,34 +33,15 @@ static inline lanes lanes_floor(lanes x)
 #define LANE_BY_LANE_2(name) \
     static inline lanes lanes_##name(lanes x, lanes y) \
     { for (int i = 0; i < LANES; i++) x[i] = name(x[i], y[i]); return x; }
-LANE_BY_LANE(fabs)
-LANE_BY_LANE(sqrt)
-LANE_BY_LANE(ceil)
-LANE_BY_LANE(exp)
-LANE_BY_LANE(expm1)
-LANE_BY_LANE(log1p)
-LANE_BY_LANE(sin)
-LANE_BY_LANE(tan)
-LANE_BY_LANE(asin)
-LANE_BY_LANE(acos)
-LANE_BY_LANE(atan)
-LANE_BY_LANE(sinh)
-LANE_BY_LANE(cosh)
-LANE_BY_LANE(tanh)
-LANE_BY_LANE(asinh)
-LANE_BY_LANE(acosh)
-LANE_BY_LANE(atanh)
-LANE_BY_LANE(erf)
+#define OF_ONE(form) \
+    form(fabs) form(sqrt) form(ceil) form(exp) form(expm1) form(log1p) form(sin) form(tan) form(asin) form(acos) \
+    form(atan) form(sinh) form(cosh) form(tanh) form(asinh) form(acosh) form(atanh) form(erf)
+#define OF_TWO(form) \
+    form(pow) form(fmod) form(remainder) form(atan2) form(hypot) form(copysign) form(fmin) form(fmax)
+OF_ONE(LANE_BY_LANE)
+OF_TWO(LANE_BY_LANE_2)
 LANE_BY_LANE_AS(slow_log, log)
 LANE_BY_LANE_AS(slow_cos, cos)
-LANE_BY_LANE_2(pow)
-LANE_BY_LANE_2(fmod)
-LANE_BY_LANE_2(remainder)
-LANE_BY_LANE_2(atan2)
-LANE_BY_LANE_2(hypot)
-LANE_BY_LANE_2(copysign)
-LANE_BY_LANE_2(fmin)
-LANE_BY_LANE_2(fmax)
 static inline lanes lanes_sign(lanes x)
 {
     return TRUTH(x > 0) - TRUTH(x < 0) + IF(TRUTH(x != x), x);
