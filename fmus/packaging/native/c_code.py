@@ -162,9 +162,7 @@ class _Body:
         self._placed: dict[str, str] = {}  # where in a result vectors lie that are a part of it
         self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
         self._gathered: dict[tuple[_Number, ...], _Number] = {}
-        self._handed: list[
-            tuple[int, int, _Number]
-        ] = []  # results that lie in vectors: which, where, and what
+        self._handed: list[tuple[int, int, _Number]] = []  # what of results lies in vectors: which, where
         held: dict[int, _Number] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):

@@ -206,11 +206,9 @@ def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list
     for i, variable in enumerate(each for each in variables for _ in each.scalar_names):
         value = values[i]
         margin = BOUND_TOLERANCE * ordinary_size(variable)
-        low, high = variable.minimum, variable.maximum
-        well = casadi.logic_and(
-            value >= (-LARGEST if low is None else low - margin),
-            value <= (LARGEST if high is None else high + margin),
-        )
+        low = -LARGEST if variable.minimum is None else variable.minimum - margin
+        high = LARGEST if variable.maximum is None else variable.maximum + margin
+        well = casadi.logic_and(value >= low, value <= high)
         if isinstance(variable, Input) and variable.accepts_nan:
             well = casadi.logic_or(well, value != value)
         if isinstance(variable, Parameter) and variable.positive:
