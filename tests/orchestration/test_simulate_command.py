@@ -112,17 +112,11 @@ def test_with_a_tolerance_a_resumed_run_goes_on_to_smaller_steps(
     fmu: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The checkpoint is the first attempt's; a later one begins anew."""
-    options = (
-        "--tolerance=1e-3",
-        "--watch=a.y",
-        "--step=0.1 s",
-        "--error-budget",
-        "--checkpoint=5",
-        "--resume",
-    )
+    options = "--tolerance=1e-3", "--watch=a.y", "--step=0.1 s", "--out=o"
+    kept = "--error-budget", "--checkpoint=5", "--resume"
     found = []
     for _ in range(2):
-        answer, _ = simulate(oscillator(fmu, 1.0), *options, "--out=o", capsys=capsys)
+        answer, _ = simulate(oscillator(fmu, 1.0), *options, *kept, capsys=capsys)
         assert answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
         found.append(pd.read_parquet("o/results.parquet"))
     pd.testing.assert_frame_equal(*found)
