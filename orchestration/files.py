@@ -55,15 +55,10 @@ def fresh_file(path: Path) -> Iterator[Path]:
 
     InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
-    try:
+    with _refused("{}: cannot be written ({}); nothing is there, choose another --out", path):
         sweep(path.parent, WRITING)
         with whole_file(path) as scratch:
             yield scratch
-    except OSError as fault:
-        reason = fault.strerror or fault
-        raise InputError(
-            f"{path}: cannot be written ({reason}); nothing is there, choose another --out"
-        ) from None
 
 
 def write_all(file: BinaryIO, data: bytes) -> None:
@@ -159,7 +154,7 @@ def _refused(sentence: str, path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as fault:
-        raise InputError(sentence.format(path, fault.strerror)) from None
+        raise InputError(sentence.format(path, fault.strerror or fault)) from None
 
 
 @contextmanager

@@ -69,6 +69,15 @@ def tables_of(text: str, name: str) -> dict[str, Any]:
         raise InputError(f"{name}: not readable as TOML ({fault}); mend that place") from None
 
 
+def pair(text: str, option: str, example: str) -> tuple[str, str]:
+    """Name and value of an option `NAME=VALUE`; InputError where one of them is missing."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and value):
+        missing = "no value" if name or not equals else "no name"
+        raise InputError(f"{option} {text}: {missing}; write {option} {example}")
+    return name, value
+
+
 def shown(value: object) -> str:
     """What a file holds, in few words for a sentence."""
     if isinstance(value, bool):

@@ -27,6 +27,7 @@ from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave
+from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
@@ -99,7 +100,8 @@ def main(
         raise InputError(lack)
     table = Table("law", "processor", *_COLUMNS, box=None, padding=(0, 1, 0, 0))
     for law in laws or ["observer", "observer_drift"]:
-        asked = changed(load_scenario(scenario), controller=law, stop=stop, mismatches=["noisy_sensors"])
+        asked = changed(load_scenario(scenario), law, mismatches=["noisy_sensors"])
+        asked = replace(asked, duty=asked.duty.until(positive(stop, "s", "--stop")))
         for target in TARGETS:
             found = closed_loop(asked, target)
             table.add_row(law, f"{target.name} {target.precision}", *_cells(found))

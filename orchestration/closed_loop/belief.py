@@ -39,7 +39,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     real, known = (_differing(scenario, e.parameters) for e in (scenario, scenario.as_believed))
     changed = [name for name in known if name.startswith(PLANT)]
     told = f"differs in {listed(changed)}" if changed else "is the nominal one"
-    if has_design(law):
+    if design_file(law).is_file():  # its parameters come from a design, which is not loaded to find out
         noisy = scenario.in_use.noise is not None or any(name.startswith(THERMOMETERS) for name in real)
         ideal = not noisy and _suits(scenario, real)
         if _suits(scenario, known):
@@ -56,11 +56,6 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
         f"law that is designed for this cell: {_command(scenario, changed, SUBSTITUTE)}; then run with "
         f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
     ), False
-
-
-def has_design(controller: str) -> bool:
-    """Whether a shipped law's parameters come from a design; this is found out without loading the design."""
-    return design_file(controller).is_file()
 
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:

@@ -25,6 +25,7 @@ from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
@@ -231,7 +232,8 @@ def run_scenario(
         found = attempted(chosen, tolerances, plant, once)
     if found.algorithm is not chosen:
         ran = replace(ran, master=FOLLOWING)
-    coupling, took = _largest_um(found.bounds), time.perf_counter() - began
+    largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began
+    coupling = 1e6 * largest if np.isfinite(largest) else None
     return ClosedLoop(ran, fmus.kind, found.result, coupling, found.stopped, told, ideal, took)
 
 
@@ -246,6 +248,7 @@ def run(
     master: str | None = None,
     tolerance: str | float | None = None,
     fmus: FmuKind | None = None,
+    statistics: bool = False,
 ) -> ClosedLoop:
     """Run a scenario with a controller and without one, and compute how far off the tool point is.
 
@@ -259,6 +262,7 @@ def run(
     master : name of the algorithm
     tolerance : largest coupling error, `"0.1 um"` or in m, for which the steps become smaller where needed
     fmus : native (C) or python; by default native if there is a C compiler
+    statistics : count and time the calls of each FMU
 
     Raises
     ------
@@ -268,21 +272,13 @@ def run(
         If the run failed before its first communication point.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
-    asked = changed(
-        found,
-        controller=controller,
-        parameters=parameters,
-        mismatches=mismatches,
-        step=step,
-        stop=stop,
-        master=master,
-        tolerance=tolerance,
+    most = found.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
+    asked = replace(
+        changed(found, controller, parameters, mismatches),
+        duty=found.duty if stop is None else found.duty.until(positive(stop, "s", "--stop")),
+        step_size=found.step_size if step is None else positive(step, "s", "--step"),
+        master=master or found.master,
+        coupling_tolerance=most,
     )
     with progress_bar(asked.title) as progress:
-        return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress)
-
-
-def _largest_um(bounds: Mapping[str, float]) -> float | None:
-    """Largest of some bounds in m, in um; None if one is unknown."""
-    largest = max(bounds.values(), default=np.inf)
-    return 1e6 * largest if np.isfinite(largest) else None
+        return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress, statistics)

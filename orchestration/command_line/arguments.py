@@ -20,8 +20,8 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import interrupted
+from warmlink.orchestration.text_files import pair
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Statistics
@@ -167,14 +167,8 @@ def proposals(parameter: str) -> Callable[[str], list[str]] | None:
 
 def settings_given(settings: Iterable[str] | None, option: str = "--set") -> dict[str, str]:
     """Read texts `NAME=VALUE` as values by name; raise InputError where a name or a value is missing."""
-    parameters = {}
-    for setting in settings or ():
-        variable, equals, value = map(str.strip, setting.partition("="))
-        if not equals or not variable:
-            missing = "no name" if equals else "no value"
-            raise InputError(f'{option} {setting}: {missing}; write --set "motor.joint_conductance=2 W/K"')
-        parameters[variable] = value
-    return parameters
+    example = '"motor.joint_conductance=2 W/K"' if option == "--set" else '"tip_temperature=0.1 K"'
+    return dict(pair(each, option, example) for each in settings or ())
 
 
 def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> list[StartValueSet]:

@@ -27,7 +27,8 @@ def init(kind: str, *, out: Path = Path()) -> None:
 
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    paths = [out / name for name in KINDS[kind]]
+    command, *names = KINDS[kind]
+    paths = [out / name for name in names]
     for path in paths:
         if path.exists():
             raise InputError(f"{path}: exists already; remove it, or choose another --out")
@@ -35,7 +36,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
         for path in paths:
             WRITERS[path.suffix](work / path.name)
     answer("\n".join(map(str, paths)))
-    answer(f"try  {NEXT[kind]} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
+    answer(f"try  {command} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:
@@ -67,28 +68,18 @@ def _run(path: Path) -> None:
     made_up.write_csv({named.get(name, name): values for name, values in columns.items()}, path)
 
 
-_CAUSES = ("causes.toml", "causes.json")
+_CAUSES, _RUNS = ("causes.toml", "causes.json"), ("run.csv", "check.csv")
 KINDS: dict[str, tuple[str, ...]] = {
-    "scenario": ("scenario.toml", "scenario.json"),
-    "cell": ("cell.toml", "scenario.json"),
-    "study": ("study.toml", "study.json"),
-    "law": ("law.py",),
-    "experiment": ("experiment.toml", "experiment.json", *_CAUSES, "run.csv", "check.csv"),
-    "causes": _CAUSES,
+    "scenario": ("warmlink run", "scenario.toml", "scenario.json"),
+    "cell": ("warmlink run", "cell.toml", "scenario.json"),
+    "study": ("warmlink tune", "study.toml", "study.json"),
+    "law": ("warmlink run --controller", "law.py"),
+    "experiment": ("warmlink diagnose", "experiment.toml", "experiment.json", *_CAUSES, *_RUNS),
+    "causes": ("warmlink diagnose an experiment with [causes] file =", *_CAUSES),
 }
-"""Files of each kind, the first of them the commented one."""
+"""For each kind the command that takes the commented file, that file, and those beside it."""
 
 WRITERS = {".toml": _template, ".py": _template, ".json": _schema, ".csv": _run}
-
-NEXT = {
-    "scenario": "warmlink run",
-    "cell": "warmlink run",
-    "study": "warmlink tune",
-    "law": "warmlink run --controller",
-    "experiment": "warmlink diagnose",
-    "causes": "warmlink diagnose an experiment with [causes] file =",
-}
-"""Command that takes the commented file."""
 
 
 def schema(kind: str) -> None:

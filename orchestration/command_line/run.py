@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import arguments
-from warmlink.orchestration.console import FAILED, answer, answer_json, progress_bar, remark
+from warmlink.orchestration.console import FAILED, answer, answer_json, remark
 
 LIVE_PAGE = "live.html"
 
@@ -57,37 +57,33 @@ def run(
     master : Master algorithm (`warmlink list`).
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.closed_loop.outcome import run_scenario
+    from warmlink.orchestration.closed_loop.outcome import run as run_in_closed_loop
     from warmlink.orchestration.files import fresh_folder
-    from warmlink.orchestration.fmu_store import kind_named, store
+    from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import series_writers
-    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.scenarios.setup import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
-    given = arguments.values_given(parameters, set_)
+    given, wrong, kind = arguments.values_given(parameters, set_), mismatch or (), kind_named(fmus)
     how = {"step": step, "stop": stop, "master": master, "tolerance": tolerance}
     own = with_replaced(load_scenario(scenario), Replacements.given(replace, map_))
-    asked = changed(own, controller=controller, parameters=given, mismatches=mismatch or (), **how)
-    named = None
+    asked = None
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        named = Asked(
-            scenario, given, mismatch or (), {f"--{name}": told for name, told in how.items() if told}
-        )
-    folder = out or Path("out") / asked.name
+        asked = Asked(scenario, given, wrong, {f"--{name}": told for name, told in how.items() if told})
+    folder = out or Path("out") / own.name
     with fresh_folder(folder) as target:
-        built = store(kind_named(fmus), sorted(asked.kinds), remark)
-        with progress_bar(asked.title) as progress:
-            outcome = run_scenario(asked, built, progress, statistics)
+        outcome = run_in_closed_loop(
+            own, controller, parameters=given, mismatches=wrong, **how, fmus=kind, statistics=statistics
+        )
         if outcome.time.size == 0:
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
             series = series_writers(outcome.table, arguments.listed(record) or (), csv)
-            lost = _write(outcome, target, series, named)
+            lost = _write(outcome, target, series, asked)
     if json:
         answer_json(outcome.to_dict())
     else:

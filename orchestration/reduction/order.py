@@ -28,7 +28,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.scenarios.entries import in_si
+from warmlink.orchestration.scenarios.entries import quantity
 from warmlink.orchestration.scenarios.scenario import materials
 
 RATES = np.geomspace(2e-5, 16.0, 9)
@@ -106,7 +106,7 @@ def range_of(material: str, conductivity: tuple[float, float] | None = None, **r
     if material not in materials():
         raise InputError(f"--material {material}: no such material; {instead(material, materials())}")
     known = materials()[material]
-    values = {each.name: in_si(known[each.name], each.unit) for each in LINK.parameters if each.name in known}
+    values = {p.name: quantity(known[p.name], p.unit) for p in LINK.parameters if p.name in known}
     nominal = values["conductivity"]
     return Range(values, conductivity or (0.75 * nominal, 1.25 * nominal), **rest)
 

@@ -22,14 +22,6 @@ from warmlink.orchestration.text_files import shortened, shown
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
 
 
-def quantity(text: str | float, unit: str, where: str, *, difference: bool = False) -> float:
-    """Value in an SI unit; `where` says what the value is for in an error message. Raises as `in_si`."""
-    try:
-        return in_si(text, unit, difference=difference)
-    except InputError as fault:
-        raise InputError(f"{where}: {fault}") from None
-
-
 def positive(text: str | float, unit: str, where: str) -> float:
     """Value in an SI unit; raises InputError unless it is above 0."""
     value = quantity(text, unit, where)
@@ -43,21 +35,21 @@ def not_positive(text: str | float, unit: str) -> str:
     return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
 
 
-def in_si(text: str | float, unit: str, *, difference: bool = False) -> float:
+def quantity(text: str | float, unit: str, where: str = "", *, difference: bool = False) -> float:
     """Value in an SI unit, which is given in Modelica's notation, of `"22 degC"` or of a bare number in it.
 
-    `difference` says that it is one of temperatures, so that 5 degC are 5 K. InputError is raised if the text
-    is no number with a unit, the number is not finite, or the unit does not fit.
+    `where` says what the value is for in an error message; `difference`, that it is one of temperatures, so
+    that 5 degC are 5 K. InputError is raised if the text is no number with a unit, the number is not finite,
+    or the unit does not fit.
     """
     found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
+    place = f"{where}: " if where else ""
     if found is None:
-        raise InputError(f'{shown(text)} is not a value; write it as "3.5 {unit}"')
+        raise InputError(f'{place}{shown(text)} is not a value; write it as "3.5 {unit}"')
     number, given = float(found.group(1)), found.group(2) or unit
     if not math.isfinite(number):
-        raise InputError(f"{shown(text)} is not a finite number; give one in {unit}")
-    if given == unit:
-        return number
-    return converter(given, unit, difference=difference)(number)
+        raise InputError(f"{place}{shown(text)} is not a finite number; give one in {unit}")
+    return number if given == unit else converter(given, unit, where, difference=difference)(number)
 
 
 def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
@@ -180,7 +172,7 @@ class Quantity(Entry):
     difference: bool = False
 
     def _read(self, value: Any) -> float:
-        number, unit, least = in_si(value, self.unit, difference=self.difference), self.unit, self.least
+        number, unit, least = quantity(value, self.unit, difference=self.difference), self.unit, self.least
         if self.positive and number <= 0:
             raise InputError(not_positive(value, unit))
         if number < least:
@@ -208,7 +200,7 @@ class Quantities(Entry):
         count = self.count
         if not isinstance(value, list) or len(value) != count:
             raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
-        numbers = tuple(in_si(each, self.unit) for each in value)
+        numbers = tuple(quantity(each, self.unit) for each in value)
         for i, number in enumerate(numbers, start=1):
             if number < self.least:
                 raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")
@@ -231,7 +223,7 @@ class Bounds(Quantities):
     def _read(self, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list) or len(value) != 2:
             raise InputError(f"{shown(value)} is no pair of bounds; give [lowest, highest]")
-        low, high = (in_si(each, self.unit) for each in value)
+        low, high = (quantity(each, self.unit) for each in value)
         if not self.least <= low <= high:
             raise InputError(
                 f"from {low:g} to {high:g} {self.unit} is no range; give bounds of at least "

@@ -16,7 +16,7 @@ from warmlink.orchestration.catalogue import Controller, controller_named, shipp
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values, positive
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.system.model import StartValues, System, Value
@@ -184,30 +184,17 @@ class Scenario:
 
 def changed(
     scenario: Scenario,
-    *,
     controller: str | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
     mismatches: Sequence[str] = (),
-    step: str | float | None = None,
-    stop: str | float | None = None,
-    master: str | None = None,
-    tolerance: str | float | None = None,
 ) -> Scenario:
     """The scenario with the given changes, each as for `run`; what is not given stays as its file says.
 
-    Raises InputError if a controller or mismatch does not exist, or a time is not valid.
+    Raises InputError if a controller or mismatch does not exist.
     """
     known = scenario.as_believed
-    most = scenario.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
-    asked = replace(
-        known,
-        duty=scenario.duty if stop is None else scenario.duty.until(positive(stop, "s", "--stop")),
-        step_size=scenario.step_size if step is None else positive(step, "s", "--step"),
-        master=master or scenario.master,
-        coupling_tolerance=most,
-        controller=scenario.controller if controller is None else controller_named(controller),
-        parameters={**known.parameters, **given_values(parameters)},
-    )
+    law = scenario.controller if controller is None else controller_named(controller)
+    asked = replace(known, controller=law, parameters={**known.parameters, **given_values(parameters)})
     for name in (*scenario.mismatches, *mismatches):
         asked = mismatch.load(name).applied(asked)
     return asked
@@ -251,4 +238,4 @@ class Settings:
         }
         asked = replace(default, **given, sensors=self.sensors)
         own = {**parameters, **self.parameters}
-        return changed(asked, controller=self.controller, parameters=own, mismatches=self.mismatches)
+        return changed(asked, self.controller, own, self.mismatches)

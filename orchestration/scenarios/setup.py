@@ -29,6 +29,7 @@ from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.written import TABLE
 from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.replacement import Replacements
@@ -242,9 +243,7 @@ def _check_variable(system: System, name: str, where: str) -> None:
     if instance not in system.components:
         known = instead(instance or name, system.components)
         raise InputError(f"{where}: {name}: {system.name} has no such component; {known}")
-    variables = read_description(system.components[instance].fmu).variables
-    if variable not in variables:
-        raise InputError(f"{where}: {name}: {instance} has no such variable; {instead(variable, variables)}")
+    variable_of(read_description(system.components[instance].fmu), variable, f"{where}: {name}")
 
 
 def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:

@@ -64,15 +64,11 @@ def _meanings() -> dict[str, dict[str, Any]]:
     return read_toml(MEANINGS)
 
 
-_ADAPTERS: dict[Any, Any] = {}
-
-
-def _adapter(kind: type[Any]) -> Any:
+@cache
+def _adapter(kind: Any) -> Any:
     from pydantic import TypeAdapter
 
-    if kind not in _ADAPTERS:
-        _ADAPTERS[kind] = TypeAdapter(kind)
-    return _ADAPTERS[kind]
+    return TypeAdapter(kind)
 
 
 def _plain(schema: Any) -> Any:

@@ -104,7 +104,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
             xml.optional(experiment, "stopTime", xml.number, where),
             xml.optional(experiment, "stepSize", xml.number, where),
         ),
-        units=definitions_of_units(root.find("UnitDefinitions"), where),
+        units=definitions_of_units(root, where, "UnitDefinitions"),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
         arrays=arrays,
         accepts_nan=inputs_accepting_nan(root),

@@ -15,14 +15,14 @@ Box = tuple[float, float, float, float]
 Part = TypeVar("Part", bound=Hashable)
 
 
-def boxes(heights: Mapping[Part, int], links: Iterable[tuple[Part, Part]]) -> dict[Part, Box]:
-    """Give each part its place.
+def boxes(kinds: Mapping[Part, Sequence[str]], links: Iterable[tuple[Part, Part]]) -> dict[Part, Box]:
+    """Give each part its place, from the kinds of its connectors.
 
     A part stands one column right of the last part before it, in the order given, that feeds it; what comes
-    back from later parts moves nothing. The heights are how many connectors a part's longer side has; the
+    back from later parts moves nothing. Its height follows from how many connectors its longer side has; the
     links name the parts that are connected, from and to, empty for the system around them.
     """
-    order = list(heights)
+    order = list(kinds)
     column: dict[Part, int] = {}
     feeding = set(links)
     for place, name in enumerate(order):
@@ -30,18 +30,13 @@ def boxes(heights: Mapping[Part, int], links: Iterable[tuple[Part, Part]]) -> di
         column[name] = max(before, default=-1) + 1
     top = Counter[int]()
     found = {}
-    for name, count in heights.items():
-        x, height = column[name] * (WIDTH + GAP), int(PITCH * (count + 1))
+    for name, shown in kinds.items():
+        longer = max(shown.count("input"), shown.count("output"))
+        x, height = column[name] * (WIDTH + GAP), int(PITCH * (longer + 1))
         y = 0.0 - top[column[name]]
         top[column[name]] += height + int(GAP / 2)
         found[name] = (x, y - height, x + WIDTH, y)
     return found
-
-
-def longer_side(kinds: Iterable[str]) -> int:
-    """Give how many connectors the longer side of a part has."""
-    count = Counter(kinds)
-    return max(count["input"], count["output"])
 
 
 def places(kinds: Sequence[str]) -> list[tuple[float, float] | None]:

@@ -83,11 +83,6 @@ class Connection:
         return giving, (self.target_component, self.target_variable)
 
     @property
-    def converts(self) -> bool:
-        """Whether the target is anything but the source itself."""
-        return (self.factor, self.offset) != (1.0, 0.0)
-
-    @property
     def source(self) -> str:
         """Both names of the giving end, as `link.elongation`."""
         return f"{self.source_component}.{self.source_variable}"

@@ -24,6 +24,7 @@ from warmlink.orchestration.system.description import ModelInfo, read_descriptio
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.units import QuantityError, Unit, conversion
 from warmlink.orchestration.system.xml import parse_xml, to_bytes
+from warmlink.orchestration.text_files import pair
 
 DESCRIPTION = "modelDescription.xml"
 
@@ -45,8 +46,8 @@ class Replacements:
 
         Raises InputError where one does not have its form, or a name is of a part that is not replaced.
         """
-        pairs = dict(_pair(each, "--replace", "link=My.fmu") for each in fmus or ())
-        renamed = dict(_pair(each, "--map", "link.heat_flow=Q") for each in names or ())
+        pairs = dict(pair(each, "--replace", "link=My.fmu") for each in fmus or ())
+        renamed = dict(pair(each, "--map", "link.heat_flow=Q") for each in names or ())
         for name in renamed:
             if not any(name.startswith(f"{instance}.") for instance in pairs):
                 raise InputError(f"--map {name}: is of no part that --replace names; {instead(name, pairs)}")
@@ -105,13 +106,6 @@ class Replacements:
 
 
 NOTHING_REPLACED = Replacements({}, {})
-
-
-def _pair(text: str, option: str, example: str) -> tuple[str, str]:
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise InputError(f"{option} {text}: is no pair; write {option} {example}")
-    return name, value
 
 
 def _faults(info: ModelInfo, name: str, causality: str, asked: Unit | None, exact: bool) -> Iterator[str]:

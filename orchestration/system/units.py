@@ -123,7 +123,7 @@ def meaning(unit: Unit) -> Unit:
 def read_unit(element: Any, where: str) -> Unit:
     """Give the unit that a `Unit` element of FMI or SSP defines."""
     name = xml.required(element, "name", where)
-    base = xml.only_child(element, "BaseUnit")
+    base = element.find("{*}BaseUnit")
     if base is None:
         return Unit(name)
     where = f"{where}: unit {name}"
@@ -135,9 +135,10 @@ def read_unit(element: Any, where: str) -> Unit:
     return Unit(name, exponents, 1.0 if factor is None else factor, offset)
 
 
-def definitions_of_units(held: Any, where: str) -> dict[str, Unit]:
-    """Give the units that an element of FMI or SSP defines, by name; none where it is None."""
-    return {unit.name: unit for unit in (read_unit(child, where) for child in xml.children(held, "Unit"))}
+def definitions_of_units(root: Any, where: str, holder: str = "Units") -> dict[str, Unit]:
+    """Give the units, by name, that the elements `Unit` in the holder of a document of FMI or SSP define."""
+    found = (read_unit(each, where) for each in root.iterfind(f"{{*}}{holder}/{{*}}Unit"))
+    return {unit.name: unit for unit in found}
 
 
 @lru_cache(maxsize=512)

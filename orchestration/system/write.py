@@ -17,7 +17,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.drawing import Box, boxes, longer_side, places
+from warmlink.orchestration.system.drawing import Box, boxes, places
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connector, System, Value, Variable
 from warmlink.orchestration.system.ssp.net import Edge, Net, Node, edge_of, net_of
 from warmlink.orchestration.system.ssp.net import Path as Place
@@ -28,7 +28,6 @@ from warmlink.orchestration.system.xml import element, sub_element, to_bytes
 
 # Every component's set bears this name: Ecos applies the sets of one name, which its user gives.
 PARAMETER_SET = "parameters"
-OMS = "org.openmodelica"
 
 End = tuple[str, str]
 """Name of a component and of one of its variables."""
@@ -170,7 +169,10 @@ class _Document:
         proposed = self.system.default_experiment
         stop = None if proposed.stop_time is None else float(proposed.stop_time)
         times = {"startTime": float(proposed.start_time), "stopTime": stop}
-        _libcosim_step(sub_element(root, "ssd", "DefaultExperiment", **times), proposed.step_size)
+        experiment = sub_element(root, "ssd", "DefaultExperiment", **times)
+        if proposed.step_size is not None:  # for which SSP has no word; libcosim reads it here
+            algorithm = sub_element(_note(experiment, "com.opensimulationplatform"), "osp", "Algorithm")
+            sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(proposed.step_size))
         return root
 
     def parameter_set(self, held: Component) -> Any:
@@ -199,7 +201,7 @@ class _Document:
         inside = sorted(net.inside[path], key=lambda inner: net.elements[inner].fmu is None)
         edges = net.elements[path].connections
         drawn = boxes(
-            {inner: longer_side(c.kind for c in net.elements[inner].connectors.values()) for inner in inside},
+            {inner: [c.kind for c in net.elements[inner].connectors.values()] for inner in inside},
             ((edge.source.path, edge.target.path) for edge in edges),
         )
         for inner in inside:
@@ -216,7 +218,12 @@ class _Document:
             if change is not None:
                 scale = {"factor": change.factor, "offset": change.offset}
                 sub_element(drawn_link, "ssc", "LinearTransformation", **scale)
-        _fixed_step_master(child, self.system.default_experiment.step_size)
+        step = self.system.default_experiment.step_size
+        if step is not None:  # by this OMSimulator knows a system of co-simulation, which it refuses without
+            told = sub_element(_note(child, "org.openmodelica"), "oms", "Annotations")
+            told = sub_element(told, "oms", "SimulationInformation")
+            settings = {"stepSize": float(step), "absoluteTolerance": 1e-4, "relativeTolerance": 1e-4}
+            sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **settings)
 
     def _add_component(self, elements: Any, path: Place, box: Box | None) -> None:
         held = self.system.components[".".join(path)]
@@ -279,19 +286,6 @@ def _free(stem: str, suffix: str, taken: set[str]) -> str:
     return name
 
 
-def _fixed_step_master(system: Any, step: float | None) -> None:
-    """Add the annotation by which OMSimulator knows a system of co-simulation, which it refuses without."""
-    if step is not None:
-        notes = sub_element(sub_element(system, "ssd", "Annotations"), "ssc", "Annotation", type=OMS)
-        told = sub_element(sub_element(notes, "oms", "Annotations"), "oms", "SimulationInformation")
-        settings = {"stepSize": float(step), "absoluteTolerance": 1e-4, "relativeTolerance": 1e-4}
-        sub_element(told, "oms", "FixedStepMaster", description="oms-ma", **settings)
-
-
-def _libcosim_step(experiment: Any, step: float | None) -> None:
-    """Add the annotation from which libcosim reads a step size, for which SSP has no word."""
-    if step is not None:
-        notes = sub_element(experiment, "ssd", "Annotations")
-        note = sub_element(notes, "ssc", "Annotation", type="com.opensimulationplatform")
-        algorithm = sub_element(note, "osp", "Algorithm")
-        sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(step))
+def _note(parent: Any, tool: str) -> Any:
+    """Add an annotation for a tool."""
+    return sub_element(sub_element(parent, "ssd", "Annotations"), "ssc", "Annotation", type=tool)

@@ -1,15 +1,16 @@
 """Reading other people's XML without trusting it, attribute texts as values, and writing the XML of SSP.
 
 Nothing here expands an entity or fetches from a network; whatever is wrong becomes one `InputError` that says
-where it stands. SSP 2.0 kept the namespaces of 1.0 and tells its version in an attribute. Some readers
-(libcosim, Ecos) know elements by their prefix alone, so writing always uses the standard's own prefixes.
+where it stands. SSP 2.0 kept the namespaces of 1.0 and tells its version in an attribute; elements are found
+in any namespace. Some readers (libcosim, Ecos) know elements by their prefix alone, so writing always uses
+the standard's own prefixes.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -120,16 +121,6 @@ def optional(element: Any, name: str, read: Callable[[str, str], Read], where: s
 def local(element: Any) -> str:
     """Give an element's name without its namespace."""
     return str(element.tag).rpartition("}")[2]
-
-
-def children(parent: Any, name: str) -> Iterator[Any]:
-    """Give the child elements of one name."""
-    return (child for child in (() if parent is None else parent) if local(child) == name)
-
-
-def only_child(parent: Any, name: str) -> Any:
-    """Give the first child of one name, or None."""
-    return next(children(parent, name), None)
 
 
 def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> None:

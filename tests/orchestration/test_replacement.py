@@ -83,7 +83,7 @@ def test_what_is_something_else_is_said(strange: Path) -> None:
 @pytest.mark.parametrize(
     ("fmus", "names", "sentence"),
     [
-        (["link"], [], "--replace link: is no pair; write --replace link=My.fmu"),
+        (["link"], [], "--replace link: no value; write --replace link=My.fmu"),
         (["link=a.fmu"], ["motor.speed=w"], "--map motor.speed: is of no part that --replace names"),
         (["lunk=a.fmu"], [], "--replace lunk: no part of WarmupCell; did you mean link"),
         (["link=a.fmu"], [], "a.fmu: no such file"),

@@ -15,9 +15,9 @@ from pathlib import Path
 import pytest
 
 from warmlink.controllers.design.shipped import PLANT_FACTS
+from warmlink.controllers.start_values import design_file
 from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.closed_loop.belief import has_design
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
 
 MY_LAW = Path(__file__).parent / "studies" / "my_law.py"
@@ -65,7 +65,7 @@ def test_no_controller_acts_on_motor_or_link() -> None:
 
 
 def test_every_law_that_ships_with_a_design_says_what_it_knows_of_the_plant() -> None:
-    assert set(PLANT_FACTS) == {name for name in controllers() if has_design(name)}
+    assert set(PLANT_FACTS) == {name for name in controllers() if design_file(name).is_file()}
 
 
 def test_the_default_run_loads_no_designer() -> None:
@@ -211,7 +211,7 @@ def pressing(share: float, times: int) -> Callable[[str], object]:
 def test_ctrl_c_in_the_run_at_half_the_step_costs_the_bound_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.5, 1))
+    monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.5, 1))
     short = ("--stop", "4 min", "--no-report", "--fmus", "python")
     code, printed = warmlink("run", NOMINAL, *short, "--out", "o")
     assert code == 1
@@ -224,7 +224,7 @@ def test_ctrl_c_in_the_run_at_half_the_step_costs_the_bound_alone(
 def test_ctrl_c_keeps_what_was_computed(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.1, times))
+    monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.1, times))
     code, printed = warmlink("run", NOMINAL, "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "of 20 min" in printed
@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_was_computed(
 def test_ctrl_c_in_the_second_run_costs_the_coupling_error_alone(
     warmlink: Warmlink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.command_line.run.progress_bar", pressing(0.6, 1))
+    monkeypatch.setattr("warmlink.orchestration.closed_loop.outcome.progress_bar", pressing(0.6, 1))
     code, printed = warmlink("run", NOMINAL, "--stop", "20 min", "--fmus", "python", "--out", "o")
     assert code == 1
     assert "in the run at half the step" in printed

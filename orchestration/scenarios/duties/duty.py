@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
-from warmlink.fmus.duty_cycle.component import SEGMENTS
+from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
@@ -23,14 +23,7 @@ NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 MOST_SEGMENTS = 100_000
 """Segments that a duty cycle may be drawn or ramped into."""
 
-UNITS = {
-    "duration": "s",
-    "speed": "rad/s",
-    "torque": "N.m",
-    "ambient_temperature": "K",
-    "pad_temperature": "K",
-    "pad_power": "W",
-}
+UNITS = {"duration": "s", **{each.name: each.unit for each in COMPONENT.outputs if each.name != "pad_mode"}}
 """SI unit of every quantity of a segment."""
 
 

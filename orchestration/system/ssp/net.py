@@ -55,9 +55,8 @@ class Edge:
 def edge_of(link: Connection) -> Edge:
     """Give a connection between components, in the units of their own variables."""
     source, target = (Node((component,), variable) for component, variable in link.ends)
-    return Edge(
-        source, target, Conversion(link.factor, link.offset) if link.converts else None, link.converts
-    )
+    change = Conversion(link.factor, link.offset)
+    return Edge(source, target, None if change.identity else change, not change.identity)
 
 
 @dataclass(frozen=True)
@@ -200,8 +199,9 @@ def net_of(system: System, nested: bool = False) -> Net:
     """
     net = Net()
     net.add((), Element())
+    paths = {name: tuple(name.split(".")) if nested else (name,) for name in system.components}
     for name, held in system.components.items():
-        path = _path(name, nested)
+        path = paths[name]
         for outer in (path[:depth] for depth in range(1, len(path))):
             if net.elements.setdefault(outer, Element()).fmu is not None:
                 raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
@@ -209,12 +209,8 @@ def net_of(system: System, nested: bool = False) -> Net:
             raise InputError(f"{name}: is a component and a system; rename one")
         net.add(path, Element(dict(held.connectors), held.fmu))
     for link in system.connections:
-        _lay(net, link, _path(link.source_component, nested), _path(link.target_component, nested))
+        _lay(net, link, *(paths.get(name, (name,)) for name, _ in link.ends))
     return net
-
-
-def _path(name: str, nested: bool) -> Path:
-    return tuple(name.split(".")) if nested else (name,)
 
 
 def _lay(net: Net, link: Connection, start: Path, end: Path) -> None:

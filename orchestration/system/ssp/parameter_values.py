@@ -44,9 +44,9 @@ def write_ssv(values: Mapping[str, Value | Parameter], path: Path, name: str = "
 def parameter_set(root: Any, where: str) -> dict[str, Parameter]:
     """Give the parameters of an `ssv:ParameterSet` element by name; what does not fit is an InputError."""
     xml.refuse_other_children(root, ("Parameters", "Enumerations", "Units"), where)
-    units = definitions_of_units(xml.only_child(root, "Units"), where)
+    units = definitions_of_units(root, where)
     parameters: dict[str, Parameter] = {}
-    for child in xml.children(xml.only_child(root, "Parameters"), "Parameter"):
+    for child in root.iterfind("{*}Parameters/{*}Parameter"):
         name = xml.required(child, "name", where)
         if name in parameters:
             raise InputError(f"{where}: gives the parameter {name} twice; keep one")
@@ -76,7 +76,7 @@ def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
     """Give the entries of an `ssm:ParameterMapping` element; raises `InputError` on what is not supported."""
     xml.refuse_other_children(root, ("MappingEntry",), where)
     entries = []
-    for entry in xml.children(root, "MappingEntry"):
+    for entry in root.iterfind("{*}MappingEntry"):
         source, target = (Node((), xml.required(entry, end, where)) for end in ("source", "target"))
         edge = Edge(source, target)
         entries.append(with_transformation(edge, entry, f"{where}: {edge}"))
@@ -87,7 +87,7 @@ def with_transformation(edge: Edge, entry: Any, where: str) -> Edge:
     """Give a connection or mapping entry with what its element says of units and of a transformation."""
     suppress = xml.optional(entry, "suppressUnitConversion", xml.truth, where) or False
     xml.refuse_other_children(entry, ("LinearTransformation", "ConnectionGeometry"), where)
-    linear, change = xml.only_child(entry, "LinearTransformation"), None
+    linear, change = entry.find("{*}LinearTransformation"), None
     if linear is not None:
         factor = xml.optional(linear, "factor", xml.number, where)
         offset = xml.optional(linear, "offset", xml.number, where) or 0.0

@@ -55,11 +55,11 @@ class Reader:
             raise InputError(f"{where}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
         root = xml.root_of_file(path, "SystemStructureDescription", where)
         xml.refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
-        top = xml.only_child(root, "System")
+        top = root.find("{*}System")
         if top is None:
             raise InputError(f"{where}: holds no System; there is nothing to simulate")
-        units = definitions_of_units(xml.only_child(root, "Units"), where)
-        experiment = _experiment(xml.only_child(root, "DefaultExperiment"), where)
+        units = definitions_of_units(root, where)
+        experiment = _experiment(root.find("{*}DefaultExperiment"), where)
         replace(self, path=path, units=units, enclosing=(*self.enclosing, path))._system(top, at)
         return root.get("name") or top.get("name") or path.stem, experiment
 
@@ -70,10 +70,10 @@ class Reader:
         where = self._where(at)
         parts = ("Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections")
         xml.refuse_other_children(element, (*parts, "SystemGeometry", "GraphicalElements"), where)
-        connections = [self._connection(c, at) for c in _items(element, "Connections", "Connection")]
+        connections = [self._connection(c, at) for c in element.iterfind("{*}Connections/{*}Connection")]
         self.net.add(at, Element(self._connectors(element, at), connections=connections))
         readers = {"System": self._system, "Component": self._component}
-        for child in _items(element, "Elements"):
+        for child in element.iterfind("{*}Elements/*"):
             name = xml.required(child, "name", where)
             inner = (*at, name)
             if not name or inner in self.net.elements:
@@ -124,7 +124,7 @@ class Reader:
 
     def _connectors(self, element: Any, at: Path) -> dict[str, Connector]:
         found: dict[str, Connector] = {}
-        for child in _items(element, "Connectors", "Connector"):
+        for child in element.iterfind("{*}Connectors/{*}Connector"):
             name = xml.required(child, "name", self._where(at))
             where = str(Node(at, name))
             if name in found:
@@ -137,7 +137,7 @@ class Reader:
             if len(typed) > 1:
                 raise InputError(f"{where}: clocked connectors are not supported; connect others")
             sizes = tuple(
-                xml.integer(xml.required(d, "size", where), where) for d in xml.children(child, "Dimension")
+                xml.integer(xml.required(d, "size", where), where) for d in child.iterfind("{*}Dimension")
             )
             named = typed[0].get("unit") if typed else None
             unit = self.units.get(named, Unit(named)) if named else None
@@ -157,24 +157,24 @@ class Reader:
         return with_transformation(edge, element, str(edge))
 
     def _bindings(self, element: Any, at: Path) -> list[Binding]:
-        return [self._binding(each, at) for each in _items(element, "ParameterBindings", "ParameterBinding")]
+        held = element.iterfind("{*}ParameterBindings/{*}ParameterBinding")
+        return [self._binding(each, at) for each in held]
 
     def _binding(self, element: Any, at: Path) -> Binding:
         where = self._where(at)
         xml.refuse_other_children(element, ("ParameterValues", "ParameterMapping"), where)
-        values, where = self._content(
-            element, xml.only_child(element, "ParameterValues"), "ParameterSet", where
-        )
+        values, where = self._content(element, "{*}ParameterValues/{*}ParameterSet", where)
         prefix = element.get("prefix", "")
         parameters = {prefix + name: each for name, each in parameter_set(values, where).items()}
-        mapping = xml.only_child(element, "ParameterMapping")
+        mapping = element.find("{*}ParameterMapping")
         entries = None
         if mapping is not None:
-            entries = parameter_mapping(*self._content(mapping, mapping, "ParameterMapping", where))
+            entries = parameter_mapping(*self._content(mapping, "{*}ParameterMapping", where))
         return Binding(at, parameters, entries, where)
 
-    def _content(self, holder: Any, inline: Any, root: str, where: str) -> tuple[Any, str]:
-        """Give the root of a document that stands in a file of its own or inside this one, and its name."""
+    def _content(self, holder: Any, way: str, where: str) -> tuple[Any, str]:
+        """Give the root of a document, in a file of its own or on a way inside this one, and its name."""
+        root = way.rpartition("}")[2]
         mime = f"application/x-ssp-parameter-{root.removeprefix('Parameter').lower()}"
         kind, source = holder.get("type", mime), holder.get("source")
         if kind != mime:
@@ -185,7 +185,7 @@ class Reader:
         if source:
             there = f"{where}: {source}"
             return xml.root_of_file(self._file(source, where), root, there), there
-        held = xml.only_child(inline, root)
+        held = holder.find(way)
         if held is None:
             raise InputError(f"{where}: a parameter binding has neither a source nor a {root} inside")
         xml.check_root(held, root, where)
@@ -216,19 +216,12 @@ def _relative(source: str, where: str) -> str | None:
     return relative or None
 
 
-def _items(element: Any, holder: str, name: str | None = None) -> list[Any]:
-    """Give the children of an optional holder, which may be of one name only."""
-    held = xml.only_child(element, holder)
-    return [] if held is None else [child for child in held if xml.local(child) == (name or xml.local(child))]
-
-
 def _experiment(element: Any, where: str) -> DefaultExperiment:
     start = xml.optional(element, "startTime", xml.number, where) or 0.0
     stop = xml.optional(element, "stopTime", xml.number, where)
     if stop is not None and stop <= start:
         raise InputError(f"{where}: stopTime {stop:g} s is not after startTime {start:g} s; give a later one")
-    notes = () if element is None else element.iter()
-    algorithm = next((each for each in notes if xml.local(each) == "FixedStepAlgorithm"), None)
+    algorithm = None if element is None else element.find(".//{*}FixedStepAlgorithm")
     step = xml.optional(algorithm, "baseStepSize", xml.number, where)
     if step is not None and step <= 0:
         raise InputError(f"{where}: baseStepSize {step:g} s is not positive; give a step above 0 s")

@@ -178,7 +178,7 @@ def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:
     [
         ("score = ", "skore = ", "roles: skore is not known; did you mean score"),
         ("link2.elongation -", "link3.elongation -", "link3.elongation: Chain has no such component"),
-        ("link2.elongation -", "link2.elongated -", "link2 has no such variable; did you mean elongation"),
+        ("link2.elongation -", "link2.elongated -", "fmu has no variable elongated; did you mean elongation"),
         ('"motor1.torque"', '"link1.heat_flow"', "link1.heat_flow is fed in Chain already"),
         ('controller = "lag"', "[roles.x]", "roles"),
         ("chain.ssp", "chan.ssp", "no such file"),

@@ -15,7 +15,7 @@ def apart(one: Box, other: Box) -> bool:
 
 def drawn(wires: tuple[tuple[str, str], ...], parts: list[str]) -> dict[str, Box]:
     links = [(a.rpartition(".")[0], b.rpartition(".")[0]) for a, b in wires]
-    return boxes(dict.fromkeys(parts, 5), links)
+    return boxes(dict.fromkeys(parts, ["input"] * 5), links)
 
 
 def test_the_cell_is_drawn_along_its_signals() -> None:
