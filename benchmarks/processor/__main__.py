@@ -20,7 +20,6 @@ from warmlink.controllers.export.core import Core
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.outcome import remaining_error
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.assembly import Assembly, assemble
@@ -67,12 +66,12 @@ def closed_loop(scenario: Scenario, target: Target) -> Loop:
             ]
             there = _simulated(replace(assembly, slaves=slaves), scenario)
     fmu = _simulated(assemble(system), scenario)
-    correction = f"{COMPENSATOR}.correction"
+    correction, score = f"{COMPENSATOR}.correction", scenario.setup.roles.score
     return Loop(
         code,
         board.cost,
         float(np.abs(there[correction] - fmu[correction]).max()),
-        *(float(np.abs(remaining_error(scenario.setup, each)).max()) for each in (there, fmu)),
+        *(float(np.abs(score.value(each.__getitem__)).max()) for each in (there, fmu)),
     )
 
 

@@ -201,7 +201,9 @@ def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: f
     x, y, z : tool points in m from the arm's base, each of shape (n,) or a number
     pitch, roll : angles in rad of the tool above the horizontal (-pi/2 points down), and about itself
     """
-    column, a, b, tool = _column_arms_and_tool()
+    starts = {scalar.name: scalar.start or 0.0 for scalar in ARM_KINEMATICS.scalars()}
+    names = ("offset[1]", "length[2]", "offset[4]", "offset[6]")
+    column, a, b, tool = (starts[f"link_{name}"] for name in names)
     x, y, z = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (x, y, z))
     out = np.hypot(x, y) - tool * np.cos(pitch)
     up = z - tool * np.sin(pitch) - column
@@ -216,10 +218,3 @@ def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: f
     limits = np.array([each.joint_limit for each in axes()])
     within = np.all(np.abs(angles) <= limits + 1e-9, axis=1)
     return np.where(within[:, None], angles, np.nan)
-
-
-@cache
-def _column_arms_and_tool() -> tuple[float, ...]:
-    """Lengths of column, upper arm, forearm and tool in m, out of the declaration of the arm's kinematics."""
-    starts = {scalar.name: scalar.start or 0.0 for scalar in ARM_KINEMATICS.scalars()}
-    return tuple(starts[f"link_{name}"] for name in ("offset[1]", "length[2]", "offset[4]", "offset[6]"))

@@ -50,7 +50,7 @@ from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
@@ -102,10 +102,9 @@ class Program(Drive):
 
 
 @dataclass(frozen=True)
-class JointsTable:
+class JointsTable(Table):
     """Constant demands on the six joints from the base outwards."""
 
-    __pydantic_config__ = TABLE
     most = 1
 
     duration: Annotated[float, Quantity("s", positive=True)]
@@ -120,10 +119,8 @@ class JointsTable:
 
 
 @dataclass(frozen=True)
-class JobsTable:
+class JobsTable(Table):
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
-
-    __pydantic_config__ = TABLE
 
     seed: Annotated[int, Whole(0, MOST_SEED)]
     shortest: Annotated[float, Quantity("s", positive=True)]
@@ -152,10 +149,8 @@ class JobsTable:
 
 
 @dataclass(frozen=True)
-class PoseTable:
+class PoseTable(Table):
     """A pose that is held: six joint angles, or the tool's point with its pitch above the horizontal."""
-
-    __pydantic_config__ = TABLE
 
     hold: Annotated[float, Quantity("s", positive=True)]
     joints: Annotated[tuple[float, ...] | None, Quantities("rad", AXES)] = None
@@ -184,8 +179,6 @@ class PoseTable:
 @dataclass(frozen=True, kw_only=True)
 class ProgramFile(RowsTables, Settings):
     """A program of the six-axis arm: what each joint does, and the poses in which the tool works."""
-
-    __pydantic_config__ = TABLE
 
     stop_time: Annotated[float, Quantity("s", positive=True)]
     pose: tuple[PoseTable, ...]

@@ -25,7 +25,7 @@ from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.entries import Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
 
 LIBRARY = Path(__file__).parent / "library"
@@ -34,8 +34,6 @@ LIBRARY = Path(__file__).parent / "library"
 @dataclass(frozen=True, kw_only=True)
 class ScenarioFile(DutyTables, Settings):
     """A scenario: a system, what drives it, what is scored, and how it is run."""
-
-    __pydantic_config__ = TABLE
 
     duty: Annotated[str | None, Text("shift_with_breaks")] = None
     stop_time: Annotated[float | None, Quantity("s", positive=True)] = None

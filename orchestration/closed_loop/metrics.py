@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.fmus.records import dataclass
-
-Series = NDArray[np.float64]
+from warmlink.orchestration.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class ErrorMetrics:
     time_to_tolerance_s: float | None
 
 
-def error_metrics(time: Series, error: Series, tolerance: float) -> ErrorMetrics:
+def error_metrics(time: Array, error: Array, tolerance: float) -> ErrorMetrics:
     """Figures of an error history in m at communication points in s, shapes (n,), by a tolerance in m."""
     size, span = np.abs(error), time[-1] - time[0]
     outside = np.flatnonzero(~(size <= tolerance))

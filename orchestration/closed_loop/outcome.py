@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.fmus.records import dataclass
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics, reduction_percent
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metrics, reduction_percent
 from warmlink.orchestration.console import Answer, progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
@@ -27,7 +28,6 @@ from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
-from warmlink.orchestration.scenarios.setup import Setup
 from warmlink.orchestration.simulation import largest_step
 
 if TYPE_CHECKING:
@@ -62,17 +62,17 @@ class ClosedLoop(Answer):
         return self.scenario.controller.name
 
     @property
-    def time(self) -> Series:
+    def time(self) -> Array:
         """Communication points in s."""
         return self.result.times
 
     @property
-    def error(self) -> Series:
+    def error(self) -> Array:
         """Error of the tool point in m at the communication points."""
-        return remaining_error(self.scenario.setup, self.result)
+        return np.asarray(self.scenario.setup.roles.score.value(self.result.__getitem__))
 
     @property
-    def uncompensated_error(self) -> Series:
+    def uncompensated_error(self) -> Array:
         """Error of the tool point in m at the communication points, without a controller."""
         return np.asarray(self.scenario.setup.roles.uncompensated.value(self.result.__getitem__))
 
@@ -186,11 +186,6 @@ IDEAL = (
     "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
     "cell is; add --mismatch thermal_high or --mismatch noisy_sensors, for example"
 )
-
-
-def remaining_error(setup: Setup, result: Result) -> Series:
-    """Error of the tool point in m at the communication points of a run, shape (n,)."""
-    return np.asarray(setup.roles.score.value(result.__getitem__))
 
 
 def discretisation_um(result: Result) -> float:

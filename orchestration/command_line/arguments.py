@@ -20,7 +20,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
-from warmlink.orchestration.console import interrupted
+from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
 from warmlink.orchestration.text_files import pair
 
 if TYPE_CHECKING:
@@ -152,14 +152,19 @@ def _value(kind: Any, text: str, before: Any) -> Any:
     return kind(text)
 
 
+def loaded(place: str) -> Any:
+    """Load what a place names, as `closed_loop.load:scenario_names`."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"warmlink.orchestration.{module}"), name)
+
+
 def proposals(parameter: str) -> Callable[[str], list[str]] | None:
     """What the shell proposes for a parameter; None where there are no names to choose from."""
     if parameter not in _NAMES:
         return None
 
     def beginning(incomplete: str) -> list[str]:
-        module, _, attribute = _NAMES[parameter].partition(":")
-        found = getattr(import_module(f"warmlink.orchestration.{module}"), attribute)
+        found = loaded(_NAMES[parameter])
         return [name for name in (found() if callable(found) else found) if name.startswith(incomplete)]
 
     return beginning
@@ -194,7 +199,6 @@ def listed(text: str | None) -> list[str] | None:
 def advise(scenario: Scenario) -> None:
     """Remark where a scenario's controller was not designed for its system."""
     from warmlink.orchestration.closed_loop.belief import judged
-    from warmlink.orchestration.console import remark
 
     advice, _ = judged(scenario)
     if advice is not None:
@@ -203,8 +207,6 @@ def advise(scenario: Scenario) -> None:
 
 def finish(folder: Path, lost: str | None, stopped: str | None, *more: str) -> None:
     """Remark on files that were lost and on a run that stopped early; either ends the command with FAILED."""
-    from warmlink.orchestration.console import FAILED, remark
-
     if lost is not None:
         remark(f"{folder}: {lost}")
     if stopped is not None:
@@ -216,8 +218,6 @@ def finish(folder: Path, lost: str | None, stopped: str | None, *more: str) -> N
 
 def print_statistics(statistics: Statistics) -> None:
     """Print what each FMU was asked for, and how long it took."""
-    from warmlink.orchestration.console import answer, print_table
-
     headings, rows = statistics.table()
     print_table("calls of each FMU", headings, rows, texts=1, width=120)
     answer(statistics.summary())

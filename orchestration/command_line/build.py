@@ -18,7 +18,8 @@ from warmlink.orchestration.console import (
     progress_bar,
     remark,
 )
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -105,7 +106,6 @@ def build_files(
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
     from warmlink.orchestration.check.fmu import validity_problems
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.files import temporary_folder
     from warmlink.orchestration.system.assemble import read_system
 
     out = Path(out)
@@ -231,8 +231,6 @@ def check(file: Path, *, json: bool = False) -> None:
 
     from warmlink.orchestration.check.fmu import check_fmu
 
-    if not is_file(file):
-        raise InputError(f"{file}: no such file; give an .fmu or .ssp file")
     results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
     failed = sum(result.verdict == "fail" for result in results)
     if json:
@@ -248,8 +246,6 @@ def check(file: Path, *, json: bool = False) -> None:
 def _check_system(path: Path) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     from warmlink.orchestration.check.fmu import CheckResult, validity_problems
-    from warmlink.orchestration.files import temporary_folder
-    from warmlink.orchestration.master.slaves.slave import SlaveError
     from warmlink.orchestration.simulation import simulate
     from warmlink.orchestration.system.assemble import read_system
 

@@ -8,7 +8,9 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import remembered
+from warmlink.orchestration.command_line.arguments import loaded
 from warmlink.orchestration.console import answer, answer_json, print_table
+from warmlink.orchestration.files import fresh_folder
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -23,8 +25,6 @@ def init(kind: str, *, out: Path = Path()) -> None:
     kind : Kind: `scenario`, `cell`, `study`, `law`, `experiment` or `causes`.
     out : Folder to write into.
     """
-    from warmlink.orchestration.files import fresh_folder
-
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
     command, *names = KINDS[kind]
@@ -54,9 +54,9 @@ def _schema(path: Path) -> None:
 def _schema_of(kind: str) -> dict[str, Any]:
     from warmlink.orchestration.scenarios.written import json_schema
 
-    if kind not in kinds():
-        raise InputError(f"{kind}: no such kind of file; {instead(kind, kinds())}")
-    return json_schema(kinds()[kind])
+    if kind not in _READ_INTO:
+        raise InputError(f"{kind}: no such kind of file; {instead(kind, _READ_INTO)}")
+    return json_schema(loaded(_READ_INTO[kind]))
 
 
 def _run(path: Path) -> None:
@@ -78,6 +78,17 @@ KINDS: dict[str, tuple[str, ...]] = {
     "causes": ("warmlink diagnose an experiment with [causes] file =", *_CAUSES),
 }
 """For each kind the command that takes the commented file, that file, and those beside it."""
+
+_READ_INTO = {
+    "scenario": "closed_loop.load:ScenarioFile",
+    "program": "arm.program:ProgramFile",
+    "duty": "scenarios.duties.duty_files:DutyFile",
+    "study": "studies.study:StudyFile",
+    "mismatch": "scenarios.mismatch:MismatchFile",
+    "experiment": "diagnosis.data.experiment:ExperimentFile",
+    "causes": "diagnosis.causes.declared:CausesFile",
+}
+"""Where the class is that each kind of file is read into."""
 
 WRITERS = {".toml": _template, ".py": _template, ".json": _schema, ".csv": _run}
 
@@ -101,23 +112,7 @@ def schema(kind: str) -> None:
 
 def kinds() -> dict[str, type[Any]]:
     """The class that each kind of file is read into."""
-    from warmlink.orchestration.arm.program import ProgramFile
-    from warmlink.orchestration.closed_loop.load import ScenarioFile
-    from warmlink.orchestration.diagnosis.causes.declared import CausesFile
-    from warmlink.orchestration.diagnosis.data.experiment import ExperimentFile
-    from warmlink.orchestration.scenarios.duties.duty_files import DutyFile
-    from warmlink.orchestration.scenarios.mismatch import MismatchFile
-    from warmlink.orchestration.studies.study import StudyFile
-
-    return {
-        "scenario": ScenarioFile,
-        "program": ProgramFile,
-        "duty": DutyFile,
-        "study": StudyFile,
-        "mismatch": MismatchFile,
-        "experiment": ExperimentFile,
-        "causes": CausesFile,
-    }
+    return {kind: loaded(place) for kind, place in _READ_INTO.items()}
 
 
 def list_(what: list[str] | None = None, *, json: bool = False) -> None:

@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Literal
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.arguments import settings_given
+from warmlink.orchestration.command_line.arguments import listed, settings_given
 from warmlink.orchestration.console import answer, answer_json
+from warmlink.orchestration.files import fresh_file, fresh_folder
+from warmlink.orchestration.text_files import shortened
 
 
 def design(
@@ -64,7 +66,6 @@ def design(
     )
     if report is not None and found.reduced is not None and found.plant is not None:
         from warmlink.controllers.design.plant import plant_model
-        from warmlink.orchestration.files import fresh_file
         from warmlink.orchestration.report.design import write_report
 
         title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
@@ -80,14 +81,14 @@ def design(
 
 
 def _names(sensors: str | None) -> list[str] | None:
-    if sensors is None:
-        return None
-    names = [name.strip() for name in sensors.split(",") if name.strip()]
-    if "none" in names and len(names) > 1:
+    names = listed(sensors)
+    if not names or "none" not in names:
+        return names
+    if len(names) > 1:
         raise InputError(
             f"--sensors {sensors}: none cannot be combined with thermometers; give either none or their names"
         )
-    return [] if "none" in names else names
+    return []
 
 
 def export(
@@ -114,10 +115,8 @@ def export(
     from warmlink.controllers.export.core import Core, designed, export_files
     from warmlink.fmus.component import limits
     from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.scenarios.overrides import parameters_of
     from warmlink.orchestration.system.shipped import COMPENSATOR
-    from warmlink.orchestration.text_files import shortened
 
     component = controller(law)
     if not component.states:

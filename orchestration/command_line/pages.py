@@ -8,6 +8,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar, spinner
+from warmlink.orchestration.files import fresh_file, fresh_folder
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -37,7 +38,6 @@ def live(
     """
     from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.report.live.content import Asked
     from warmlink.orchestration.report.live.page import BESIDE, write_live_page
     from warmlink.orchestration.scenarios.scenario import changed
@@ -73,7 +73,6 @@ def plot(
     against : Other results, whose variables are drawn beside them.
     out : Page (.html) or picture (.svg, .png, .pdf) to write.
     """
-    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.report.page import Section, write_page
     from warmlink.orchestration.report.plot import picture
     from warmlink.orchestration.report.plot import plot as plot_variables
@@ -103,7 +102,6 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     """
     from rich.console import Console
 
-    from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
 

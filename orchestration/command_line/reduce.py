@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
@@ -68,7 +69,6 @@ def reduce(
     out : FMU to write. Default: PART.fmu.
     report : Write a page beside the FMU, as PART.html.
     """
-    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.elements import Use
     from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
     from warmlink.orchestration.reduction.part import reduce_part, write_fmu
@@ -128,7 +128,6 @@ def reduce(
 
 
 def _write_example(part: Path) -> None:
-    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.solid import HEAT_FACE, SOLIDS, TOOL_POINT, ribbed_link
 
     if part.suffix.lower() not in SOLIDS:
@@ -139,7 +138,6 @@ def _write_example(part: Path) -> None:
 
 
 def _list(part: Path, unit: str | None, size: float | None, json: bool) -> None:
-    from warmlink.orchestration.files import fresh_file
     from warmlink.orchestration.reduction.solid import read_solid
     from warmlink.orchestration.report.reduction import in_mm, write_faces
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, answer, answer_json, remark
+from warmlink.orchestration.files import fresh_folder, write_files
 
 LIVE_PAGE = "live.html"
 
@@ -58,7 +59,6 @@ def run(
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import run as run_in_closed_loop
-    from warmlink.orchestration.files import fresh_folder
     from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import series_writers
@@ -100,8 +100,6 @@ def _write(
     outcome: ClosedLoop, target: Path, series: Mapping[str, Callable[[Path], object]], asked: Asked | None
 ) -> str | None:
     """Write the results, and a report of what was asked; return which files were lost and why, or None."""
-    from warmlink.orchestration.files import write_files
-
     metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
     writers = {"metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"), **series}
     if asked is not None:

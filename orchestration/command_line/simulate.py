@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -69,7 +70,6 @@ def simulate(
         yes, unless --checkpoint, --resume or --real-time is given.
     watch : Variable whose coupling error is to be bounded. Repeatable. Default: every output.
     """
-    from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import Attempt, attempted
@@ -84,8 +84,6 @@ def simulate(
     from warmlink.orchestration.system.replacement import Replacements
 
     chosen, folder = algorithm(master), out or Path("out") / system.stem
-    if real_time is not None and not 0 < real_time < math.inf:
-        raise InputError(f"--real-time {real_time:g}: not a pace; give a number above 0 (1 is real time)")
     long_run = None
     if checkpoint is not None or resume:
         every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint

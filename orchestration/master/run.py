@@ -79,7 +79,7 @@ def simulate(
     """
     process = os.getpid()
     if pacing is not None and not 0 < pacing < math.inf:
-        raise InputError(f"pacing: {pacing:g} is not a pace; give a number above 0 (1 is real time)")
+        raise InputError(f"--real-time {pacing:g}: not a pace; give a number above 0 (1 is real time)")
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:

@@ -18,7 +18,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.scenarios.entries import Number, Text, Values
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.text_files import is_file, read_toml
 
@@ -54,10 +54,8 @@ _DRAW = re.compile(r"draw_(\d{1,9})")
 
 
 @dataclass(frozen=True)
-class MismatchFile:
+class MismatchFile(Table):
     """How the real cell differs from the one that the controllers were designed for."""
-
-    __pydantic_config__ = TABLE
 
     about: Annotated[str | None, Text()] = None
     scale: Mapping[str, Annotated[float, Factor]] = field(default_factory=dict)

@@ -19,6 +19,7 @@ from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
+from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.text_files import read_toml
@@ -207,7 +208,7 @@ def materials() -> dict[str, dict[str, str]]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class Settings(Table):
     """What any scenario file may say."""
 
     system: Annotated[str, Text(CELL.name)] = CELL.name

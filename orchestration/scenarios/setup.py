@@ -27,7 +27,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
-from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
@@ -58,10 +58,8 @@ class Roles:
 
 
 @dataclass(frozen=True)
-class Sensors:
+class Sensors(Table):
     """Thermometers that controllers use: noise (1 sigma), and which; None: as the system has them."""
-
-    __pydantic_config__ = TABLE
 
     noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
     used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
@@ -142,10 +140,8 @@ Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
 
 
 @dataclass(frozen=True, kw_only=True)
-class RolesTable:
+class RolesTable(Table):
     """Roles in a system: the inputs that the duty cycle drives, the score, and the controllers' instances."""
-
-    __pydantic_config__ = TABLE
 
     score: Annotated[str, Scored]
     uncompensated: Annotated[str | None, Scored] = None

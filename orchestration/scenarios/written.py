@@ -1,8 +1,8 @@
 """Files that people write (TOML), read by pydantic; every mistake is reported in one sentence.
 
-The tables of a file are dataclasses that have `__pydantic_config__ = TABLE` and whose annotations are
-`entries`. From these come the check, the conversion to SI units, the sentence for a mistake and the JSON
-Schema. Pydantic is imported when a file is read that was not read before.
+The tables of a file are dataclasses, each a `Table` whose annotations are `entries`. From these come the
+check, the conversion to SI units, the sentence for a mistake and the JSON Schema. Pydantic is imported when a
+file is read that was not read before.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
@@ -19,27 +19,31 @@ from warmlink.orchestration.text_files import read_toml, shortened, shown
 
 MEANINGS = Path(__file__).parents[1] / "schemas" / "meanings.toml"
 
-TABLE: Any = {"extra": "forbid"}
-"""Pydantic's settings for a table: an unknown entry is refused."""
 
-Table = TypeVar("Table")
+class Table:
+    """A table of a file, in which an unknown entry is refused; its fields are annotated with `entries`."""
+
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
 
 
-def read_table(kind: type[Table], given: Any, name: str) -> Table:
+Read = TypeVar("Read")
+
+
+def read_table(kind: type[Read], given: Any, name: str) -> Read:
     """Read the content of a file, as the TOML parser returns it, as a dataclass of a kind.
 
-    The kind has `__pydantic_config__ = TABLE` and entries as annotations. InputError is raised if an entry is
-    missing, unknown or wrong; the sentence says where, with the name of the file, its value, and the remedy.
+    InputError is raised if an entry is missing, unknown or wrong; the sentence says where, with the name of
+    the file, its value, and the remedy.
     """
     asked = f"{kind.__module__}.{kind.__qualname__}", given
     return remembered("tables", asked, lambda: _checked(kind, given, name))
 
 
-def _checked(kind: type[Table], given: Any, name: str) -> Table:
+def _checked(kind: type[Read], given: Any, name: str) -> Read:
     from pydantic import ValidationError
 
     try:
-        read: Table = _adapter(kind).validate_python(given)
+        read: Read = _adapter(kind).validate_python(given)
         return read
     except ValidationError as refused:
         errors = refused.errors(include_url=False)

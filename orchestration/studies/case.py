@@ -12,7 +12,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, Series, error_metrics
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metrics
 from warmlink.orchestration.closed_loop.outcome import discretisation_um
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -22,7 +23,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
-from warmlink.orchestration.scenarios.written import TABLE
+from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import Value
 
 WARM_UP_GRID_S = 60.0
@@ -168,7 +169,7 @@ def _coupling_um(case: Case, result: Result, fine: Result, errors: ErrorMetrics)
     return max(1e6 * max(coupling_error(result, fine, order, roles.plant).values(), default=0.0), *moved)
 
 
-def warm_up_first(time: Series, elongation: Series, tolerance: float) -> float:
+def warm_up_first(time: Array, elongation: Array, tolerance: float) -> float:
     """Minutes within tolerance if the robot warms up without compensation and the zero is then set once.
 
     The end of the warm-up is the best moment on a grid of one minute, as if it had been known beforehand, so
@@ -209,10 +210,8 @@ GATHERINGS = ("worst", "mean", "cvar")
 
 
 @dataclass(frozen=True)
-class Gathered:
+class Gathered(Table):
     """One figure over all runs of a point: worst, mean, or `cvar`, the mean of the worst `level` share."""
-
-    __pydantic_config__ = TABLE
 
     metric: Annotated[str, OneOf(tuple(METRICS))] = "max_abs_um"
     over: Annotated[str, OneOf(GATHERINGS)] = "worst"
@@ -236,15 +235,13 @@ class Gathered:
 class Constraint(Gathered):
     """A figure that must not exceed a bound, which is in the metric's unit."""
 
-    __pydantic_config__ = TABLE
-
     at_most: Annotated[float, Number("bound")] = field(kw_only=True)
 
     def excess(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> float:
         """Amount by which the bound is exceeded; 0 or negative if it is kept."""
         return self.value(outcomes, cases) - self.at_most
 
-    def margins(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> Series:
+    def margins(self, outcomes: Sequence[Outcome], cases: Sequence[Case]) -> Array:
         """What is left of the bound, as a share of it, shape (runs,) where the worst one counts, else (1,).
 
         None of these has a kink where another run becomes the worst.

@@ -22,7 +22,7 @@ from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantit
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
@@ -40,10 +40,8 @@ Point = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class AxisTable:
+class AxisTable(Table):
     """Between which bounds a start value is varied, or among which values."""
-
-    __pydantic_config__ = TABLE
 
     min: Annotated[str | float | None, Value()] = None
     max: Annotated[str | float | None, Value()] = None
@@ -140,10 +138,8 @@ def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], 
 
 
 @dataclass(frozen=True)
-class TuneSettings:
+class TuneSettings(Table):
     """How to tune: `batch` trials are chosen at a time, whatever the number of workers."""
-
-    __pydantic_config__ = TABLE
 
     trials: Annotated[int, Whole(1, MOST_POINTS)] = 60
     batch: Annotated[int, Whole(1, MOST_IN_A_BATCH)] = 8
@@ -156,20 +152,16 @@ class TuneSettings:
 
 
 @dataclass(frozen=True)
-class SweepSettings:
+class SweepSettings(Table):
     """What to sweep: so many values for each axis of a grid, so many points in all of a hypercube."""
-
-    __pydantic_config__ = TABLE
 
     kind: Annotated[str, OneOf(SWEEPS)] = "grid"
     points: Annotated[int, Whole(1, MOST_POINTS)] = 5
 
 
 @dataclass(frozen=True)
-class StudyFile:
+class StudyFile(Table):
     """A study: what is varied, over which runs, and what is asked of them."""
-
-    __pydantic_config__ = TABLE
 
     controller: Annotated[str, Text("lag")]
     duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]

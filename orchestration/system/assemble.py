@@ -20,6 +20,7 @@ from warmlink.orchestration.system.model import (
     Component,
     Connection,
     Connector,
+    StartValues,
     System,
     Value,
 )
@@ -42,7 +43,7 @@ def assemble(
     name: str,
     fmus: Mapping[str, str | Path],
     wires: Iterable[Wire] = (),
-    values: Mapping[str, Mapping[str, Value]] = MappingProxyType({}),
+    values: StartValues = MappingProxyType({}),
 ) -> System:
     """Make a system of FMU files.
 
@@ -75,11 +76,6 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
     used = {name for link in links for name, _ in link.ends}
     ends = {name: replace(components[name], connectors={}) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
-
-
-def connect(components: Mapping[str, Component], source: str, target: str) -> Connection:
-    """Give the connection between two variables; arguments and errors as for `connected`."""
-    return connected(components, [(source, target)])[0]
 
 
 def check_system(system: System) -> None:

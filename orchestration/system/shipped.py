@@ -17,7 +17,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import DefaultExperiment, System, Value
+from warmlink.orchestration.system.model import DefaultExperiment, StartValues, System
 from warmlink.orchestration.system.write import Ports
 
 COMPENSATOR = "compensator"
@@ -54,7 +54,7 @@ class Blueprint:
     step_size: float = 1.0
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     instruments: Mapping[str, str] = field(default_factory=dict)
-    shown_drive: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    shown_drive: StartValues = field(default_factory=dict)
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
 
@@ -96,9 +96,7 @@ class Blueprint:
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
         return replace(self, components=components, wires=wires)
 
-    def joined(
-        self, controller: Component | None = None, values: Mapping[str, Mapping[str, Value]] | None = None
-    ) -> Component:
+    def joined(self, controller: Component | None = None, values: StartValues | None = None) -> Component:
         """The system as one component.
 
         The component of the compensator is chosen with the controller; start values are by instance and
@@ -121,10 +119,7 @@ class Blueprint:
         )
 
     def system(
-        self,
-        fmus: Mapping[str, Path],
-        controller: str | None = None,
-        values: Mapping[str, Mapping[str, Value]] | None = None,
+        self, fmus: Mapping[str, Path], controller: str | None = None, values: StartValues | None = None
     ) -> System:
         """System with FMUs by the component's name, and start values by instance and variable in SI units.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf, Text
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml
 
 Kind = Literal[
@@ -25,7 +25,7 @@ Kind = Literal[
 
 
 @dataclass(frozen=True)
-class Cause:
+class Cause(Table):
     """Something that may be missing from or wrong in the model.
 
     Attributes
@@ -48,8 +48,6 @@ class Cause:
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
-
-    __pydantic_config__ = TABLE
 
     name: Annotated[str, Text("radiation")]
     sentence: Annotated[str, Text("The link's surface radiates heat.")]

@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
 from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value, converter, quantity
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shown
 
 READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
@@ -24,7 +24,7 @@ READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
 _COURSES = {"constant": "heat", "ramp": "heat_rate", "with": "heat_per_speed"}
 """Courses of a source of heat, and the parameter of a heat path that stands for each."""
 
-_WITH_FROM: Any = {**TABLE, "alias_generator": lambda name: "from" if name == "giver" else name}
+_WITH_FROM: Any = {"extra": "forbid", "alias_generator": lambda name: "from" if name == "giver" else name}
 """Settings of a table with an entry `from`, which Python keeps for itself."""
 
 Ends = Annotated[str | None, Text("column.heat_flow")]
@@ -87,10 +87,8 @@ class AddsTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReadingTable:
+class ReadingTable(Table):
     """One fault of the reading of an output: lag, offset, scale, stem conduction or clock, and its unit."""
-
-    __pydantic_config__ = TABLE
 
     of: Annotated[str, Text("table.temperature")]
     lag: Unit = None
@@ -110,10 +108,8 @@ class ReadingTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CauseTable:
+class CauseTable(Table):
     """A cause: parameters that it frees, a heat path that it adds, or a fault of a reading."""
-
-    __pydantic_config__ = TABLE
 
     name: Annotated[str, Text("bearing_preload")]
     sentence: Annotated[str, Text("The bearing is preloaded more than assumed.")]
@@ -132,10 +128,8 @@ class CauseTable:
 
 
 @dataclass(frozen=True)
-class CausesFile:
+class CausesFile(Table):
     """Causes that a person declares for a system of their own."""
-
-    __pydantic_config__ = TABLE
 
     cause: tuple[CauseTable, ...]
 

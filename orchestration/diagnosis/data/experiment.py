@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 
 if TYPE_CHECKING:
@@ -49,10 +49,8 @@ class Label(Entry):
 
 
 @dataclass(frozen=True)
-class RunTable:
+class RunTable(Table):
     """One run: its measurements, and what holds for it alone."""
-
-    __pydantic_config__ = TABLE
 
     data: Annotated[str, Text("FILE.csv")]
     labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
@@ -62,10 +60,8 @@ class RunTable:
 
 
 @dataclass(frozen=True)
-class CalibrateTable:
+class CalibrateTable(Table):
     """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
-
-    __pydantic_config__ = TABLE
 
     min: Annotated[str | float, Value()]
     max: Annotated[str | float, Value()]
@@ -74,10 +70,8 @@ class CalibrateTable:
 
 
 @dataclass(frozen=True)
-class CausesTable:
+class CausesTable(Table):
     """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
-
-    __pydantic_config__ = TABLE
 
     per: tuple[Annotated[str, Text("LABEL")], ...] = ()
     file: Annotated[str | None, Text("causes.toml")] = None
@@ -85,10 +79,8 @@ class CausesTable:
 
 
 @dataclass(frozen=True)
-class ExperimentFile:
+class ExperimentFile(Table):
     """An experiment: the runs on one system, what is known, and what is calibrated."""
-
-    __pydantic_config__ = TABLE
 
     system: Annotated[str, Text("WarmupCell")]
     run: tuple[RunTable, ...]

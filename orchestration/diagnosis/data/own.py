@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.scenarios.setup import blueprint_of
-from warmlink.orchestration.system.assemble import component, connect, read_system
+from warmlink.orchestration.system.assemble import component, connected, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
@@ -123,7 +123,7 @@ def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
         else:
             value = parts[part].values.get(variable, info.variables[variable].start)
             parts[name].values[taken] = unit(float(value or 0.0))
-        links[target] = connect(parts, f"{name}.total_{taken}", target)
+        (links[target],) = connected(parts, [(f"{name}.total_{taken}", target)])
         moved.setdefault(target, f"{name}.{taken}")
     for end, source in path.sources.items():
         # A signal may be named by the input that it feeds.
@@ -134,7 +134,7 @@ def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
                 f"{where}: {fed}: is an input that nothing feeds in {own.base.name}, so that "
                 "nothing passes its signal on; feed it there, from a DutyCycle for example"
             )
-        links[f"{name}.{end}"] = connect(parts, fed, f"{name}.{end}")
+        (links[f"{name}.{end}"],) = connected(parts, [(fed, f"{name}.{end}")])
     extended = replace(system, components=parts, connections=tuple(links.values()))
     return replace(own, system=extended, moved=moved)
 

@@ -33,7 +33,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
     check_segments,
 )
 from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole, converter, heading
-from warmlink.orchestration.scenarios.written import TABLE, read_table
+from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.system.units import IDENTITY, Conversion
 from warmlink.orchestration.text_files import read_text, read_toml, shortened, shown
 
@@ -81,10 +81,8 @@ def padded(temperature: float | None, power: float | None) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class SegmentTable:
+class SegmentTable(Table):
     """One segment of a duty cycle."""
-
-    __pydantic_config__ = TABLE
 
     duration: Annotated[float, Quantity("s", positive=True)]
     speed: Annotated[float, Quantity("rad/s", least=0)] = 0.0
@@ -114,10 +112,8 @@ class SegmentTable:
 
 
 @dataclass(frozen=True)
-class RandomTable:
+class RandomTable(Table):
     """Bounds between which segments are drawn evenly until the stop time is filled."""
-
-    __pydantic_config__ = TABLE
 
     seed: Annotated[int, Whole(0, MOST_SEED)]
     duration: Annotated[tuple[float, float], Bounds("s", least=SHORTEST_DRAWN)]
@@ -133,7 +129,7 @@ class RandomTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RowsTables:
+class RowsTables(Table):
     """Segments of one joint or of several, or bounds between which they are drawn.
 
     A table gives its `rows`, and the `most` that a segment has.
@@ -176,8 +172,6 @@ class DutyTables(RowsTables):
 @dataclass(frozen=True, kw_only=True)
 class DutyFile(DutyTables):
     """A duty cycle: segments, or bounds between which they are drawn."""
-
-    __pydantic_config__ = TABLE
 
     stop_time: Annotated[float, Quantity("s", positive=True)]
 

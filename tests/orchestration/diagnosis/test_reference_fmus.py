@@ -22,7 +22,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model import driven
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.assemble import assemble, component, connect
+from warmlink.orchestration.system.assemble import assemble, component, connected
 from warmlink.orchestration.system.model import DefaultExperiment, System
 
 ORIGIN = "https://github.com/modelica/Reference-FMUs"
@@ -143,8 +143,7 @@ def test_a_hidden_loss_beside_it_is_named(fmu: Path, tmp_path: Path, monkeypatch
         "link": component("link", files["ThermalLink"]),
     }
     wires = (("decay.x", "heater.on"), ("heater.heat_flow", "link.heat_flow"))
-    connected = tuple(connect(parts, *wire) for wire in wires)
-    base = System("Fading", parts, connected, DefaultExperiment(0.0, 3000.0, 10.0))
+    base = System("Fading", parts, connected(parts, wires), DefaultExperiment(0.0, 3000.0, 10.0))
     path = experiment(tmp_path, base, LINK_COLUMNS, LINK_CAUSES)
     said = []
     for seed in range(10):

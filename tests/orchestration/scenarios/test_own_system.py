@@ -15,7 +15,7 @@ from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
 
@@ -79,7 +79,7 @@ def warmlink(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Warmlink:
     system = System(
         "Chain",
         parts,
-        tuple(connect(parts, *wire) for wire in WIRES),
+        connected(parts, WIRES),
         DefaultExperiment(0.0, 3600.0, 1.0),
     )
     write_ssp(system, tmp_path / "chain.ssp")

@@ -20,14 +20,12 @@ from warmlink.orchestration.scenarios.entries import (
     Value,
     Whole,
 )
-from warmlink.orchestration.scenarios.written import TABLE, json_schema, read_table
+from warmlink.orchestration.scenarios.written import Table, json_schema, read_table
 
 
 @dataclass(frozen=True)
-class Piece:
+class Piece(Table):
     """A piece."""
-
-    __pydantic_config__ = TABLE
 
     time: Annotated[float, Quantity("s", positive=True)]
     speed: Annotated[float, Quantity("rad/s", least=0)] = 0.0
@@ -38,13 +36,11 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Mine:
+class Mine(Table):
     """A file.
 
     Of which this is not for editors.
     """
-
-    __pydantic_config__ = TABLE
 
     title: Annotated[str | None, Text()] = None
     sure: Annotated[bool, Flag()] = False

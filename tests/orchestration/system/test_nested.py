@@ -9,7 +9,7 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import component, connect, read_system
+from warmlink.orchestration.system.assemble import component, connected, read_system
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
 
@@ -30,16 +30,26 @@ def arm(lab: Lab) -> System:
         "two.motor": component("two.motor", motor),
     }
     connections = (
-        connect(parts, "one.motor.heat_flow", "one.link.heat_flow"),
-        connect(parts, "one.link.temperature", "one.motor.link_temperature"),
-        connect(parts, "one.link.temperature", "two.motor.link_temperature"),
-        connect(parts, "one.link.temperature", "two.deep.link.ambient"),
-        connect(parts, "one.link.temperature", "two.deep.rod.ambient"),
-        connect(parts, "two.motor.heat_flow", "two.deep.link.heat_flow"),
+        *connected(
+            parts,
+            [
+                ("one.motor.heat_flow", "one.link.heat_flow"),
+                ("one.link.temperature", "one.motor.link_temperature"),
+                ("one.link.temperature", "two.motor.link_temperature"),
+                ("one.link.temperature", "two.deep.link.ambient"),
+                ("one.link.temperature", "two.deep.rod.ambient"),
+                ("two.motor.heat_flow", "two.deep.link.heat_flow"),
+            ],
+        ),
         Connection("two.deep.rod", "temperature", "one.motor", "ambient", 0.5, 100.0),
-        connect(parts, "motor.steps", "two.deep.rod.mode"),
-        connect(parts, "motor.steps", "one.motor.mode"),
-        connect(parts, "two.deep.link.temperature", "motor.ambient"),
+        *connected(
+            parts,
+            [
+                ("motor.steps", "two.deep.rod.mode"),
+                ("motor.steps", "one.motor.mode"),
+                ("two.deep.link.temperature", "motor.ambient"),
+            ],
+        ),
     )
     return System("arm", parts, connections, DefaultExperiment(0.0, 60.0, 0.5))
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.referees import ecos, libcosim
-from warmlink.orchestration.system.assemble import component, connect
+from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.model import Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
@@ -77,7 +77,12 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     }
     connections = (
         Connection("ramp", "height", "scale", "seen", 2.0, 0.25),
-        connect(parts, "ramp.count", "scale.number"),
+        *connected(
+            parts,
+            [
+                ("ramp.count", "scale.number"),
+            ],
+        ),
     )
     path = folder / "cell.ssp"
     write_ssp(System("cell", parts, connections, DefaultExperiment(0.0, 2.0, 0.5)), path)

@@ -12,7 +12,7 @@ import pytest
 from lxml import etree
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.system.assemble import check_system, component, connect, read_system
+from warmlink.orchestration.system.assemble import check_system, component, connected, read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
     Component,
@@ -42,11 +42,21 @@ def made(lab: Lab) -> System:
         "third": component("third", lab.fmu("Link3", FMI3), {"metal": 1, "length": 0.5}),
     }
     connections = (
-        connect(parts, "motor.heat_flow", "arm.link.heat_flow"),
-        connect(parts, "arm.link.temperature", "motor.link_temperature"),
+        *connected(
+            parts,
+            [
+                ("motor.heat_flow", "arm.link.heat_flow"),
+                ("arm.link.temperature", "motor.link_temperature"),
+            ],
+        ),
         Connection("arm.link", "temperature", "rod", "ambient", 0.5, 100.0),
-        connect(parts, "motor.steps", "rod.mode"),
-        connect(parts, "third.temperature", "motor.ambient"),
+        *connected(
+            parts,
+            [
+                ("motor.steps", "rod.mode"),
+                ("third.temperature", "motor.ambient"),
+            ],
+        ),
     )
     return System("cell", parts, connections, DefaultExperiment(1.0, 7200.0, 0.1))
 
@@ -226,7 +236,7 @@ def test_a_connector_that_is_not_declared_is_named_in_a_system_with_ports(
 
 def test_ends_that_are_not_there_are_named(made: System) -> None:
     with pytest.raises(InputError, match=r"^elbow\.x: there is no component of this name"):
-        connect(made.components, "elbow.x", "rod.ambient")
+        connected(made.components, [("elbow.x", "rod.ambient")])
 
 
 def test_values_are_checked_when_a_component_is_made(lab: Lab) -> None:
