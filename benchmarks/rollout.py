@@ -66,7 +66,7 @@ def demand_table(duty: Duty, step: float, stop_time: float | None = None) -> Arr
     if duty.repeat:
         time = time % ends[-1]
     which = np.minimum(np.searchsorted(ends, time, side="right"), len(duty.segments) - 1)
-    return np.array([segment.demands for segment in duty.segments])[which]
+    return np.array([[getattr(segment, name) for name in DEMANDS] for segment in duty.segments])[which]
 
 
 @dataclass(frozen=True)

@@ -244,5 +244,4 @@ def _check_symbolic(component: Component) -> None:
 
 
 def _line(fault: BaseException) -> str:
-    """An exception's message in one line."""
     return " ".join(str(fault).split())[:300]

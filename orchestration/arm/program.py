@@ -26,26 +26,14 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.pose_sequence.equations import POSES
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.arm.blueprint import (
-    KINEMATICS,
-    arm_blueprint,
-    arm_values,
-    axis,
-    axis_name,
-    joint_angles,
-)
-from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
+from warmlink.orchestration.arm import blueprint
+from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment
-from warmlink.orchestration.scenarios.duties.duty_files import (
-    MOST_SEED,
-    SHORTEST_DRAWN,
-    Row,
-    RowsTables,
-    durations,
-)
+from warmlink.orchestration.scenarios.duties.duty_files import SHORTEST_DRAWN, Row, RowsTables, durations
 from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
@@ -98,7 +86,7 @@ class Program(Drive):
         for i, (hold, angles) in enumerate([*self.poses, *[unused] * (POSES - len(self.poses))], start=1):
             poses[f"duration[{i}]"] = hold
             poses |= {f"joint_{joint}[{i}]": angle for joint, angle in enumerate(angles, start=1)}
-        return {**driven, POSE_SEQUENCE: poses}
+        return {**driven, blueprint.POSES: poses}
 
 
 @dataclass(frozen=True)
@@ -122,7 +110,7 @@ class JointsTable(Table):
 class JobsTable(Table):
     """Jobs drawn evenly up to the largest speeds and torques, every so often a pause between them."""
 
-    seed: Annotated[int, Whole(0, MOST_SEED)]
+    seed: Annotated[int, Whole(0, duty_files.MOST_SEED)]
     shortest: Annotated[float, Quantity("s", positive=True)]
     longest: Annotated[float, Quantity("s", positive=True)]
     speed: Annotated[tuple[float, ...], Quantities("rad/s", AXES, 0)] = STILL
@@ -167,7 +155,7 @@ class PoseTable(Table):
         if self.joints is not None:
             return self.hold, self.joints
         x, y, z = self.point or ()
-        (angles,) = joint_angles(x, y, z, self.pitch, self.roll)
+        (angles,) = blueprint.joint_angles(x, y, z, self.pitch, self.roll)
         if not np.all(np.isfinite(angles)):
             at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
             raise InputError(
@@ -235,12 +223,12 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
 def arm(count: int = AXES) -> Setup:
     """The arm, or one of another number of axes."""
     elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
-    score = Expression(f"{KINEMATICS}.error_norm")
-    without = Expression(f"{KINEMATICS}.uncompensated_error_norm", "uncompensated")
+    score = Expression(f"{blueprint.KINEMATICS}.error_norm")
+    without = Expression(f"{blueprint.KINEMATICS}.uncompensated_error_norm", "uncompensated")
     return Setup(
-        arm_blueprint(count),
+        blueprint.arm_blueprint(count),
         Roles(score, without, elongations),
-        arm_values(count),
+        blueprint.arm_values(count),
         SENSORS,
         partial(designs, count=count),
         detail=_detail,

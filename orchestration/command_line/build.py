@@ -130,7 +130,6 @@ def build_files(
 def _build(
     kind: str, platforms: str | None, out: Path, own: Scenario | None, flags: bool, arrays: bool
 ) -> list[Path]:
-    """Build everything; each file is complete or absent."""
     from warmlink.fmus.catalogue import Entry
     from warmlink.fmus.packaging.python.fmu import build_python_fmus
     from warmlink.fmus.packaging.views import flagged

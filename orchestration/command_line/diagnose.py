@@ -255,7 +255,6 @@ def hide(
 
 
 def _in_arm(strengths: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Array]:
-    """Columns of a run of the whole arm, with the effects in one axis."""
     from warmlink.orchestration.arm.program import arm
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm

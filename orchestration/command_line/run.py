@@ -55,7 +55,6 @@ def run(
         add up.
     step : Communication step size, such as "1 s".
     stop : Stop time, such as "2 h".
-    master : Master algorithm (`warmlink list`).
     """
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.closed_loop.outcome import run as run_in_closed_loop

@@ -56,7 +56,6 @@ def simulate(
     system : An .ssp file from any tool.
     stop : Stop time, such as "1 h". Default: the one that the system proposes.
     step : Communication step size, such as "1 s". Default: the one that the system proposes.
-    master : Master algorithm (`warmlink list`).
     stepping : How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which takes the
         faster one.
     out : Folder for results. Default: out/SYSTEM.

@@ -7,14 +7,7 @@ from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.model import (
-    INTEGER_BITS,
-    TYPES,
-    ConnectorType,
-    ModelInfo,
-    Value,
-    Variable,
-)
+from warmlink.orchestration.system.model import INTEGER_BITS, TYPES, ConnectorType, ModelInfo, Value, Variable
 from warmlink.orchestration.system.units import Unit
 
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {

@@ -144,24 +144,30 @@ def _read_variables(
     return variables, by_key, arrays
 
 
-def _typed(element: Any, types: dict[str, Any], major: int, where: str) -> tuple[Any, Any]:
-    """Give the element that tells a variable's type, and that of its declared type, else itself again."""
-    name = element.get("name")
+def _typed(
+    element: Any, types: dict[str, Any], major: int, where: str
+) -> tuple[Any, dict[str, str], dict[str, int]]:
+    """Give the element that tells a variable's type, all that it and its declared type say, and its items."""
     typed = element if major == 3 else next((child for child in element if child.tag in TYPES), None)
     if typed is None:
-        raise InputError(f"{where}: the variable {name} has no type")
-    declared = typed.get("declaredType")
-    if declared is not None and declared not in types:
-        raise InputError(f"{where}: {name}: its declared type {declared} is not defined")
-    return typed, types.get(declared, typed)
+        raise InputError(f"{where}: has no type")
+    name = typed.get("declaredType")
+    if name is not None and name not in types:
+        raise InputError(f"{where}: its declared type {name} is not defined")
+    declared = types.get(name, typed)
+    items = {
+        xml.required(item, "name", where): xml.integer(xml.required(item, "value", where), where)
+        for item in declared.iterfind("Item")
+    }
+    return typed, {**declared.attrib, **typed.attrib}, items
 
 
 def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
     """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
     name = xml.required(element, "name", where)
-    typed, declared = _typed(element, types, major, where)
-    kind, where = TYPES.get(typed.tag), f"{where}: {name}"
-    said = {**declared.attrib, **typed.attrib}
+    where = f"{where}: {name}"
+    typed, said, items = _typed(element, types, major, where)
+    kind, causality = TYPES.get(typed.tag), element.get("causality", "local")
 
     def bound(key: str) -> float | None:
         text = said.get(key) if kind in ("Real", "Integer", "Enumeration") else None
@@ -170,17 +176,13 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
 
     reference = xml.integer(xml.required(element, "valueReference", where), where)
     if not 0 <= reference < 1 << 32:
-        raise InputError(
-            f"{where}: the valueReference {reference} is not between 0 and {(1 << 32) - 1}; "
-            "export the FMU anew"
-        )
+        ends = f"not between 0 and {(1 << 32) - 1}"
+        raise InputError(f"{where}: the valueReference {reference} is {ends}; export the FMU anew")
     dimensions = tuple(
         xml.integer(d.get("start") or sizes.get(d.get("valueReference", "")) or "0", where)
         for d in element.iterfind("Dimension")
     )
-    causality = element.get("causality", "local")
     variability, initial = _defaults(typed.tag, causality, element.get("variability"))
-    listed = declared.iterfind("Item") if kind == "Enumeration" else ()
     starts = () if dimensions or kind is None else _starts(typed, kind, where)
     return Variable(
         name=name,
@@ -197,10 +199,7 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
         nominal=bound("nominal"),
         relative=kind == "Real" and said.get("relativeQuantity") in ("true", "1"),
         description=element.get("description", ""),
-        items={
-            xml.required(i, "name", where): xml.integer(xml.required(i, "value", where), where)
-            for i in listed
-        },
+        items=items if kind == "Enumeration" else {},
         dimensions=dimensions,
     )
 

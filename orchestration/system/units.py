@@ -155,16 +155,11 @@ def parse_unit(name: str) -> Unit:
         return Unit(name, (0,) * len(BASE_UNITS))
     if not _WRITTEN.fullmatch(text):
         raise InputError(f"{name!r} is not a unit; define it with a BaseUnit, or write it as in W/(m2.K)")
-    with contextlib.suppress(ValueError):
-        return _declared(name)
+    with contextlib.suppress(ValueError):  # one of those that components are declared in needs no pint
+        known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
+        exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
+        return Unit(name, exponents, float(known.factor), float(known.offset))
     return _from_pint(name, text)
-
-
-def _declared(name: str) -> Unit:
-    """Give a unit of those that components are declared in, without loading pint."""
-    known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
-    exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
-    return Unit(name, exponents, float(known.factor), float(known.offset))
 
 
 def _from_pint(name: str, text: str) -> Unit:

@@ -287,5 +287,4 @@ def _free(stem: str, suffix: str, taken: set[str]) -> str:
 
 
 def _note(parent: Any, tool: str) -> Any:
-    """Add an annotation for a tool."""
     return sub_element(sub_element(parent, "ssd", "Annotations"), "ssc", "Annotation", type=tool)

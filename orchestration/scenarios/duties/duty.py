@@ -56,11 +56,6 @@ class Segment:
         """Temperature in K at which a pad is held; NaN where none is."""
         return self.pad_temperature if self.pad_mode == PAD_TEMPERATURE else float("nan")
 
-    @property
-    def demands(self) -> tuple[float, ...]:
-        """Demands in the order of `DEMANDS`."""
-        return tuple(getattr(self, name) for name in DEMANDS)
-
 
 def length(segments: Sequence[Segment]) -> float:
     """Duration of all segments in s."""
@@ -142,8 +137,8 @@ class Duty(Drive):
         unused = [Segment(0.0)] * (SEGMENTS - len(self.segments))
         for i, segment in enumerate([*self.segments, *unused], start=1):
             values[f"duration[{i}]"] = segment.duration
-            for name, value in zip(DEMANDS, segment.demands, strict=True):
-                values[f"segment_{name}[{i}]"] = value
+            for name in DEMANDS:
+                values[f"segment_{name}[{i}]"] = getattr(segment, name)
         return values
 
 

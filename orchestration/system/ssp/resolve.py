@@ -73,11 +73,15 @@ class Resolver:
 
     def connectors(self, path: Path) -> dict[str, Connector]:
         """Give a component's connectors by name, checked against its FMU in name, kind, type and unit."""
-        return {
-            node.connector: self._connector(node, declared)
-            for name, declared in self.net.elements[path].connectors.items()
-            for node in self._scalars(Node(path, name), declared.sizes)
-        }
+        found = {}
+        for name, declared in self.net.elements[path].connectors.items():
+            for node in self._scalars(Node(path, name), declared.sizes):
+                variable, unit = self.variable(node)
+                kind = check_connector(variable, declared.kind, declared.type, str(node))
+                remedy = "declare the connector in a unit of its variable"
+                _Carried(str(node), remedy, unit, variable.relative).into(declared.unit)
+                found[node.connector] = Connector(declared.kind, kind, unit)
+        return found
 
     def connections(self) -> Iterator[Connection]:
         """Give all connections from an output to an input, through whatever systems lie between.
@@ -188,14 +192,6 @@ class Resolver:
         assert info is not None
         variable = variable_of(info, node.connector, str(node))
         return variable, own_unit(info, variable, declared.unit if declared else None)
-
-    def _connector(self, node: Node, declared: Connector) -> Connector:
-        where = str(node)
-        variable, unit = self.variable(node)
-        kind = check_connector(variable, declared.kind, declared.type, where)
-        remedy = "declare the connector in a unit of its variable"
-        _Carried(where, remedy, unit, variable.relative).into(declared.unit)
-        return Connector(declared.kind, kind, unit)
 
     def _shown_unit(self, node: Node) -> Unit | None:
         """Give the unit that a connector shows to those connected with it."""
