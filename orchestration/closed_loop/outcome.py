@@ -275,5 +275,6 @@ def run(
         master=master or found.master,
         coupling_tolerance=most,
     )
+    built = store(fmus, sorted(asked.kinds), remark)
     with progress_bar(asked.title) as progress:
-        return run_scenario(asked, store(fmus, sorted(asked.kinds), remark), progress, statistics)
+        return run_scenario(asked, built, progress, statistics)

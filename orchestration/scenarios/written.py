@@ -39,12 +39,11 @@ def read_table(kind: type[Read], given: Any, name: str) -> Read:
     return remembered("tables", asked, lambda: _checked(kind, given, name))
 
 
-def _checked(kind: type[Read], given: Any, name: str) -> Read:
+def _checked(kind: Any, given: Any, name: str) -> Any:
     from pydantic import ValidationError
 
     try:
-        read: Read = _adapter(kind).validate_python(given)
-        return read
+        return _adapter(kind).validate_python(given)
     except ValidationError as refused:
         errors = refused.errors(include_url=False)
     # An unknown entry is reported before a missing one: it is often the missing one, misspelt.
@@ -52,7 +51,7 @@ def _checked(kind: type[Read], given: Any, name: str) -> Read:
     raise InputError(_sentence(first, json_schema(kind), name))
 
 
-def json_schema(kind: type[Any]) -> dict[str, Any]:
+def json_schema(kind: Any) -> dict[str, Any]:
     """JSON Schema of a table, with which editors complete and check a file."""
     about = (kind.__doc__ or "").partition("\n\n")[0]
     found: dict[str, Any] = _plain(_adapter(kind).json_schema())
