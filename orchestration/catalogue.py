@@ -31,7 +31,6 @@ from warmlink.orchestration.text_files import is_file
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 
-
 _SHIM = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute} as law
 

@@ -34,7 +34,6 @@ ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one
 
 POSES, KINEMATICS = "poses", "kinematics"
 
-
 NAME = "SixAxisArm"
 PROGRAMS = Path(__file__).parent / "programs"
 GEOMETRY = Path(__file__).with_name("geometry.toml")

@@ -47,10 +47,8 @@ CONTROLLER, TOLERANCE = "observer", 30e-6
 
 STILL = (0.0,) * AXES
 
-
 Pose = tuple[float, tuple[float, ...]]
 """Time in s for which six joint angles in rad are held, and these."""
-
 
 OBSERVER, LAG = "observer", "lag"
 

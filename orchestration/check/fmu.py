@@ -25,7 +25,6 @@ TIME_LIMIT = 120.0
 
 _LOADING = "loads in a bare process"
 
-
 _IDENTIFIER = r"[A-Za-z_][A-Za-z_0-9]*(\[[0-9]+(,[0-9]+)*\])?"
 _STRUCTURED = rf"{_IDENTIFIER}(\.{_IDENTIFIER})*"
 PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")

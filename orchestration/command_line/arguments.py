@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 Command = Callable[..., None]
 
-
 EXPLAINED = {
     "scenario": "Name of a shipped scenario (`warmlink list`), or a TOML or CSV file of your own.",
     "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
@@ -53,7 +52,6 @@ EXPLAINED = {
     "json": "Print the result as JSON, for other programs.",
 }
 """What the docstrings of commands leave out, by the names of their parameters."""
-
 
 _NAMES = {
     "scenario": "closed_loop.load:scenario_names",

@@ -38,7 +38,6 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
-
 _SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
 
 

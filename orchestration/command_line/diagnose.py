@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.arguments import settings_given
+from warmlink.orchestration.command_line.arguments import loaded, settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 
 if TYPE_CHECKING:
@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
     from warmlink.orchestration.diagnosis.practice.hide import Noise
 
-
-GRID, FEA = "grid", "fea"
-"""Solvers that compute a made-up run: a rod on a grid, or 3-D finite elements."""
+SOLVERS = {
+    "grid": "diagnosis.practice.hide:hide",
+    "fea": "diagnosis.practice.hidden_fea:hide_with_fea",
+}
+"""What computes a made-up run: a rod on a grid, or 3-D finite elements."""
 
 
 def diagnose(
@@ -224,8 +226,8 @@ def hide(
     if seed < 0:
         raise InputError(f"--seed {seed}: is negative; give 0 or above")
     kinds = {"white": made_up.WHITE, "real": made_up.REAL}
-    if with_ not in (GRID, FEA):
-        raise InputError(f"--with {with_}: no such solver; {instead(with_, (GRID, FEA))}")
+    if with_ not in SOLVERS:
+        raise InputError(f"--with {with_}: no such solver; {instead(with_, SOLVERS)}")
     if noise not in kinds:
         raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
@@ -233,7 +235,7 @@ def hide(
     strengths = dict(map(_strength, effects or ()))
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
-        if with_ != GRID:
+        if with_ != "grid":
             raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
         if duty is not None:
             raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
@@ -244,10 +246,8 @@ def hide(
     if duty is not None and (left_out := list(load_scenario(duty).parameters)):
         told = f"{listed(left_out)} of the scenario are left out"
         remark(f"{duty}: the made-up run is of the nominal cell; {told}")
-    make: Callable[..., dict[str, Array]] = made_up.hide
-    if with_ == FEA:
-        from warmlink.orchestration.diagnosis.practice.hidden_fea import hide_with_fea as make
-    made_up.write_csv(make(strengths, segments, noise=kinds[noise], seed=seed), out)
+    columns = loaded(SOLVERS[with_])(strengths, segments, noise=kinds[noise], seed=seed)
+    made_up.write_csv(columns, out)
     hours = length(segments) / 3600
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"

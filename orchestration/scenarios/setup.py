@@ -134,7 +134,6 @@ DUTY = "duty"
 
 DRIVER = "DutyCycle"
 
-
 Driven = Annotated[tuple[str, ...], Names("motor.speed", single=True)]
 Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
 

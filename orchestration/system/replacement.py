@@ -28,7 +28,6 @@ from warmlink.orchestration.text_files import pair
 
 DESCRIPTION = "modelDescription.xml"
 
-
 Asked = tuple[str, Unit | None]
 """Causality and unit that a system asks of a variable."""
 

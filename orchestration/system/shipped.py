@@ -23,7 +23,6 @@ from warmlink.orchestration.system.write import Ports
 COMPENSATOR = "compensator"
 """Instance that a controller takes; its component differs from run to run."""
 
-
 PARTS = {
     **{"duty": "DutyCycle", "motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"},
     **{"sensors": "TemperatureSensors", "camera": "DriftCamera", COMPENSATOR: ""},
