@@ -68,7 +68,7 @@ _OTHERS = {
 
 def scenario_names() -> list[str]:
     """Names of the shipped scenarios, which include the duty cycles and the arm's programs."""
-    return sorted(_shipped() | set(duty_files.names()) | set(program_names()))
+    return sorted({*_shipped(), *duty_files.names()})
 
 
 def names_on(system: str) -> list[str]:
@@ -76,8 +76,8 @@ def names_on(system: str) -> list[str]:
     return program_names() if system == ARM else duty_files.names()
 
 
-def _shipped() -> set[str]:
-    return {path.stem for path in LIBRARY.glob("*.toml")}
+def _shipped() -> dict[str, Path]:
+    return {path.stem: path for folder in (LIBRARY, PROGRAMS) for path in folder.glob("*.toml")}
 
 
 def load_scenario(name: str) -> Scenario:
@@ -85,10 +85,9 @@ def load_scenario(name: str) -> Scenario:
 
     Raises InputError if no scenario has that name, or the file contains no scenario.
     """
-    path = Path(name)
-    for known, folder in ((_shipped(), LIBRARY), (program_names(), PROGRAMS)):
-        if name in known:
-            return read_scenario(name, read_text(folder / f"{name}.toml", ""))
+    path, shipped = Path(name), _shipped()
+    if name in shipped:
+        return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
         read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
         return replace(read, file=path)
