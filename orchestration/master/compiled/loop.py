@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
+from warmlink.orchestration.master.algorithms.algorithm import READ, STEP, Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
@@ -31,8 +31,8 @@ Stepping = Literal["auto", "preferred", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
-_NOTHING, _STEP, _GET, _SET, _NOT_FINITE, _TERMINATE = range(6)
-"""What failed, as the loop notes in the first cell of `under_way`."""
+_NOTHING = -1
+"""Noted in the first cell of `under_way` where nothing failed, else which of `STEP`, `READ` and `WRITE`."""
 
 
 def stepping_named(name: str) -> Stepping:
@@ -73,14 +73,10 @@ def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, 
     `auto` takes it where it can be had and so many steps of slaves pay for laying out its tables, `preferred`
     wherever it can be had, as one run of many does; InputError where `compiled` cannot be had.
     """
-    compiles = schedule is not None and not schedule.again
-    if stepping == "compiled" and not compiles:
-        raise InputError(
-            f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi with held inputs "
-            "or Gauss-Seidel"
-        )
+    if stepping == "compiled" and schedule is None:
+        raise InputError(f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi or Gauss-Seidel")
     short = stepping == "auto" and slave_steps < PAYS_FROM_SLAVE_STEPS
-    if stepping == "plain" or short or not compiles:
+    if stepping == "plain" or short or schedule is None:
         return False
     try:
         prepare()
@@ -135,6 +131,7 @@ class Layout:
 
     def __init__(self, network: Network, schedule: Schedule, recorder: Recorder) -> None:
         self.network, points = network, recorder.points
+        self._slaves = cast("list[Addressed]", network.slaves)  # as `obstacle` found
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
         self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
@@ -158,14 +155,14 @@ class Layout:
         ]
         read_rows = [*chain(*reads), *chain(*late)]
         self._arrays: list[Any] = [
-            *(_whole(rows) for rows in (schedule.slaves, [self._row(k) for k in slaves], read_rows)),
+            *(_whole(rows) for rows in (schedule.jobs, [self._row(k) for k in slaves], read_rows)),
             *(_whole(rows) for rows in ([*chain(*writes)], [*chain(*wires)], [*chain(*checks)], columns)),
             _whole(ranges),
             np.array(factors),
             np.array([points.start_time, points.step_size, *points.uneven]),
             *self.buffers,
         ]
-        sizes = len(slaves), len(read_rows), len(columns), schedule.at_once, len(points.uneven)
+        sizes = len(slaves), len(read_rows), len(columns), len(schedule.jobs), len(points.uneven)
         self.tables = np.array([*sizes, *(array.ctypes.data for array in self._arrays)], dtype=np.int64)
 
     def load(self) -> None:
@@ -184,7 +181,7 @@ class Layout:
         return bool(value) if kind == 2 else value
 
     def _row(self, k: int) -> list[int]:
-        slave = self._slave(k)
+        slave = self._slaves[k]
         bytes_at, doubles_at = self.buffers[2].ctypes.data, self.buffers[0].ctypes.data
         version = int(slave.prefix[-1])
         step = _address(slave.function("DoStep"))
@@ -195,7 +192,7 @@ class Layout:
         rows: list[list[list[int]]] = [[] for _ in names]
         places: list[list[Place]] = [[(0, 0)] * len(each) for each in names]
         for k, of_slave in enumerate(names):
-            slave = self._slave(k)
+            slave = self._slaves[k]
             for batch in slave.batches(of_slave) if of_slave else ():
                 kind = _KINDS[slave.prefix, batch.base]
                 start, buffer = self._used[kind], self.buffers[kind]
@@ -208,11 +205,6 @@ class Layout:
                 component = slave.component.value
                 rows[k].append([_address(function), component, references, batch.count, values, version])
         return rows, places
-
-    def _slave(self, k: int) -> Addressed:
-        slave = self.network.slaves[k]
-        assert isinstance(slave, Addressed)
-        return slave
 
 
 def _address(function: Any) -> int:
@@ -251,7 +243,7 @@ class CompiledLoop:
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
         failure = self._cells
-        failure[:3] = 0
+        failure[:3] = _NOTHING, 0, 0
         began = time.perf_counter()
         assert row.dtype == np.float64 and row.flags.c_contiguous  # noqa: PT018
         ends = ctypes.c_int64(first), ctypes.c_int64(last)
@@ -262,14 +254,14 @@ class CompiledLoop:
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
-        if failure[0] == _STEP and failure[2] == _DISCARD and self._keyframe is not None:
+        if failure[0] == STEP and failure[2] == _DISCARD and self._keyframe is not None:
             network.rewind(self._keyframe)
             return False
         self.layout.unload()
         network.time = self._points.time(reached)
         network.steps += (reached - first) * len(network.slaves)
         recorder.filled(reached)
-        if failure[0]:
+        if failure[0] != _NOTHING:
             self._raise(reached, *(int(f) for f in failure[:3]))
         return True
 
@@ -278,9 +270,9 @@ class CompiledLoop:
         network = self.network
         slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
-        if what == _NOT_FINITE:
+        if what == STEP:
+            slave.stop(detail)
+        if detail <= 1:  # it was got, but is not finite
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        if what in (_STEP, _TERMINATE):
-            slave.stop(detail)
-        slave.fail("Get" if what == _GET else "Set", detail)
+        slave.fail("Get" if what == READ else "Set", detail)

@@ -10,7 +10,6 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 from weakref import WeakValueDictionary
@@ -20,7 +19,6 @@ from warmlink.orchestration.master.slaves.library import (
     Batch,
     Library,
     Surroundings,
-    exchanged_as,
     held_from_start,
     sorted_by_type,
 )
@@ -211,8 +209,7 @@ class FmiSlave(ABC):
         self._under_way[under_way.CALL] = self._exchanging
         batches = self._sorted.get(names)
         if batches is None:
-            base_type = partial(exchanged_as, self.prefix)
-            batches = sorted_by_type(self.name, self.variables, names, base_type, self._held)
+            batches = sorted_by_type(self.name, self.prefix, self.variables, names, self._held)
             for batch in batches:
                 batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
                 references, values = batch.references, batch.values

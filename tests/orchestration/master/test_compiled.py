@@ -29,6 +29,7 @@ WIRES = (
     wire("b.off -> c.on"),
 )
 
+ALGORITHMS = [Jacobi(), Jacobi(settled=True), GaussSeidel(), GaussSeidel(("c", "a", "b"))]
 STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
 
 
@@ -50,7 +51,7 @@ def both(system: System, algorithm: Algorithm, stop: float = 300.0) -> tuple[Res
     return plain, compiled
 
 
-@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel(), GaussSeidel(("c", "a", "b"))], ids=str)
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=str)
 @pytest.mark.parametrize("versions", ["222", "333", "232"])
 def test_the_same_bits(trivial2: Path, trivial3: Path, versions: str, algorithm: Algorithm) -> None:
     system = loop(*({"2": trivial2, "3": trivial3}[v] for v in versions))

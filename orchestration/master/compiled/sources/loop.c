@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 enum { FLOAT64, INT32, UINT8, INT64 };                 /* kinds of values, as buffers hold them */
-enum { NOTHING, STEP, GET, SET, NOT_FINITE, TERMINATE }; /* what failed */
+enum { NOTHING = -1, STEP, READ, WRITE };              /* what is done with a slave, and what failed */
 enum { READS, WRITES, WIRES, CHECKS };                 /* rows of the ranges */
 
 typedef struct {
@@ -15,6 +15,10 @@ typedef struct {
 typedef struct {
     int64_t function, component, references, count, values, version;
 } Batch;
+
+typedef struct {
+    int64_t deed, slave;
+} Job;
 
 typedef struct {
     int64_t kind, index;
@@ -98,8 +102,8 @@ static int do_step(const Slave *slave, double time, double step)
 
 /* Sizes and tables, as loop.py lays them out: all of eight bytes. */
 typedef struct {
-    int64_t count, all_reads, width, at_once, uneven;
-    const int64_t *sequence;
+    int64_t count, all_reads, width, count_of_jobs, uneven;
+    const Job *jobs;
     const Slave *slaves;
     const Batch *reads, *writes;
     const Wire *wires;
@@ -110,9 +114,8 @@ typedef struct {
     Buffers held;
 } Tables;
 
-/* Steps from communication point `first` to `last` and gives the point reached. A step is a list of jobs, one
-   for each slave: Jacobi (at once) steps all, reads all, writes all; Gauss-Seidel writes, steps and reads one
-   after another in the sequence. Each point fills a row, from `row` on. */
+/* Steps from communication point `first` to `last` by the jobs of the schedule and gives the point reached.
+   Each point fills a row, from `row` on. */
 __attribute__((visibility("default"))) int64_t advance(
     const Tables *t, int64_t first, int64_t last, double *row, Cells *cells)
 {
@@ -121,43 +124,32 @@ __attribute__((visibility("default"))) int64_t advance(
     for (int64_t point = first; point < last; point++) {
         double time = t->uneven ? t->times[2 + point] : t->times[0] + (double)point * t->times[1];
         double length = t->uneven ? t->times[3 + point] - t->times[2 + point] : t->times[1];
-        for (int64_t job = 0; job < 3 * count; job++) {
-            int64_t k = t->at_once ? job % count : t->sequence[job / 3];
-            int64_t deed = t->at_once ? job / count : (job % 3 + 2) % 3;
+        for (int64_t j = 0; j < t->count_of_jobs; j++) {
+            int64_t deed = t->jobs[j].deed, k = t->jobs[j].slave;
             const int64_t *range = ranges + k, size = count + 1;
             int status = 0;
-            cells->call = slaves[k].stepping + (deed != 0);
+            bool wrong = false;
+            cells->call = slaves[k].stepping + (deed != STEP);
+            cells->what = deed;
             cells->slave = k;
-            if (deed == 0) {
-                cells->what = STEP;
+            if (deed == STEP) {
                 status = do_step(&slaves[k], time, length);
-                if (status <= 1 && slaves[k].version == 3 && t->held.octets[1]) {
-                    cells->what = TERMINATE;
-                    cells->detail = status;
-                    return point;
-                }
-            } else if (deed == 1) {
-                cells->what = GET;
+                wrong = slaves[k].version == 3 && t->held.octets[1]; /* it wants to end */
+            } else if (deed == READ) {
                 status = exchange(t->reads, range[READS * size], range[READS * size + 1]);
-                for (int64_t c = range[CHECKS * size]; status <= 1 && c < range[CHECKS * size + 1]; c++)
-                    if (!isfinite(t->held.doubles[t->checks[c]])) {
-                        cells->what = NOT_FINITE;
-                        cells->detail = c;
-                        return point;
-                    }
+                for (int64_t c = range[CHECKS * size]; c < range[CHECKS * size + 1]; c++)
+                    wrong |= !isfinite(t->held.doubles[t->checks[c]]);
             } else {
-                cells->what = SET;
                 pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
                 status = exchange(t->writes, range[WRITES * size], range[WRITES * size + 1]);
             }
-            if (status > 1) {
-                cells->detail = status;
+            cells->detail = status;
+            if (status > 1 || wrong)
                 return point;
-            }
         }
         cells->what = NOTHING;
         if (exchange(t->reads, ranges[count], t->all_reads) > 1) {
-            *cells = (Cells){GET, -1, 3, cells->call, cells->rows};
+            *cells = (Cells){READ, -1, 3, cells->call, cells->rows};
             return point;
         }
         for (int64_t c = 0; c < t->width; c++)
