@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
-from warmlink.orchestration.master.algorithms.algorithm import READ, STEP, Algorithm, Schedule
+from warmlink.orchestration.master.algorithms.algorithm import STEP, WRITE, Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
@@ -31,8 +31,8 @@ Stepping = Literal["auto", "preferred", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
-_NOTHING = -1
-"""Noted in the first cell of `under_way` where nothing failed, else which of `STEP`, `READ` and `WRITE`."""
+_NOTHING, _NOTE = -1, 3
+"""Nothing failed; and what is done beside `STEP`, `READ` and `WRITE`: the recorder's variables are got."""
 
 
 def stepping_named(name: str) -> Stepping:
@@ -136,7 +136,7 @@ class Layout:
         self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
         self._kept: list[Batch] = []  # whose value references are in the tables
-        slaves = range(len(network.slaves))
+        slaves, count = range(len(network.slaves)), len(network.slaves)
         reads, self.outputs = self._laid(network.reads, "Get")
         writes, self.inputs = self._laid(network.writes, "Set")
         late, late_places = self._laid(recorder.late, "Get")
@@ -150,19 +150,18 @@ class Layout:
             for k, name, position in recorder.sources
         ]
         factors = [each for w in chain(*network.wires) for each in (w.factor, w.offset)]
-        ranges = [
-            [0, *accumulate(len(of_slave) for of_slave in each)] for each in (reads, writes, wires, checks)
-        ]
-        read_rows = [*chain(*reads), *chain(*late)]
+        batches = [*reads, *writes, *late]
+        ends = _ends(batches)
+        ranges = [_ends(wires), *(ends[first : first + count + 1] for first in (0, count, 2 * count))]
+        jobs = [*schedule.jobs, *((_NOTE, k) for k in slaves if late[k])]
+        rows = jobs, [self._row(k) for k in slaves], *([*chain(*each)] for each in (batches, wires, checks))
         self._arrays: list[Any] = [
-            *(_whole(rows) for rows in (schedule.jobs, [self._row(k) for k in slaves], read_rows)),
-            *(_whole(rows) for rows in ([*chain(*writes)], [*chain(*wires)], [*chain(*checks)], columns)),
-            _whole(ranges),
+            *(np.array(each, dtype=np.int64) for each in (*rows, columns, [*ranges, _ends(checks)])),
             np.array(factors),
             np.array([points.start_time, points.step_size, *points.uneven]),
             *self.buffers,
         ]
-        sizes = len(slaves), len(read_rows), len(columns), len(schedule.jobs), len(points.uneven)
+        sizes = count, len(columns), len(jobs), len(points.uneven)
         self.tables = np.array([*sizes, *(array.ctypes.data for array in self._arrays)], dtype=np.int64)
 
     def load(self) -> None:
@@ -211,8 +210,9 @@ def _address(function: Any) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _whole(rows: Any) -> Any:
-    return np.array(rows, dtype=np.int64)
+def _ends(rows: Sequence[Sequence[Any]]) -> list[int]:
+    """Where each slave's rows begin in the table of all, and the last one's end."""
+    return [0, *accumulate(map(len, rows))]
 
 
 class CompiledLoop:
@@ -268,11 +268,11 @@ class CompiledLoop:
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
         network = self.network
-        slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
+        slave = cast("FmiSlave", network.slaves[k])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
         if what == STEP:
             slave.stop(detail)
         if detail <= 1:  # it was got, but is not finite
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        slave.fail("Get" if what == READ else "Set", detail)
+        slave.fail("Set" if what == WRITE else "Get", detail)

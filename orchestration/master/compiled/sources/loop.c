@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 enum { FLOAT64, INT32, UINT8, INT64 };                 /* kinds of values, as buffers hold them */
-enum { NOTHING = -1, STEP, READ, WRITE };              /* what is done with a slave, and what failed */
-enum { READS, WRITES, WIRES, CHECKS };                 /* rows of the ranges */
+enum { NOTHING = -1, STEP, READ, WRITE, NOTE };        /* what is done with a slave, and what failed */
+enum { WIRES = STEP, CHECKS = NOTE + 1 };              /* rows of the ranges beside those deeds' */
 
 typedef struct {
     int64_t component, step, version, flags, last_time, stepping;
@@ -102,10 +102,10 @@ static int do_step(const Slave *slave, double time, double step)
 
 /* Sizes and tables, as loop.py lays them out: all of eight bytes. */
 typedef struct {
-    int64_t count, all_reads, width, count_of_jobs, uneven;
+    int64_t count, width, count_of_jobs, uneven;
     const Job *jobs;
     const Slave *slaves;
-    const Batch *reads, *writes;
+    const Batch *batches;
     const Wire *wires;
     const int64_t *checks;
     const Place *columns;
@@ -119,14 +119,14 @@ typedef struct {
 __attribute__((visibility("default"))) int64_t advance(
     const Tables *t, int64_t first, int64_t last, double *row, Cells *cells)
 {
-    const int64_t count = t->count, *ranges = t->ranges;
+    const int64_t size = t->count + 1;
     const Slave *slaves = t->slaves;
     for (int64_t point = first; point < last; point++) {
         double time = t->uneven ? t->times[2 + point] : t->times[0] + (double)point * t->times[1];
         double length = t->uneven ? t->times[3 + point] - t->times[2 + point] : t->times[1];
         for (int64_t j = 0; j < t->count_of_jobs; j++) {
             int64_t deed = t->jobs[j].deed, k = t->jobs[j].slave;
-            const int64_t *range = ranges + k, size = count + 1;
+            const int64_t *range = t->ranges + k;
             int status = 0;
             bool wrong = false;
             cells->call = slaves[k].stepping + (deed != STEP);
@@ -135,23 +135,18 @@ __attribute__((visibility("default"))) int64_t advance(
             if (deed == STEP) {
                 status = do_step(&slaves[k], time, length);
                 wrong = slaves[k].version == 3 && t->held.octets[1]; /* it wants to end */
-            } else if (deed == READ) {
-                status = exchange(t->reads, range[READS * size], range[READS * size + 1]);
-                for (int64_t c = range[CHECKS * size]; c < range[CHECKS * size + 1]; c++)
-                    wrong |= !isfinite(t->held.doubles[t->checks[c]]);
             } else {
-                pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
-                status = exchange(t->writes, range[WRITES * size], range[WRITES * size + 1]);
+                if (deed == WRITE)
+                    pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
+                status = exchange(t->batches, range[deed * size], range[deed * size + 1]);
+                for (int64_t c = range[CHECKS * size]; deed == READ && c < range[CHECKS * size + 1]; c++)
+                    wrong |= !isfinite(t->held.doubles[t->checks[c]]);
             }
             cells->detail = status;
             if (status > 1 || wrong)
                 return point;
         }
         cells->what = NOTHING;
-        if (exchange(t->reads, ranges[count], t->all_reads) > 1) {
-            *cells = (Cells){READ, -1, 3, cells->call, cells->rows};
-            return point;
-        }
         for (int64_t c = 0; c < t->width; c++)
             *row++ = value_at(&t->held, t->columns[c]);
         cells->rows = point + 2;
