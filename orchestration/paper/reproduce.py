@@ -208,7 +208,6 @@ def _temperature_row(result: CaseResult, where: str, note: str) -> Row:
 
 
 def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
-    """Check the paper's qualitative sentences."""
     moving, still = cases["moving"], cases["stationary"]
     base, tip = (steady_time(moving.fea.time, moving.fea.temperature[where]) for where in ("base", "tip"))
     diode, cooled = moving.fea.end("diode"), still.link.growth

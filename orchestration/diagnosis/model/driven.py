@@ -121,7 +121,7 @@ class _Log:
 
     def __init__(self, run: Driven) -> None:
         self._run = run
-        self.variables = {
+        self.variables: Mapping[str, Variable] = {
             target: Variable(target, i, "Real", "Real", "output", "continuous")
             for i, target in enumerate(run.signals)
         }

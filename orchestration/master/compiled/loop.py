@@ -181,10 +181,8 @@ class Layout:
 
     def _row(self, k: int) -> list[int]:
         slave = self._slaves[k]
-        bytes_at, doubles_at = self.buffers[2].ctypes.data, self.buffers[0].ctypes.data
-        version = int(slave.prefix[-1])
         step = _address(slave.function("DoStep"))
-        return [slave.component.value, step, version, bytes_at, doubles_at, slave.stepping]
+        return [slave.component.value, step, int(slave.prefix[-1]), slave.stepping]
 
     def _laid(self, names: Sequence[Names], verb: str) -> tuple[list[list[list[int]]], list[list[Place]]]:
         """Give for each slave the rows of the table of batches, and where each variable lies."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
@@ -24,7 +24,7 @@ from warmlink.orchestration.master.slaves.library import (
 )
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import Value, Variable
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _FAILURES: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
@@ -73,9 +73,9 @@ class FmiSlave(ABC):
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
         self.info = info
-        self.variables = info.variables
+        self.variables: Mapping[str, Variable] = info.variables
         self.capabilities = info.capabilities
-        self.dependencies = {output: info.feedthrough(output) for output in info.outputs}
+        self.dependencies: Mapping[str, frozenset[str]] = {o: info.feedthrough(o) for o in info.outputs}
         self.accepts_nan = info.accepts_nan
         self.time = 0.0
         self.log = FmuLog()

@@ -9,7 +9,7 @@ enum { NOTHING = -1, STEP, READ, WRITE, NOTE };        /* what is done with a sl
 enum { WIRES = STEP, CHECKS = NOTE + 1 };              /* rows of the ranges beside those deeds' */
 
 typedef struct {
-    int64_t component, step, version, flags, last_time, stepping;
+    int64_t component, step, version, stepping;
 } Slave;
 
 typedef struct {
@@ -90,14 +90,14 @@ static void pass_on(const Wire *wires, const double *factors, const Buffers *hel
     }
 }
 
-static int do_step(const Slave *slave, double time, double step)
+static int do_step(const Slave *slave, const Buffers *held, double time, double step)
 {
     void *component = POINTER(void, slave->component);
-    bool *flags = POINTER(bool, slave->flags);
+    bool *flags = (bool *)held->octets;
     if (slave->version == 2)
         return POINTER(Step2, slave->step)(component, time, step, 0);
     return POINTER(Step3, slave->step)(component, time, step, false, flags, flags + 1, flags + 2,
-                                       POINTER(double, slave->last_time));
+                                       held->doubles);
 }
 
 /* Sizes and tables, as loop.py lays them out: all of eight bytes. */
@@ -133,7 +133,7 @@ __attribute__((visibility("default"))) int64_t advance(
             cells->what = deed;
             cells->slave = k;
             if (deed == STEP) {
-                status = do_step(&slaves[k], time, length);
+                status = do_step(&slaves[k], &t->held, time, length);
                 wrong = slaves[k].version == 3 && t->held.octets[1]; /* it wants to end */
             } else {
                 if (deed == WRITE)
