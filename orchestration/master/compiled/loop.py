@@ -18,6 +18,7 @@ from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.orchestration.master.algorithms.algorithm import STEP, WRITE, Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
@@ -135,7 +136,7 @@ class Layout:
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
         self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
-        self._kept: list[Batch] = []  # whose value references are in the tables
+        self.batches: list[Batch] = []  # in the order of their table, which holds their value references
         slaves, count = range(len(network.slaves)), len(network.slaves)
         reads, self.outputs = self._laid(network.reads, "Get")
         writes, self.inputs = self._laid(network.writes, "Set")
@@ -194,7 +195,7 @@ class Layout:
                 kind = _KINDS[slave.prefix, batch.base]
                 start, buffer = self._used[kind], self.buffers[kind]
                 self._used[kind] += batch.count
-                self._kept.append(batch)
+                self.batches.append(batch)
                 for i, position in enumerate(batch.positions):
                     places[k][position] = (kind, start + i)
                 function, references = slave.function(verb + batch.base), ctypes.addressof(batch.references)
@@ -273,4 +274,5 @@ class CompiledLoop:
         if detail <= 1:  # it was got, but is not finite
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        slave.fail("Set" if what == WRITE else "Get", detail)
+        batch = self.layout.batches[int(self._cells[under_way.BATCH])]
+        slave.fail_exchange("Set" if what == WRITE else "Get", batch, detail)

@@ -186,7 +186,7 @@ class FmiSlave(ABC):
         for batch in self.batches(names):
             status = batch.get(*batch.arguments)
             if status > 1:
-                self.fail("Get" + batch.base, status, self._only(batch))
+                self.fail_exchange("Get", batch, status)
             if batch.count == len(names):
                 return batch.values[:] if batch.plain else batch.unload()
             for position, value in zip(batch.positions, batch.unload(), strict=True):
@@ -202,7 +202,7 @@ class FmiSlave(ABC):
                 batch.load(values)
             status = batch.set(*batch.arguments)
             if status > 1:
-                self.fail("Set" + batch.base, status, self._only(batch))
+                self.fail_exchange("Set", batch, status)
 
     def batches(self, names: Names) -> list[Batch]:
         """Give a set of variables sorted by type, which is done once."""
@@ -219,10 +219,10 @@ class FmiSlave(ABC):
             self._sorted[names] = batches
         return batches
 
-    def _only(self, batch: Batch) -> str | None:
-        """Name the variable of a batch that has but one."""
+    def fail_exchange(self, verb: str, batch: Batch, status: int) -> NoReturn:
+        """Raise because a batch was not got or set; the variable is named where it is but one."""
         known = (v.name for v in self.variables.values() if v.value_reference == batch.references[0])
-        return next(known) if batch.count == 1 else None
+        self.fail(verb + batch.base, status, next(known) if batch.count == 1 else None)
 
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""

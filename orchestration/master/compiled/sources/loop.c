@@ -37,7 +37,7 @@ typedef struct {
 
 /* What failed at which slave and how, then the call under way and the rows recorded: see under_way.py. */
 typedef struct {
-    int64_t what, slave, detail, call, rows;
+    int64_t what, slave, detail, call, rows, asked, batch;
 } Cells;
 
 typedef int Exchange2(void *, const uint32_t *, size_t, void *);
@@ -56,11 +56,12 @@ static double value_at(const Buffers *held, Place place)
     return place.kind == INT32 ? held->ints[place.index] : held->octets[place.index] != 0;
 }
 
-/* Gets or sets batches; gives the worst status. */
-static int exchange(const Batch *batches, int64_t first, int64_t last)
+/* Gets or sets batches; gives the worst status, and notes the batch that it is of. */
+static int exchange(const Batch *batches, int64_t first, int64_t last, Cells *cells)
 {
     int status = 0;
     for (const Batch *each = batches + first; each < batches + last && status <= 1; each++) {
+        cells->batch = each - batches;
         void *component = POINTER(void, each->component), *values = POINTER(void, each->values);
         const uint32_t *references = POINTER(const uint32_t, each->references);
         size_t count = (size_t)each->count;
@@ -138,7 +139,7 @@ __attribute__((visibility("default"))) int64_t advance(
             } else {
                 if (deed == WRITE)
                     pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
-                status = exchange(t->batches, range[deed * size], range[deed * size + 1]);
+                status = exchange(t->batches, range[deed * size], range[deed * size + 1], cells);
                 for (int64_t c = range[CHECKS * size]; deed == READ && c < range[CHECKS * size + 1]; c++)
                     wrong |= !isfinite(t->held.doubles[t->checks[c]]);
             }
