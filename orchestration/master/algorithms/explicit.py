@@ -74,15 +74,14 @@ class ScheduledStepper(Stepper):
     """Steps one network by a schedule."""
 
     def __init__(self, network: Network, schedule: Schedule) -> None:
-        self.network, self.jobs = network, schedule.jobs
+        self.network = network
+        exchanges = {READ: network.read, WRITE: network.write}
+        self._jobs = [(exchanges.get(deed), k) for deed, k in schedule.jobs]
 
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves by one communication step."""
-        network = self.network
-        for deed, k in self.jobs:
-            if deed == STEP:
-                network.step(k, time, step_size)
-            elif deed == READ:
-                network.read(k)
+        for exchange, k in self._jobs:
+            if exchange is None:
+                self.network.step(k, time, step_size)
             else:
-                network.write(k)
+                exchange(k)
