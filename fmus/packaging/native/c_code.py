@@ -7,7 +7,7 @@ what is given and what is found are said not to overlap; and single numbers are 
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
-from itertools import groupby
+from itertools import accumulate, groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +17,12 @@ from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
+
+_OF_ONE = (
+    "sqrt exp expm1 log log1p erf fabs floor ceil sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh"
+)
+_OF_TWO = "pow fmod remainder atan2 hypot copysign fmin fmax"
+"""Functions of C, which CasADi calls alike."""
 
 _LANES = Path(__file__).parent / "sources" / "lanes.h"
 """Vectors and their functions, of so many `LANES`."""
@@ -69,11 +75,7 @@ class _Dialect(NamedTuple):
 
     def literal(self, value: float) -> _Number:
         """A number that is written out, with a point."""
-        mantissa, e, exponent = repr(value).partition("e")
-        if "n" in mantissa:
-            text = f"(double){mantissa.replace('inf', 'INFINITY').replace('nan', 'NAN')}"
-        else:
-            text = (mantissa if "." in mantissa else f"{mantissa}.") + e + exponent
+        text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
         return _Number(self.constant.format(f"({text})" if text[0] == "-" else text))
 
 
@@ -88,13 +90,8 @@ def _dialect(lanes: bool) -> _Dialect:
     forms |= {"ADD": "({0}+{1})", "SUB": "({0}-{1})", "MUL": "({0}*{1})", "DIV": "({0}/{1})"}
     forms |= {"NEG": "(-{0})", "SQ": "({0}*{0})", "TWICE": "({0}+{0})", "INV": "(1./{0})"}
     own = "lanes_" if lanes else ""
-    for names, given in (
-        (("SQRT", "EXP", "EXPM1", "LOG", "LOG1P", "ERF", "FABS", "FLOOR", "CEIL"), "({0})"),
-        (("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"), "({0})"),
-        (("SINH", "COSH", "TANH", "ASINH", "ACOSH", "ATANH"), "({0})"),
-        (("POW", "FMOD", "REMAINDER", "ATAN2", "HYPOT", "COPYSIGN", "FMIN", "FMAX"), "({0},{1})"),
-    ):
-        forms |= {name: f"{own}{name.lower()}{given}" for name in names}
+    forms |= {name.upper(): f"{own}{name}({{0}})" for name in _OF_ONE.split()}
+    forms |= {name.upper(): f"{own}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
     forms["CONSTPOW"] = forms["POW"]
     forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
     forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
@@ -158,8 +155,7 @@ class _Body:
         self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
         self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
         """C, the names that it makes (none: results of the function), and what it uses."""
-        self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
-        self._placed: dict[str, str] = {}  # where in a result vectors lie that are a part of it
+        self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
         self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
         self._gathered: dict[tuple[_Number, ...], _Number] = {}
         self._handed: list[tuple[int, int, _Number]] = []  # what of results lies in vectors: which, where
@@ -193,13 +189,8 @@ class _Body:
         for text, makes, uses in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
                 needed.update(each.name.partition("[")[0] for each in uses)
-                lines += [text, *(self._declared(name) for name in makes if name in self._sizes)]
+                lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
         return [line for line in reversed(lines) if line], needed
-
-    def _declared(self, name: str) -> str:
-        if name in self._placed:
-            return f"{self.dialect.real} *{name}={self._placed[name]};"
-        return f"{self.dialect.real} {name}[{self._sizes[name]}];"
 
     def _add(self, text: str, makes: Sequence[str], uses: _Numbers) -> None:
         self._statements.append((text, makes, uses))
@@ -214,8 +205,9 @@ class _Body:
             run = [handed[i] for i in places]
             which, first, start = run[0]
             text = f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={start.name}[{start.place}+i];"
-            if self._sizes.get(start.name) == len(run) and start.name not in self._placed:
-                self._placed[start.name] = _Number(f"y{which}", first).pointer
+            if self._vectors.get(start.name, (0, ""))[0] == len(run):
+                place = _Number(f"y{which}", first).pointer
+                self._vectors[start.name] = 0, f"{self.dialect.real} *{start.name}={place};"
                 text = ""
             self._add(text, (), [start])
 
@@ -234,8 +226,6 @@ class _Body:
             (one, then), (other, otherwise) = (each for _, each in parts)
             if self._made.get(other) == (casadi.OP_NOT, [one]):
                 form, given = self.dialect.choice, [one, then, otherwise]
-            elif self._made.get(one) == (casadi.OP_NOT, [other]):
-                form, given = self.dialect.choice, [other, otherwise, then]
         found = _Number(f"a{len(self._statements)}")
         self._add(f"const {self.dialect.real} {found}={form.format(*given)};", [found.name], given)
         self._made[found] = kind, given
@@ -259,31 +249,23 @@ class _Body:
 
     def _called(self, function: Any, numbers: _Numbers) -> _Numbers:
         """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
-        first, given = 0, []
-        for size in (function.nnz_in(k) for k in range(function.n_in())):
-            first, part = first + size, numbers[first : first + size]
-            given.append(part[0] if size == 1 else self._beside(part))
-        how = written(function)
-        run = how.function if how.idle else None
-        names = []
-        for k in range(function.n_out()):
-            names.append(f"t{len(self._sizes)}")
-            self._sizes[names[-1]] = max(function.nnz_out(k), 1)
-        handed = [
-            each.pointer if function.nnz_in(k) != 1 else str(each)
-            for k, each in enumerate(given)
-            if k or not run
-        ]
-        call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
-        if run is None:
-            self._add(call, names, given)
-            return [_Number(name, i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
-        left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
-        pointers = [f"p{name}" for name in names]
-        lines = [
-            f"const {self.dialect.real} *{p}={each.pointer};" for p, each in zip(pointers, left, strict=True)
-        ]
-        moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
-        lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
-        self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
-        return [_Number(f"p{name}", i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
+        sizes = [function.nnz_in(k) for k in range(function.n_in())]
+        parts = (numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True))
+        given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
+        handed = [str(each) if n == 1 else each.pointer for n, each in zip(sizes, given, strict=True)]
+        real, how = self.dialect.real, written(function)
+        found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
+        self._vectors |= {t: (size, f"{real} {t}[{size or 1}];") for t, size in found.items()}
+        name = self.writer.named(how.function if how.idle else function)
+        call, uses = f"{name}({', '.join([*handed[how.idle :], *found])});", given
+        made = [*found]
+        if how.idle:
+            left = [self._beside([each]) for each in given[1 : len(found) + 1]]
+            lines = [f"const {real} *p{t}={each.pointer};" for t, each in zip(found, left, strict=True)]
+            moved = " ".join(f"p{t}={t};" for t in found)
+            lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
+            call, uses = "\n  ".join(lines), [*given, *left]
+            found = {f"p{t}": size for t, size in found.items()}
+            made += found
+        self._add(call, made, uses)
+        return [_Number(name, i) for name, size in found.items() for i in range(size)]
