@@ -5,6 +5,7 @@ arguments as they are by pointing at them. A choice is one expression, which bec
 what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
 """
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import accumulate, groupby
@@ -46,22 +47,8 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     return "\n".join([header, *writer.texts])
 
 
-class _Number(NamedTuple):
-    """A number where it lies: in a vector at a place, or under a name, or as it is written."""
-
-    name: str
-    place: int | None = None
-
-    def __str__(self) -> str:
-        return self.name if self.place is None else f"{self.name}[{self.place}]"
-
-    @property
-    def pointer(self) -> str:
-        """Where it and what lies beside it begins."""
-        return f"{self.name}+{self.place}" if self.place else self.name
-
-
-_Numbers = list[_Number]
+_PLACED = re.compile(r"(\w+)\[(\d+)\]")
+"""A number that lies in a vector: in which, and where."""
 
 
 class _Dialect(NamedTuple):
@@ -73,10 +60,10 @@ class _Dialect(NamedTuple):
     asked: str
     operations: Mapping[int, str]
 
-    def literal(self, value: float) -> _Number:
+    def literal(self, value: float) -> str:
         """A number that is written out, with a point."""
         text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
-        return _Number(self.constant.format(f"({text})" if text[0] == "-" else text))
+        return self.constant.format(f"({text})" if text[0] == "-" else text)
 
 
 @cache
@@ -153,21 +140,22 @@ class _Body:
         import casadi
 
         self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
-        self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
-        """C, the names that it makes (none: results of the function), and what it uses."""
+        self._statements: list[tuple[str, Sequence[str]]] = []
+        """C, and the names that it makes; none: results of the function."""
         self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
-        self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
-        self._gathered: dict[tuple[_Number, ...], _Number] = {}
-        self._handed: list[tuple[int, int, _Number]] = []  # what of results lies in vectors: which, where
-        held: dict[int, _Number] = {}  # in CasADi's places
+        self._needed: set[str] = set()  # names of vectors that are a part of a result
+        self._made: dict[str, tuple[int, list[str]]] = {}  # by which operation, of what
+        self._gathered: dict[str, str] = {}
+        handed: list[tuple[int, int, str, int]] = []  # what of results lies in vectors: of which, where
+        held: dict[int, str] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
             kind = function.instruction_id(k)
             given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == casadi.OP_INPUT:
                 which, place = given
-                name = f"x{which}[{2 * place}+i]" if paired[which] else f"x{which}"
-                held[taken[0]] = _Number(name, None if alone[which] or paired[which] else place)
+                at = "" if alone[which] else f"[{2 * place}+i]" if paired[which] else f"[{place}]"
+                held[taken[0]] = f"x{which}{at}"
             elif kind == casadi.OP_CONST:
                 held[taken[0]] = self.dialect.literal(function.instruction_constant(k))
             elif kind == casadi.OP_CALL:
@@ -175,43 +163,39 @@ class _Body:
                 held |= zip(taken, found, strict=True)
             elif kind != casadi.OP_OUTPUT:
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
-            elif any(paired) or held[given[0]].place is None:
-                place = f"{2 * taken[1]}+i" if any(paired) else taken[1]
-                self._add(f"y{taken[0]}[{place}]={held[given[0]]};", (), [held[given[0]]])
+            elif any(paired):
+                self._add(f"y{taken[0]}[{2 * taken[1]}+i]={held[given[0]]};")
+            elif placed := _PLACED.fullmatch(held[given[0]]):
+                handed.append((*taken, placed[1], int(placed[2])))
             else:
-                self._handed.append((*taken, held[given[0]]))
-        self._hand_over()
+                self._add(f"y{taken[0]}[{taken[1]}]={held[given[0]]};")
+        self._hand_over(sorted(handed))
 
     def lines(self) -> tuple[list[str], set[str]]:
         """Lines of what any result needs, and the names that they use."""
-        needed: set[str] = set()
-        lines: list[str] = []
-        for text, makes, uses in reversed(self._statements):
+        needed, lines = {*self._needed}, list[str]()
+        for text, makes in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
-                needed.update(each.name.partition("[")[0] for each in uses)
+                needed.update(re.findall(r"\w+", text))
                 lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
-        return [line for line in reversed(lines) if line], needed
+        return lines[::-1], needed
 
-    def _add(self, text: str, makes: Sequence[str], uses: _Numbers) -> None:
-        self._statements.append((text, makes, uses))
+    def _add(self, text: str, *makes: str) -> None:
+        self._statements.append((text, makes))
 
-    def _hand_over(self) -> None:
+    def _hand_over(self, handed: list[tuple[int, int, str, int]]) -> None:
         """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
-        handed = sorted(self._handed)
-        keys = [
-            (of, place - i, each.name, (each.place or 0) - i) for i, (of, place, each) in enumerate(handed)
-        ]
+        keys = [(of, place - i, name, at - i) for i, (of, place, name, at) in enumerate(handed)]
         for _, places in groupby(range(len(handed)), keys.__getitem__):
             run = [handed[i] for i in places]
-            which, first, start = run[0]
-            text = f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={start.name}[{start.place}+i];"
-            if self._vectors.get(start.name, (0, ""))[0] == len(run):
-                place = _Number(f"y{which}", first).pointer
-                self._vectors[start.name] = 0, f"{self.dialect.real} *{start.name}={place};"
-                text = ""
-            self._add(text, (), [start])
+            which, first, name, at = run[0]
+            if self._vectors.get(name, (0, ""))[0] == len(run):
+                self._vectors[name] = 0, f"{self.dialect.real} *{name}=&y{which}[{first}];"
+                self._needed.add(name)
+            else:
+                self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
 
-    def _operation(self, kind: int, given: _Numbers) -> _Number:
+    def _operation(self, kind: int, given: list[str]) -> str:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
@@ -226,46 +210,39 @@ class _Body:
             (one, then), (other, otherwise) = (each for _, each in parts)
             if self._made.get(other) == (casadi.OP_NOT, [one]):
                 form, given = self.dialect.choice, [one, then, otherwise]
-        found = _Number(f"a{len(self._statements)}")
-        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", [found.name], given)
+        found = f"a{len(self._statements)}"
+        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", found)
         self._made[found] = kind, given
         return found
 
-    def _beside(self, numbers: _Numbers) -> _Number:
-        """The first of numbers that lie side by side, or are put there."""
+    def _beside(self, numbers: list[str]) -> str:
+        """Pointer to numbers that lie side by side, or are put there."""
         if not numbers:
-            return _Number("0")
-        first, key = numbers[0], tuple(numbers)
-        if first.place is not None and key == tuple(
-            _Number(first.name, first.place + i) for i in range(len(key))
-        ):
-            return first
-        if key not in self._gathered:
-            first = self._gathered[key] = _Number(f"g{len(self._gathered)}", 0)
-            listed = ", ".join(map(str, numbers))
-            text = f"const {self.dialect.real} {first.name}[{len(numbers)}]={{{listed}}};"
-            self._add(text, [first.name], numbers)
-        return self._gathered[key]
+            return "0"
+        first, listed = _PLACED.fullmatch(numbers[0]), ", ".join(numbers)
+        if first and numbers == [f"{first[1]}[{int(first[2]) + i}]" for i in range(len(numbers))]:
+            return f"&{numbers[0]}"
+        if listed not in self._gathered:
+            name = self._gathered[listed] = f"g{len(self._gathered)}"
+            self._add(f"const {self.dialect.real} {name}[{len(numbers)}]={{{listed}}};", name)
+        return self._gathered[listed]
 
-    def _called(self, function: Any, numbers: _Numbers) -> _Numbers:
+    def _called(self, function: Any, numbers: list[str]) -> list[str]:
         """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
-        parts = (numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True))
+        parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
         given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
-        handed = [str(each) if n == 1 else each.pointer for n, each in zip(sizes, given, strict=True)]
         real, how = self.dialect.real, written(function)
         found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
         self._vectors |= {t: (size, f"{real} {t}[{size or 1}];") for t, size in found.items()}
-        name = self.writer.named(how.function if how.idle else function)
-        call, uses = f"{name}({', '.join([*handed[how.idle :], *found])});", given
-        made = [*found]
+        name, made = self.writer.named(how.function if how.idle else function), [*found]
+        call = f"{name}({', '.join([*given[how.idle :], *found])});"
         if how.idle:
-            left = [self._beside([each]) for each in given[1 : len(found) + 1]]
-            lines = [f"const {real} *p{t}={each.pointer};" for t, each in zip(found, left, strict=True)]
+            left = map(self._beside, parts[1 : len(found) + 1])
+            lines = [f"const {real} *p{t}={place};" for t, place in zip(found, left, strict=True)]
             moved = " ".join(f"p{t}={t};" for t in found)
             lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
-            call, uses = "\n  ".join(lines), [*given, *left]
-            found = {f"p{t}": size for t, size in found.items()}
+            call, found = "\n  ".join(lines), {f"p{t}": size for t, size in found.items()}
             made += found
-        self._add(call, made, uses)
-        return [_Number(name, i) for name, size in found.items() for i in range(size)]
+        self._add(call, *made)
+        return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]
