@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import accumulate, groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from warmlink.fmus.calls import written
 from warmlink.fmus.errors import InputError
@@ -51,24 +51,12 @@ _PLACED = re.compile(r"(\w+)\[(\d+)\]")
 """A number that lies in a vector: in which, and where."""
 
 
-class _Dialect(NamedTuple):
-    """How C is written: type of a number, and the forms of what is done, by CasADi's number of it."""
-
-    real: str
-    constant: str
-    choice: str
-    asked: str
-    operations: Mapping[int, str]
-
-    def literal(self, value: float) -> str:
-        """A number that is written out, with a point."""
-        text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
-        return self.constant.format(f"({text})" if text[0] == "-" else text)
-
-
 @cache
-def _dialect(lanes: bool) -> _Dialect:
-    """C for numbers, or for the vectors of `lanes.h`."""
+def _dialect(lanes: bool) -> Mapping[int | str, str]:
+    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's number, and more.
+
+    Beside them the type of a number, a constant, a choice, and the question whether a condition holds.
+    """
     import casadi
 
     asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
@@ -76,42 +64,43 @@ def _dialect(lanes: bool) -> _Dialect:
     forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
     forms |= {"ADD": "({0}+{1})", "SUB": "({0}-{1})", "MUL": "({0}*{1})", "DIV": "({0}/{1})"}
     forms |= {"NEG": "(-{0})", "SQ": "({0}*{0})", "TWICE": "({0}+{0})", "INV": "(1./{0})"}
-    own = "lanes_" if lanes else ""
-    forms |= {name.upper(): f"{own}{name}({{0}})" for name in _OF_ONE.split()}
-    forms |= {name.upper(): f"{own}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
+    prefix = "lanes_" if lanes else ""
+    forms |= {name.upper(): f"{prefix}{name}({{0}})" for name in _OF_ONE.split()}
+    forms |= {name.upper(): f"{prefix}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
     forms["CONSTPOW"] = forms["POW"]
     forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
     forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
-    operations = {getattr(casadi, f"OP_{name}"): form for name, form in forms.items()}
-    if lanes:
-        return _Dialect("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})", operations)
-    return _Dialect("double", "{0}", "({0}?{1}:{2})", "{0}!=0", operations)
+    own = ("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})")
+    usual = ("double", "{0}", "({0}?{1}:{2})", "{0}!=0")
+    return {
+        **{getattr(casadi, f"OP_{name}"): form for name, form in forms.items()},
+        **dict(zip(("type", "constant", "choice", "asked"), own if lanes else usual, strict=True)),
+    }
 
 
 class _Writer:
     """C of functions, each of them once and after those that it calls."""
 
-    def __init__(self, dialect: _Dialect) -> None:
-        self.dialect = dialect
+    def __init__(self, forms: Mapping[int | str, str]) -> None:
+        self.forms, self.type = forms, forms["type"]
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
 
     def write(self, head: str, function: Any, alone: bool) -> None:
         """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
         alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
-        one, paired, _ = written(function)
-        paired = paired or [False] * len(alones)
+        whole, paired, _ = written(function)
         with unsimplified():
-            numbers = one.expand() if one.is_a("MXFunction") else one
-        lines, used = _Body(self, numbers, alones, paired).lines()
+            numbers = whole.expand() if whole.is_a("MXFunction") else whole
+        lines = _Body(self, numbers, alones, paired or [False] * len(alones)).lines()
         if any(paired):
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        unused = [f"x{k}" for k in range(len(alones)) if f"x{k}" not in used]
-        unused += [f"y{k}" for k in range(function.n_out()) if not function.nnz_out(k)]
-        lines = [f"(void){name};" for name in unused] + lines
-        real = self.dialect.real
-        parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
-        parameters += [f"{real} *restrict y{k}" for k in range(function.n_out())]
+        one, many = f"{self.type} ", f"{self.type} *restrict "
+        declared = {f"x{k}": one if single else f"const {many}" for k, single in enumerate(alones)}
+        declared |= {f"y{k}": many for k in range(function.n_out())}
+        used = set(re.findall(r"\w+", " ".join(lines)))
+        lines = [f"(void){name};" for name in declared if name not in used] + lines
+        parameters = (kind + name for name, kind in declared.items())
         text = "".join(f"  {line}\n" for line in lines)
         self.texts.append(f"{head}({', '.join(parameters)})\n{{\n{text}}}\n")
 
@@ -139,7 +128,7 @@ class _Body:
     def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
         import casadi
 
-        self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
+        self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
         self._statements: list[tuple[str, Sequence[str]]] = []
         """C, and the names that it makes; none: results of the function."""
         self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
@@ -157,7 +146,7 @@ class _Body:
                 at = "" if alone[which] else f"[{2 * place}+i]" if paired[which] else f"[{place}]"
                 held[taken[0]] = f"x{which}{at}"
             elif kind == casadi.OP_CONST:
-                held[taken[0]] = self.dialect.literal(function.instruction_constant(k))
+                held[taken[0]] = self._literal(function.instruction_constant(k))
             elif kind == casadi.OP_CALL:
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
@@ -171,14 +160,14 @@ class _Body:
                 self._add(f"y{taken[0]}[{taken[1]}]={held[given[0]]};")
         self._hand_over(sorted(handed))
 
-    def lines(self) -> tuple[list[str], set[str]]:
-        """Lines of what any result needs, and the names that they use."""
+    def lines(self) -> list[str]:
+        """Lines of what any result needs."""
         needed, lines = {*self._needed}, list[str]()
         for text, makes in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
                 needed.update(re.findall(r"\w+", text))
                 lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
-        return lines[::-1], needed
+        return lines[::-1]
 
     def _add(self, text: str, *makes: str) -> None:
         self._statements.append((text, makes))
@@ -190,16 +179,21 @@ class _Body:
             run = [handed[i] for i in places]
             which, first, name, at = run[0]
             if self._vectors.get(name, (0, ""))[0] == len(run):
-                self._vectors[name] = 0, f"{self.dialect.real} *{name}=&y{which}[{first}];"
+                self._vectors[name] = 0, f"{self.type} *{name}=&y{which}[{first}];"
                 self._needed.add(name)
             else:
                 self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
+
+    def _literal(self, value: float) -> str:
+        """A number that is written out, with a point."""
+        text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
+        return self.forms["constant"].format(f"({text})" if text[0] == "-" else text)
 
     def _operation(self, kind: int, given: list[str]) -> str:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
-        form = self.dialect.operations.get(kind)
+        form = self.forms.get(kind)
         if form is None:
             name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
             raise InputError(
@@ -209,9 +203,9 @@ class _Body:
         if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
             if self._made.get(other) == (casadi.OP_NOT, [one]):
-                form, given = self.dialect.choice, [one, then, otherwise]
+                form, given = self.forms["choice"], [one, then, otherwise]
         found = f"a{len(self._statements)}"
-        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", found)
+        self._add(f"const {self.type} {found}={form.format(*given)};", found)
         self._made[found] = kind, given
         return found
 
@@ -224,7 +218,7 @@ class _Body:
             return f"&{numbers[0]}"
         if listed not in self._gathered:
             name = self._gathered[listed] = f"g{len(self._gathered)}"
-            self._add(f"const {self.dialect.real} {name}[{len(numbers)}]={{{listed}}};", name)
+            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};", name)
         return self._gathered[listed]
 
     def _called(self, function: Any, numbers: list[str]) -> list[str]:
@@ -232,16 +226,16 @@ class _Body:
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
         given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
-        real, how = self.dialect.real, written(function)
+        how = written(function)
         found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
-        self._vectors |= {t: (size, f"{real} {t}[{size or 1}];") for t, size in found.items()}
+        self._vectors |= {t: (size, f"{self.type} {t}[{size or 1}];") for t, size in found.items()}
         name, made = self.writer.named(how.function if how.idle else function), [*found]
         call = f"{name}({', '.join([*given[how.idle :], *found])});"
         if how.idle:
             left = map(self._beside, parts[1 : len(found) + 1])
-            lines = [f"const {real} *p{t}={place};" for t, place in zip(found, left, strict=True)]
+            lines = [f"const {self.type} *p{t}={place};" for t, place in zip(found, left, strict=True)]
             moved = " ".join(f"p{t}={t};" for t in found)
-            lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
+            lines.append(f"if ({self.forms['asked'].format(given[0])}) {{ {call} {moved} }}")
             call, found = "\n  ".join(lines), {f"p{t}": size for t, size in found.items()}
             made += found
         self._add(call, *made)
