@@ -143,8 +143,8 @@ class _Body:
             given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == casadi.OP_INPUT:
                 which, place = given
-                at = "" if alone[which] else f"[{2 * place}+i]" if paired[which] else f"[{place}]"
-                held[taken[0]] = f"x{which}{at}"
+                index = f"{2 * place}+i" if paired[which] else place
+                held[taken[0]] = f"x{which}" if alone[which] else f"x{which}[{index}]"
             elif kind == casadi.OP_CONST:
                 held[taken[0]] = self._literal(function.instruction_constant(k))
             elif kind == casadi.OP_CALL:
