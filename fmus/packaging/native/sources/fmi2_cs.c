@@ -1,11 +1,6 @@
 /* FMI 2.0 around the shared model part: co-simulation, and model exchange where there is nothing sampled. */
 #include "fmi2Functions.h"
-#include "identity.h"
-#include "model.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include "model_instance.h"
 
 typedef struct {
     Model model;
@@ -94,13 +89,13 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
                                fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
 {
     Instance *instance = component;
-    return status(in_phase(instance, INSTANTIATED, "fmi2SetupExperiment")
+    return status(in_phase(instance, INSTANTIATED, __func__)
                   && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component)
 {
-    return entered(component, INSTANTIATED, INITIALIZATION, "fmi2EnterInitializationMode");
+    return entered(component, INSTANTIATED, INITIALIZATION, __func__);
 }
 
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
@@ -118,8 +113,8 @@ fmi2Status fmi2CancelStep(fmi2Component component)
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
 {
     Instance *instance = component;
-    if (!instance || !value)
-        return unsupported(instance, "there is nowhere to put the time reached");
+    if (!there(instance, value != NULL, __func__))
+        return fmi2Error;
     if (kind != fmi2LastSuccessfulTime)
         return fmi2Discard;
     *value = instance->model.memory.time;
@@ -128,8 +123,8 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind,
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    if (!component || !value)
-        return unsupported(component, "there is nowhere to put the answer");
+    if (!there(component, value != NULL, __func__))
+        return fmi2Error;
     if (kind != fmi2Terminated)
         return fmi2Discard;
     *value = fmi2False;
@@ -174,14 +169,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueR
 
 #include "fmi_exchange.h"
 
-#if WL_EXCHANGES
 fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info)
 {
-    if (!in_phase(component, EVENTS, "fmi2NewDiscreteStates"))
+    if (!in_phase(component, EVENTS, __func__) || !there(component, info != NULL, __func__))
         return fmi2Error;
-    if (!info)
-        return unsupported(component, "there is nowhere to put what is new");
     *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, fmi2False, 0};
     return fmi2OK;
 }
-#endif

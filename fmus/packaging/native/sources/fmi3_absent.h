@@ -14,38 +14,15 @@
     }
 
 #define ASKED fmi3Instance instance, const fmi3ValueReference r[], size_t n
-#define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
-#define NO_EVENTS WL_NAME " has no event mode"
 #define NO_STRUCTURE WL_NAME " has no structural parameters"
 #define DESCRIBED "dependencies are in modelDescription.xml"
 
 NOT_HERE(EnterStepMode, (fmi3Instance instance), WL_NAME " has no event mode to leave")
 NOT_HERE(EnterConfigurationMode, (fmi3Instance instance), NO_STRUCTURE)
 NOT_HERE(ExitConfigurationMode, (fmi3Instance instance), NO_STRUCTURE)
-NOT_HERE(EvaluateDiscreteStates, (fmi3Instance instance), NO_EVENTS)
-
-/* Hosts look for the functions of the other interface types too. */
-#if !WL_EXCHANGES
-NOT_HERE(EnterEventMode, (fmi3Instance instance), NO_EVENTS)
-NOT_HERE(UpdateDiscreteStates,
-         (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
-          fmi3Float64 *f),
-         NO_EVENTS)
-NOT_HERE(EnterContinuousTimeMode, (fmi3Instance instance), ONLY_COSIMULATION)
-NOT_HERE(CompletedIntegratorStep, (fmi3Instance instance, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c),
-         ONLY_COSIMULATION)
-NOT_HERE(SetTime, (fmi3Instance instance, fmi3Float64 t), ONLY_COSIMULATION)
-NOT_HERE(GetNumberOfEventIndicators, (fmi3Instance instance, size_t *n), ONLY_COSIMULATION)
-NOT_HERE(GetNumberOfContinuousStates, (fmi3Instance instance, size_t *n), ONLY_COSIMULATION)
-
-#define NO_VECTOR(name, type) NOT_HERE(name, (fmi3Instance instance, type x[], size_t n), ONLY_COSIMULATION)
-NO_VECTOR(SetContinuousStates, const fmi3Float64)
-NO_VECTOR(GetContinuousStates, fmi3Float64)
-NO_VECTOR(GetContinuousStateDerivatives, fmi3Float64)
-NO_VECTOR(GetNominalsOfContinuousStates, fmi3Float64)
-NO_VECTOR(GetEventIndicators, fmi3Float64)
-#endif
-NOT_HERE(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t), ONLY_COSIMULATION)
+NOT_HERE(EvaluateDiscreteStates, (fmi3Instance instance), WL_NAME " has no event mode")
+NOT_HERE(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t),
+         WL_NAME " has no clocks")
 
 #define NO_TYPE(type)                                                                                               \
     NONE_HERE(Get##type, (ASKED, fmi3##type v[], size_t m), WL_NAME " has no variables of type " #type)             \

@@ -1,11 +1,6 @@
 /* FMI 3.0 around the shared model part: co-simulation, and model exchange where there is nothing sampled. */
 #include "fmi3Functions.h"
-#include "identity.h"
-#include "model.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include "model_instance.h"
 
 typedef struct {
     Model model;
@@ -98,7 +93,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance handle, fmi3Boolean toleranc
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop)
 {
     Instance *instance = handle;
-    int well = in_phase(instance, INSTANTIATED, "fmi3EnterInitializationMode")
+    int well = in_phase(instance, INSTANTIATED, __func__)
                && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL);
     return well ? entered(instance, INSTANTIATED, INITIALIZATION, "") : fmi3Error;
 }
@@ -143,7 +138,6 @@ fmi3Status fmi3DoStep(fmi3Instance handle, fmi3Float64 time, fmi3Float64 step, f
 
 #include "fmi_exchange.h"
 
-#if WL_EXCHANGES
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, fmi3Boolean *end,
                                     fmi3Boolean *nominals_changed, fmi3Boolean *states_changed, fmi3Boolean *timed,
                                     fmi3Float64 *next)
@@ -152,20 +146,19 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, f
     for (size_t i = 0; i < sizeof answers / sizeof *answers; i++)
         if (answers[i])
             *answers[i] = fmi3False;
-    return status(in_phase(instance, EVENTS, "fmi3UpdateDiscreteStates"));
+    return status(in_phase(instance, EVENTS, __func__));
 }
 
 #define COUNTED(name, number)                                                  \
     fmi3Status name(fmi3Instance instance, size_t *count)                      \
     {                                                                          \
-        if (!instance || !count)                                               \
-            return unsupported(instance, "there is nowhere to put the number"); \
+        if (!exchanges(instance) || !there(instance, count != NULL, __func__)) \
+            return fmi3Error;                                                  \
         *count = number;                                                       \
         return fmi3OK;                                                         \
     }
 
 COUNTED(fmi3GetNumberOfContinuousStates, WL_STATES)
 COUNTED(fmi3GetNumberOfEventIndicators, 0)
-#endif
 
 #include "fmi3_absent.h"

@@ -3,7 +3,6 @@
    F(a, b) is a in FMI 2.0 and b in 3.0; Instance is that of the file around. */
 
 #define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
-#define NAME_OF(name) F("fmi2", "fmi3") name
 typedef FUNCTION(Status) Answer;
 typedef FUNCTION(Boolean) Truth;
 typedef FUNCTION(Byte) Byte;
@@ -16,7 +15,7 @@ static Answer status(int well)
     return well == DISCARDED ? FUNCTION(Discard) : well ? FUNCTION(OK) : FUNCTION(Error);
 }
 
-/* Whether an instance is in the phase that a function belongs in. */
+/* Whether an instance is in the phase that a function, by its name, belongs in. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
     static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
@@ -33,6 +32,13 @@ static int given(Instance *instance, size_t count, const void *first, const void
     return count == 0 || (first && second)
            || model_report(&instance->model, ": a null pointer in place of an array; give arrays of %lu elements",
                            (unsigned long)count);
+}
+
+/* Whether the host gave what a function works on. */
+static int there(Instance *instance, int given, const char *function)
+{
+    return instance && (given || model_report(&instance->model, ": %s of a null pointer; give what it is to read "
+                                                                "or to fill", function));
 }
 
 static Answer unsupported(Instance *instance, const char *what)
@@ -89,7 +95,7 @@ Answer FUNCTION(SetDebugLogging)(void *instance, Truth logging, size_t count, co
 Answer FUNCTION(ExitInitializationMode)(void *handle)
 {
     Instance *instance = handle;
-    return status(in_phase(instance, INITIALIZATION, NAME_OF("ExitInitializationMode"))
+    return status(in_phase(instance, INITIALIZATION, __func__)
                   && model_initialize(&instance->model));
 }
 
@@ -97,14 +103,13 @@ Answer FUNCTION(Terminate)(void *handle)
 {
     Instance *instance = handle;
     Phase present = instance ? (Phase)instance->model.memory.phase : STEPPING;
-    return entered(instance, present == EVENTS || present == CONTINUOUS ? present : STEPPING, TERMINATED,
-                   NAME_OF("Terminate"));
+    return entered(instance, present == EVENTS || present == CONTINUOUS ? present : STEPPING, TERMINATED, __func__);
 }
 
 Answer FUNCTION(Reset)(void *handle)
 {
     Instance *instance = handle;
-    if (!between_steps(instance, NAME_OF("Reset")))
+    if (!between_steps(instance, __func__))
         return status(0);
     model_reset(&instance->model);
     return status(1);

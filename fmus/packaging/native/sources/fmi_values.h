@@ -151,18 +151,14 @@ static Answer kept(Instance *instance, const Memory *memory, State *state)
 Answer FUNCTION(F(GetFMUstate, GetFMUState))(void *handle, State *state)
 {
     Instance *instance = handle;
-    if (!instance || !state)
-        return unsupported(instance, "there is nowhere to put the state");
-    return between_steps(instance, F("fmi2GetFMUstate", "fmi3GetFMUState"))
-               ? kept(instance, &instance->model.memory, state) : status(0);
+    int well = there(instance, state != NULL, __func__) && between_steps(instance, __func__);
+    return well ? kept(instance, &instance->model.memory, state) : status(0);
 }
 
 Answer FUNCTION(F(SetFMUstate, SetFMUState))(void *handle, State state)
 {
     Instance *instance = handle;
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to go back to");
-    if (!between_steps(instance, F("fmi2SetFMUstate", "fmi3SetFMUState")))
+    if (!there(instance, state != NULL, __func__) || !between_steps(instance, __func__))
         return status(0);
     model_restore(&instance->model, state);
     return status(1);
@@ -179,17 +175,17 @@ Answer FUNCTION(F(FreeFMUstate, FreeFMUState))(void *instance, State *state)
 
 Answer FUNCTION(F(SerializedFMUstateSize, SerializedFMUStateSize))(void *instance, State state, size_t *size)
 {
-    if (!instance || !state || !size)
-        return unsupported(instance, "there is no state to serialise, or nowhere to put its size");
+    if (!there(instance, state && size, __func__))
+        return status(0);
     *size = model_serialized_size();
     return status(1);
 }
 
 Answer FUNCTION(F(SerializeFMUstate, SerializeFMUState))(void *instance, State state, Byte bytes[], size_t size)
 {
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to serialise");
-    if (!bytes || size < model_serialized_size())
+    if (!there(instance, state && bytes, __func__))
+        return status(0);
+    if (size < model_serialized_size())
         return unsupported(instance, "too few bytes for the serialised state; ask for its size");
     model_serialize(state, (unsigned char *)bytes);
     return status(1);
@@ -199,8 +195,7 @@ Answer FUNCTION(F(DeSerializeFMUstate, DeserializeFMUState))(void *handle, const
 {
     Instance *instance = handle;
     Memory memory;
-    if (!instance || !bytes || !state)
-        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
-    int well = model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory);
+    int well = there(instance, bytes && state, __func__)
+               && model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory);
     return well ? kept(instance, &memory, state) : status(0);
 }
