@@ -194,7 +194,7 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
         **{name: float(getattr(motor, name)) for name in LOSSES},
         "linearisation_temperature": ROOM_TEMPERATURE,
         "mode_rate": _listed(reduced.rate),
-        "convection": _listed(reduced.M.ravel()),
+        "convection": _listed(reduced.A_speed.ravel()),
         "winding_heat_gain": _listed(reduced.B[:, column["winding_heat"]]),
         "shaft_heat_gain": _listed(reduced.B[:, column["shaft_heat"]]),
         "link_heat_gain": _listed(reduced.B[:, column["link_heat"]]),
