@@ -3,31 +3,29 @@
 #include "model_instance.h"
 
 typedef struct {
-    Model model;
     fmi2CallbackFunctions callbacks;
-    char *name;
-} Instance;
+    const char *name;
+} Host;
 
-static void *allocated(const fmi2CallbackFunctions *callbacks, size_t size)
+static void *allocate(const Host *host, size_t size)
 {
-    return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
+    return host->callbacks.allocateMemory ? host->callbacks.allocateMemory(1, size) : calloc(1, size);
 }
 
-static void release(const Instance *instance, void *memory)
+static void release(const Host *host, void *memory)
 {
-    const fmi2CallbackFunctions *callbacks = &instance->callbacks;
-    if (callbacks->allocateMemory && callbacks->freeMemory)
-        callbacks->freeMemory(memory);
-    else if (!callbacks->allocateMemory)
+    if (host->callbacks.allocateMemory && host->callbacks.freeMemory)
+        host->callbacks.freeMemory(memory);
+    else if (!host->callbacks.allocateMemory)
         free(memory);
 }
 
 /* The host takes the message for a printf format. */
-static void report(void *host, Severity severity, const char *sentence)
+static void report(void *to, Severity severity, const char *sentence)
 {
     static const fmi2Status statuses[] = {fmi2Warning, fmi2Discard, fmi2Error};
     static const char *const categories[] = {"logStatusWarning", "logStatusDiscard", "logStatusError"};
-    Instance *instance = host;
+    const Host *host = to;
     char message[1024];
     size_t used = 0;
     for (; *sentence && used + 2 < sizeof message; sentence++) {
@@ -36,12 +34,11 @@ static void report(void *host, Severity severity, const char *sentence)
             message[used++] = '%';
     }
     message[used] = 0;
-    if (instance->callbacks.logger)
-        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, statuses[severity],
-                                   categories[severity], message);
+    if (host->callbacks.logger)
+        host->callbacks.logger(host->callbacks.componentEnvironment, host->name, statuses[severity],
+                               categories[severity], message);
 }
 
-#define allocate(instance, size) allocated(&(instance)->callbacks, size)
 #define F(two, three) two
 #define SIZED(values, size) values
 #include "fmi_answers.h"
@@ -54,32 +51,11 @@ const char *fmi2GetTypesPlatform(void)
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
-    const char *problem = NULL;
-    Instance *instance = NULL;
-    if (!callbacks)
-        return NULL;
-    if (!name || !*name)
-        problem = WL_NAME ": an instance needs a name";
-    else if (type != fmi2CoSimulation && !WL_EXCHANGES)
-        problem = WL_NAME ": is for co-simulation, not for model exchange";
-    else if (!guid || strcmp(guid, WL_TOKEN) != 0)
-        problem = WL_NAME ": the GUID is not that of this FMU; take it from its modelDescription.xml";
-    else if (!(instance = allocated(callbacks, sizeof *instance + strlen(name) + 1)))
-        problem = WL_NAME ": no memory for an instance";
-    if (problem) {
-        if (callbacks->logger)
-            callbacks->logger(callbacks->componentEnvironment, name ? name : "", fmi2Error, "logStatusError",
-                              problem);
-        return NULL;
-    }
-    instance->name = (char *)(instance + 1);
-    strcpy(instance->name, name);
-    instance->callbacks = *callbacks;
-    instance->model.name = instance->name;
-    instance->model.report = report;
-    instance->model.host = instance;
-    instance->model.exchanges = type == fmi2ModelExchange;
-    model_reset(&instance->model);
+    int exchanges = type != fmi2CoSimulation;
+    const char *problem = exchanges && !WL_EXCHANGES ? ONLY_STEPS : NULL;
+    Instance *instance = callbacks ? instantiated((Host){*callbacks, name ? name : ""}, guid, problem) : NULL;
+    if (instance)
+        instance->model.exchanges = exchanges;
     return instance;
 }
 

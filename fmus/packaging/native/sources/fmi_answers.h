@@ -1,6 +1,7 @@
 /* How FMI 2.0 and FMI 3.0 answer alike; a part of fmi2_cs.c and of fmi3_cs.c.
 
-   F(a, b) is a in FMI 2.0 and b in 3.0; Instance is that of the file around. */
+   F(a, b) is a in FMI 2.0 and b in 3.0; Host is that of the file around, as are allocate(), whose memory is 0, and
+   release(). */
 
 #define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
 typedef FUNCTION(Status) Answer;
@@ -9,6 +10,36 @@ typedef FUNCTION(Byte) Byte;
 typedef FUNCTION(ValueReference) Reference;
 typedef FUNCTION(F(FMUstate, FMUState)) State;
 typedef FUNCTION(F(Integer, Int32)) Whole;
+
+typedef struct {
+    Model model;
+    Host host;
+} Instance;
+
+#define ONLY_STEPS WL_NAME ": is for co-simulation, not for model exchange"
+
+/* An instance of the host's name, unless there is a problem, which is reported. */
+static Instance *instantiated(Host host, const char *token, const char *problem)
+{
+    Instance *instance = NULL;
+    if (!*host.name)
+        problem = WL_NAME ": an instance needs a name";
+    else if (!problem && (!token || strcmp(token, WL_TOKEN) != 0))
+        problem = WL_NAME ": the " F("GUID", "instantiation token") " is not that of this FMU; take it from its "
+                          "modelDescription.xml";
+    else if (!problem && !(instance = allocate(&host, sizeof *instance + strlen(host.name) + 1)))
+        problem = WL_NAME ": no memory for an instance";
+    if (problem) {
+        report(&host, FAILURE, problem);
+        return NULL;
+    }
+    instance->host = host;
+    instance->host.name = instance->model.name = strcpy((char *)(instance + 1), host.name);
+    instance->model.report = report;
+    instance->model.host = &instance->host;
+    model_reset(&instance->model);
+    return instance;
+}
 
 static Answer status(int well)
 {
@@ -83,7 +114,7 @@ const char *FUNCTION(GetVersion)(void)
 void FUNCTION(FreeInstance)(void *instance)
 {
     if (instance)
-        release(instance, instance);
+        release(&((Instance *)instance)->host, instance);
 }
 
 /* There is nothing to switch: an instance speaks of errors alone, and of those always. */

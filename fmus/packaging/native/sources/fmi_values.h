@@ -1,5 +1,4 @@
-/* Values, derivatives and states, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c, whose allocate() and
-   release() are for states too.
+/* Values, derivatives and states, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c.
 
    In FMI 3.0 the size of an array goes with it, SIZED(values, size); in FMI 2.0 it is the number of references. */
 
@@ -141,7 +140,7 @@ Answer FUNCTION(GetDirectionalDerivative)(void *handle, const Reference unknowns
 static Answer kept(Instance *instance, const Memory *memory, State *state)
 {
     if (!*state)
-        *state = allocate(instance, sizeof *memory);
+        *state = allocate(&instance->host, sizeof *memory);
     if (!*state)
         return unsupported(instance, "no memory for a state");
     memcpy(*state, memory, sizeof *memory);
@@ -167,7 +166,7 @@ Answer FUNCTION(F(SetFMUstate, SetFMUState))(void *handle, State state)
 Answer FUNCTION(F(FreeFMUstate, FreeFMUState))(void *instance, State *state)
 {
     if (instance && state && *state) {
-        release(instance, *state);
+        release(&((Instance *)instance)->host, *state);
         *state = NULL;
     }
     return status(instance != NULL);
