@@ -235,8 +235,16 @@ def sensor_stds(sensors: Sequence[str], sensor_std: float | Mapping[str, float])
     InputError
         A sensor is unknown, or its standard deviation not positive.
     """
-    names = {_sensor(name) for name in sensors}
-    return [_std(name, sensor_std) if name in names else 0.0 for name in SENSED]
+    used = {_sensor(name) for name in sensors}
+    several = sensor_std if isinstance(sensor_std, Mapping) else dict.fromkeys(SENSED, sensor_std)
+    given = {_sensor(name): float(std) for name, std in several.items()}
+    for name in (each for each in SENSED if each in used):
+        std = given.setdefault(name, 0.0)
+        if not std > 0:
+            raise InputError(
+                f"sensor_std: {std:g} K for {name} is not positive; give the sensor's noise above 0 K"
+            )
+    return [given[name] if name in used else 0.0 for name in SENSED]
 
 
 def _sensor(name: str) -> str:
@@ -245,14 +253,3 @@ def _sensor(name: str) -> str:
             return full
     short = [each.removesuffix("_temperature") for each in SENSED]
     raise InputError(f"sensors: {name!r} is not measured in the cell; {instead(name, short)}")
-
-
-def _std(name: str, given: float | Mapping[str, float]) -> float:
-    value = (
-        given if isinstance(given, float | int) else {_sensor(k): v for k, v in given.items()}.get(name, 0.0)
-    )
-    if not value > 0:
-        raise InputError(
-            f"sensor_std: {value:g} K for {name} is not positive; give the sensor's noise above 0 K"
-        )
-    return float(value)

@@ -244,15 +244,11 @@ def _heat_capacity(plant: Plant, at: Point) -> Array:
     """Heat capacity in J/K of each temperature, in the order of the states."""
     joined = plant.component
     assert joined.joint is not None
-    d = joined.d.index
-    settled = np.asarray(joined.settled(at.p), dtype=float)
-    found: list[float] = []
-    for name in joined.continuous.names:
-        instance, _, state = name.rpartition(".")
-        if "temperature" in state:
-            cell = state.replace("temperature", "heat_capacity")
-            found.append(settled[d[f"{instance}.{cell}"]])
-    return np.array(found)
+    settled = dict(zip(joined.d.names, joined.settled(at.p), strict=True))
+    states = [name.rpartition(".") for name in joined.continuous.names if "temperature" in name]
+    return np.array(
+        [settled[f"{of}.{name.replace('temperature', 'heat_capacity')}"] for of, _, name in states]
+    )
 
 
 def _at_rest(plant: Plant, speed: float) -> Point:

@@ -54,8 +54,8 @@ def _looked(
     x: Record, u: Record, p: Record, time: Number, step: Number, count: Number, taken: Number
 ) -> Values:
     """States once a picture was taken or not, `count` samples after the last one taken."""
-    number, *halves = noise.normals(x.generator[0], x.generator[1], taken)
-    halves = noise.advanced(*halves)
+    number, *drawn = noise.normals(x.generator[0], x.generator[1], taken)
+    halves = noise.advanced(*drawn)
     shown = picture(u, p, number, time)
     # A stuck picture repeats the last; before any picture there is none to repeat.
     last = where(x.age_count < 0, shown, x.seen)

@@ -22,7 +22,6 @@ const char *EXPORTED(fault)(void)
 void EXPORTED(reset)(void)
 {
     model.name = WL_NAME;
-    model.report = report;
     memset(reported, 0, sizeof reported);
     model_reset(&model);
 }

@@ -35,7 +35,6 @@ static Instance *instantiated(Host host, const char *token, const char *problem)
     }
     instance->host = host;
     instance->host.name = instance->model.name = strcpy((char *)(instance + 1), host.name);
-    instance->model.report = report;
     instance->model.host = &instance->host;
     model_reset(&instance->model);
     return instance;

@@ -107,7 +107,6 @@ typedef struct {
 
 typedef enum { WARNING, DISCARD, FAILURE } Severity;
 typedef enum { REFUSED, DONE, DISCARDED } Outcome; /* DISCARDED: another step, or other inputs, may do */
-typedef void (*Report)(void *host, Severity severity, const char *sentence);
 
 typedef struct {
     Memory memory;
@@ -119,7 +118,6 @@ typedef struct {
     Severity severity;                            /* of what is reported next */
     int exchanges;                                /* the host integrates */
     const char *name;
-    Report report;
     void *host;
 } Model;
 

@@ -15,7 +15,7 @@ static int model_report(Model *model, const char *format, ...)
     if (used >= 0 && (size_t)used < sizeof sentence)
         vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
     va_end(arguments);
-    model->report(model->host, model->severity, sentence);
+    report(model->host, model->severity, sentence);
     return 0;
 }
 

@@ -11,6 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Tells the host a sentence, in the way of the standard that is spoken. */
+static void report(void *host, Severity severity, const char *sentence);
+
 #include "model_checks.h"
 
 static void model_reset(Model *model)
