@@ -40,20 +40,17 @@ NONE_HERE(GetBinary, (ASKED, size_t s[], fmi3Binary v[], size_t m), WL_NAME " ha
 NONE_HERE(SetBinary, (ASKED, const size_t s[], const fmi3Binary v[], size_t m),
           WL_NAME " has no variables of type Binary")
 
-#define NO_CLOCK(name, first) NONE_HERE(name, (ASKED, first a[]), WL_NAME " has no clocks")
-#define NO_CLOCK_OF_TWO(name, first, second) \
-    NONE_HERE(name, (ASKED, first a[], second b[]), WL_NAME " has no clocks")
-NO_CLOCK(GetClock, fmi3Clock)
-NO_CLOCK(SetClock, const fmi3Clock)
-NO_CLOCK(GetShiftDecimal, fmi3Float64)
-NO_CLOCK(SetShiftDecimal, const fmi3Float64)
-NO_CLOCK(SetIntervalDecimal, const fmi3Float64)
-NO_CLOCK_OF_TWO(GetIntervalDecimal, fmi3Float64, fmi3IntervalQualifier)
-NO_CLOCK_OF_TWO(GetShiftFraction, fmi3UInt64, fmi3UInt64)
-NO_CLOCK_OF_TWO(SetShiftFraction, const fmi3UInt64, const fmi3UInt64)
-NO_CLOCK_OF_TWO(SetIntervalFraction, const fmi3UInt64, const fmi3UInt64)
-NONE_HERE(GetIntervalFraction, (ASKED, fmi3UInt64 c[], fmi3UInt64 s[], fmi3IntervalQualifier q[]),
-          WL_NAME " has no clocks")
+#define NO_CLOCK(name, ...) NONE_HERE(name, (ASKED, __VA_ARGS__), WL_NAME " has no clocks")
+NO_CLOCK(GetClock, fmi3Clock a[])
+NO_CLOCK(SetClock, const fmi3Clock a[])
+NO_CLOCK(GetShiftDecimal, fmi3Float64 a[])
+NO_CLOCK(SetShiftDecimal, const fmi3Float64 a[])
+NO_CLOCK(SetIntervalDecimal, const fmi3Float64 a[])
+NO_CLOCK(GetIntervalDecimal, fmi3Float64 a[], fmi3IntervalQualifier b[])
+NO_CLOCK(GetShiftFraction, fmi3UInt64 a[], fmi3UInt64 b[])
+NO_CLOCK(SetShiftFraction, const fmi3UInt64 a[], const fmi3UInt64 b[])
+NO_CLOCK(SetIntervalFraction, const fmi3UInt64 a[], const fmi3UInt64 b[])
+NO_CLOCK(GetIntervalFraction, fmi3UInt64 a[], fmi3UInt64 b[], fmi3IntervalQualifier c[])
 
 NOT_HERE(GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference r, size_t *n), DESCRIBED)
 NOT_HERE(GetVariableDependencies,
