@@ -86,36 +86,25 @@ fmi2Status fmi2CancelStep(fmi2Component component)
     return unsupported(component, "steps are not asynchronous; there is none to cancel");
 }
 
-fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
-{
-    Instance *instance = component;
-    if (!there(instance, value != NULL, __func__))
-        return fmi2Error;
-    if (kind != fmi2LastSuccessfulTime)
-        return fmi2Discard;
-    *value = instance->model.memory.time;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
-{
-    if (!there(component, value != NULL, __func__))
-        return fmi2Error;
-    if (kind != fmi2Terminated)
-        return fmi2Discard;
-    *value = fmi2False;
-    return fmi2OK;
-}
-
-#define NO_STATUS(name, type)                                                            \
-    fmi2Status name(fmi2Component component, const fmi2StatusKind kind, type *value) \
-    {                                                                                    \
-        return component ? fmi2Discard : fmi2Error;                                      \
+/* Of steps that are never asynchronous, what is known of one kind. */
+#define STATUS(name, type, known, answer)                                                    \
+    fmi2Status name(fmi2Component component, const fmi2StatusKind kind, type *value)         \
+    {                                                                                        \
+        Instance *instance = component;                                                      \
+        if (!there(instance, value != NULL, __func__))                                       \
+            return fmi2Error;                                                                \
+        if (kind == (known))                                                                 \
+            *value = answer;                                                                 \
+        return kind == (known) ? fmi2OK : fmi2Discard;                                       \
     }
 
-NO_STATUS(fmi2GetStatus, fmi2Status)
-NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
-NO_STATUS(fmi2GetStringStatus, fmi2String)
+#define NO_KIND (fmi2StatusKind)-1
+
+STATUS(fmi2GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, instance->model.memory.time)
+STATUS(fmi2GetBooleanStatus, fmi2Boolean, fmi2Terminated, fmi2False)
+STATUS(fmi2GetStatus, fmi2Status, NO_KIND, fmi2OK)
+STATUS(fmi2GetIntegerStatus, fmi2Integer, NO_KIND, 0)
+STATUS(fmi2GetStringStatus, fmi2String, NO_KIND, NULL)
 
 /* ---- values and states ---- */
 
