@@ -41,7 +41,8 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     header = '#include "model.h"\n'
     starting = header + functions_text(_starting_functions(component))
     running = header + functions_text(_running_functions(component, groups))
-    running += choice_of_step(component)
+    if component.continuous.size:
+        running += choice_of_step(component)
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
