@@ -15,8 +15,8 @@ from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
+from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
-from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.system.units import parse_unit
 
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
+from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 

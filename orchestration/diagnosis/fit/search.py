@@ -17,10 +17,10 @@ from types import MappingProxyType
 import numpy as np
 
 from warmlink.orchestration.diagnosis.fit import neighbours
+from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
 from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
-from warmlink.orchestration.diagnosis.fit.problem import Item
 
 FALSE_ALARMS = 0.007
 """Share of runs with nothing wrong in which some cause may reach the penalty."""

@@ -7,7 +7,7 @@ anew. So a step of a fit costs a few runs, and its own derivatives are right whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -23,9 +23,6 @@ from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajec
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
-Bounds = Callable[[], tuple[Array, Array]]
-"""Lower and upper bounds of an ordinary change of each slot, shape (slots,) each."""
-
 _DIFFERENCE = 5e-4
 """Share of the way between its bounds by which a slot is moved for a difference."""
 
@@ -38,7 +35,8 @@ class Loop(Simulation):
     rig, slots, run, known : as of a simulation, of a system of FMUs
     outputs : what is wanted, by full name
     finer_than : another simulation of the run, whose communication step is halved
-    bounds : of the slots; without, no derivatives are given, and values extrapolated to a step of zero
+    bounds : of an ordinary change of each slot, lower and upper ones, shape (slots,) each; without, no
+        derivatives are given, and values extrapolated to a step of zero
     """
 
     def __init__(
@@ -49,7 +47,7 @@ class Loop(Simulation):
         run: Run,
         known: Mapping[str, float],
         finer_than: Loop | None,
-        bounds: Bounds | None,
+        bounds: tuple[Array, Array] | None,
     ) -> None:
         super().__init__(rig, slots, run, known)
         self._given = given_inputs(rig, run, known)
@@ -126,7 +124,7 @@ class Loop(Simulation):
 
     def _moves(self, z: Array) -> Array:
         """How far each slot is moved for a difference, inside its bounds, shape (slots,)."""
-        lower, upper = self._bounds() if self._bounds else (np.zeros(z.size), np.ones(z.size))
+        lower, upper = self._bounds or (np.zeros(z.size), np.ones(z.size))
         move = _DIFFERENCE * (upper - lower)
         return np.where(z + move > upper, -move, move)
 
