@@ -6,30 +6,27 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from warmlink.orchestration.console import Answer, remark, spinner
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_nominal
+from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 from warmlink.orchestration.threads import one_thread
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-    from warmlink.orchestration.diagnosis.data.rig import Rig
 
 Progress = Callable[[str], None]
 
@@ -103,8 +100,6 @@ class Found(Answer):
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each parameter of the causes found: value, unit and 95 % interval."""
-        import pandas as pd
-
         entries = [cause_entry(self.diagnosis, item) for item in self.diagnosis.causes]
         rows = [
             {"cause": entry["name"], "parameter": name, **figures}

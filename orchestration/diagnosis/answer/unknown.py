@@ -7,6 +7,7 @@ sparse identification of dynamics (S. L. Brunton, J. L. Proctor, J. N. Kutz, PNA
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,23 +33,22 @@ _HEATS = tuple(0.1 * 2.0**k for k in range(10))
 class Hint:
     """Terms that the missing rate of warming of the channel with the largest unexplained course follows.
 
-    Coefficients are in K/s per unit of the term; `share` is what they explain of the missing rate's
-    variance.
+    Each term is its name and `coefficient` in K/s per unit of it; the share is what they explain of the
+    missing rate's variance.
     """
 
     channel: str
-    terms: dict[str, float]
-    share: float
+    terms: tuple[Mapping[str, str | float], ...]
+    explained_share: float
 
     @property
     def sentence(self) -> str:
         """Say what it looks like."""
         if not self.terms:
             return f"what is missing in {self.channel} follows no single physical term."
-        looks = " and ".join(self.terms)
-        return (
-            f"what is missing in {self.channel} looks like {looks} ({100 * self.share:.0f} % of its course)."
-        )
+        looks = " and ".join(str(each["term"]) for each in self.terms)
+        share = f"{100 * self.explained_share:.0f} % of its course"
+        return f"what is missing in {self.channel} looks like {looks} ({share})."
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,8 @@ def hint(assessment: Assessment) -> Hint | None:
     """Look for physical terms in what the uncorrected model misses; None where too little is measured."""
     problem = assessment.problem
     residuals = residuals_of(problem, assessment.null)
-    sizes = [
-        np.sqrt(np.nanmean(np.concatenate([r[:, i] for r in residuals]) ** 2)) / noise.sigma
-        for i, noise in enumerate(assessment.noise)
-    ]
+    size = np.sqrt(np.nanmean(np.concatenate(residuals) ** 2, axis=0))
+    sizes = size / [noise.sigma for noise in assessment.noise]
     if not np.isfinite(sizes).any():
         return None
     channel = int(np.nanargmax(sizes))
@@ -119,7 +117,8 @@ def hint(assessment: Assessment) -> Hint | None:
         if all(name in table for table in tables)
     }
     chosen, share = _selected(np.concatenate(targets), terms)
-    return Hint(problem.names[problem.variables[channel]], chosen, share)
+    told = tuple({"term": name, "coefficient": value} for name, value in chosen.items())
+    return Hint(problem.names[problem.variables[channel]], told, share)
 
 
 def _means(times: Array, values: Array, edges: Array) -> Array:

@@ -18,8 +18,8 @@ import numpy as np
 
 from warmlink.orchestration.diagnosis.fit import neighbours
 from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
 
 FALSE_ALARMS = 0.007
