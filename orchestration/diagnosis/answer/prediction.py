@@ -1,8 +1,6 @@
 """What models predict of the whole experiment, and the gate that every verdict passes: the held-out rows.
 
-A cause that is right holds in rows that it was not fitted to. Errors there are compared with a band of what
-is known to remain: noise, what wanders, and how uncertain the fitted numbers are. They are taken as a
-quantile, so that spikes and loose contacts say nothing.
+A cause that is right holds in rows that it was not fitted to; README.md says how errors there are judged.
 """
 
 from __future__ import annotations

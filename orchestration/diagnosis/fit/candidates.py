@@ -59,6 +59,11 @@ class Freed:
         """Size of an ordinary change, by which steps are scaled."""
         return self.upper - self.lower
 
+    def on_bound(self, value: float) -> bool:
+        """Whether a value lies on a bound that is not the starting value."""
+        near = 1e-6 * self.span
+        return min(value - self.lower, self.upper - value) <= near < abs(value - self.start)
+
 
 @dataclass(frozen=True)
 class Item:

@@ -95,18 +95,13 @@ class Fit:
     @property
     def admissible(self) -> bool:
         """Whether no cause was driven to a bound."""
-        return not any(
-            bound for bound, freed in zip(self.at_bound, self.freed, strict=True) if not freed.calibrated
-        )
+        pairs = zip(self.at_bound, self.freed, strict=True)
+        return not any(bound for bound, freed in pairs if not freed.calibrated)
 
     @property
     def resting(self) -> bool:
         """Whether a cause lies on a physical bound, the neutral value excepted."""
-        return any(
-            min(value - f.lower, f.upper - value) <= 1e-6 * f.span < abs(value - f.start)
-            for f, value in zip(self.freed, self.theta, strict=True)
-            if not f.calibrated
-        )
+        return any(f.on_bound(value) for f, value in self.values.items() if not f.calibrated)
 
     def covariance(self) -> Array:
         """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
@@ -264,10 +259,8 @@ class Fitter:
 
     def _beyond(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
-        lower, upper, start = _bounds(freed)
-        near = 1e-6 * (upper - lower)
-        on = (theta <= lower + near) | (theta >= upper - near)
-        on &= np.abs(theta - start) > near
+        lower, upper, _ = _bounds(freed)
+        on = np.array([f.on_bound(value) for f, value in zip(freed, theta, strict=True)], dtype=bool)
         if not on.any():
             return (False,) * len(freed)
         low, high = np.where(on, -np.inf, lower - theta), np.where(on, np.inf, upper - theta)

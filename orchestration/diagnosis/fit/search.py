@@ -1,10 +1,7 @@
 """Which causes, alone or together, explain the data: forward selection and replacement over sets.
 
 The Gram matrices of every fit predict the gain of adding one or two causes, or of exchanging one. The most
-promising sets are then fitted in full, until none is left that might be better. A set is judged by
-chi-square plus a penalty for each cause, the level that no candidate reaches by chance in all but a few of
-a thousand runs with nothing wrong (the maximum over all candidates, found by drawing from their joint
-distribution).
+promising sets are then fitted in full, until none is left that might be better, as README.md judges them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A measured run by FMUs in a loop, with derivatives by differences of whole runs.
 
-Stands where `Forward` stands for systems with parts whose equations nobody knows. The derivatives by what may
-be freed are those of the last linearisation, except by what has changed its value since: these are taken
-anew. So a step of a fit costs a few runs, and its own derivatives are right wherever it goes.
+Stands where `Forward` stands for systems with parts whose equations nobody knows; README.md says how the
+derivatives are taken.
 """
 
 from __future__ import annotations
