@@ -35,12 +35,6 @@ DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
 MEASURED = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED} | {"elongation [um]": ELONGATION}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
 
-NEIGHBOURS = {
-    "motor.neighbour_temperature": "tip_temperature [degC]",
-    "link.tip_sink_temperature": "shaft_temperature [degC]",
-}
-"""Inputs of an axis that are readings of the axis before it, and of the next one."""
-
 HALF_WIDTH = 60.0
 """s to either side of a row from which its line is fitted."""
 
@@ -85,10 +79,8 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
 def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experiment:
     """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
     this, run = axis(number), runs[number]
-    known = {
-        **{f"motor.{name}": value for name, value in this.motor.items()},
-        **{f"link.{name}": value for name, value in this.link.items()},
-    }
+    known = {f"motor.{name}": value for name, value in this.motor.items()}
+    known |= {f"link.{name}": value for name, value in this.link.items()}
     if number == 1:
         known["motor.neighbour_conductance"] = 0.0
     if number < AXES:
@@ -97,7 +89,10 @@ def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experim
     inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
     scatter: dict[str, float] = {}
     columns = [*run.columns]
-    for (name, header), other in zip(NEIGHBOURS.items(), (number - 1, number + 1), strict=True):
+    for other, header, name in (
+        (number - 1, "tip_temperature [degC]", "motor.neighbour_temperature"),
+        (number + 1, "shaft_temperature [degC]", "link.tip_sink_temperature"),
+    ):
         if other in runs:
             (column,) = (c for c in runs[other].columns if c.header == header_of(other, header))
             readings = runs[other].readings[column.variable]

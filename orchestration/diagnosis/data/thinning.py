@@ -151,7 +151,7 @@ def spike_rows(values: Array, step: float) -> Rows:
         return rows[:0]
     filled = values[rows]
     half = _WINDOW // 2
-    course = pd.Series(filled).rolling(_WINDOW, center=True).median().to_numpy()
+    course = pd.Series(filled).rolling(_WINDOW, center=True).median().to_numpy(copy=True)
     course[:half], course[-half:] = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
     away = np.abs(filled - course)
     limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)

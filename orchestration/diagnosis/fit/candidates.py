@@ -210,11 +210,9 @@ class Candidates:
     ) -> tuple[float, float, float]:
         """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well."""
         nominal = float(self.neutral[run][slot])
-        lower, upper = cause.lower, cause.upper
-        if cause.relative:
-            lower, upper = lower * nominal, upper * nominal
-        if variable in self._camera_offsets and not cause.declared:
-            lower, upper = lower * _PER_KELVIN, upper * _PER_KELVIN
+        camera = variable in self._camera_offsets and not cause.declared
+        size = (nominal if cause.relative else 1.0) * (_PER_KELVIN if camera else 1.0)
+        lower, upper = cause.lower * size, cause.upper * size
         if also is not None:
             lower, upper, nominal = also.lower, also.upper, also.start
         return lower, upper, nominal if cause.neutral is None else cause.neutral
@@ -242,14 +240,21 @@ class Candidates:
         return [(v, tuple(i for i, each in enumerate(of) if each == v)) for v in values]
 
 
-Named = tuple[str, tuple[str, ...]]
-"""Name of a candidate, with its channel after a colon, and the variables that it frees."""
+Named = Iterable[tuple[str, tuple[str, ...]]]
 
 
-def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Iterable[Named]:
-    """Candidates of a cause, given the column by output that was measured."""
+def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Named:
+    """Names of a cause's candidates, the channel after a colon, and the variables that each frees.
+
+    `names` are the columns by output that was measured.
+    """
     rig = experiment.rig
-    if cause.kind == "plant":
+    if cause.kind == "record" or (cause.kind == "plant" and cause.declared):
+        yield cause.name, cause.frees
+        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
+        if cause.grouped and len(groups) > 1:
+            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
+    elif cause.kind == "plant":
         yield from _of_parts(cause, experiment)
     elif cause.kind == "input":
         yield from _inputs(cause, experiment)
@@ -257,11 +262,6 @@ def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) ->
         output, fault = cause.frees
         slot = channel_of(rig, output).variable("stem_conduction" if fault == "stem" else fault)
         yield cause.name, (f"{CLOCK}:{output}" if fault == "clock" else slot,)
-    elif cause.kind == "record":
-        yield cause.name, cause.frees
-        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
-        if cause.grouped and len(groups) > 1:
-            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
     elif cause.kind != "simulation":
         cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
         for variable, name in names.items():
@@ -271,12 +271,9 @@ def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) ->
                 yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
 
 
-def _of_parts(cause: Cause, experiment: Experiment) -> Iterable[Named]:
+def _of_parts(cause: Cause, experiment: Experiment) -> Named:
     """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
     rig = experiment.rig
-    if cause.declared:
-        yield cause.name, cause.frees
-        return
     found: dict[str, tuple[str, ...]] = {}
     for part, _, name in (each.partition(".") for each in cause.frees):
         for instance in rig.called(part):
@@ -295,7 +292,7 @@ def _fed(name: str | None, instance: str, experiment: Experiment) -> bool:
     return name is None or logged or needed not in experiment.rig.variables
 
 
-def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
+def _inputs(cause: Cause, experiment: Experiment) -> Named:
     """Logged inputs that a cause scales or shifts.
 
     No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.

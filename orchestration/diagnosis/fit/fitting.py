@@ -6,8 +6,8 @@ outcome of freeing other variables, or of taking some back, is predicted without
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -129,6 +129,13 @@ def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Seq
         if run in freed.runs and not (freed.calibrated and replaced.intersection(freed.slots)):
             result[..., j] = by_slot[..., list(freed.slots)].sum(axis=-1)
     return result
+
+
+def held_at(value: float, number: Freed, items: Iterable[Item]) -> tuple[Item, ...]:
+    """Causes in which one of their numbers is held at a value."""
+    held = replace(number, lower=value, upper=value)
+    swapped = ((each, tuple(held if f is number else f for f in each.freed)) for each in items)
+    return tuple(replace(each, freed=freed) for each, freed in swapped)
 
 
 class Fitter:

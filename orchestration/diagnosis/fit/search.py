@@ -16,7 +16,7 @@ import numpy as np
 from warmlink.orchestration.diagnosis.fit import neighbours
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, held_at
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
 
 FALSE_ALARMS = 0.007
@@ -214,12 +214,11 @@ class Search:
                 against = freed.start + _STRONG * strength / rates[weak]
                 if strength == 0 or not freed.lower <= against <= freed.upper:
                     continue
-                held = replace(freed, lower=against, upper=against)
-                fit = self.fitter.fit((*best.items, replace(other, freed=(held,))), best.values)
+                items = (*best.items, other)
+                fit = self.fitter.fit(held_at(against, freed, items), best.values)
                 ratio = (fit.values[weak] - weak.start) / strength
                 if fit.chi2 < best.chi2 + NEAR and ratio > _STRONG / 2:
-                    known = tuple(freed if each is held else each for each in fit.freed)
-                    found.append(replace(fit, items=(*best.items, other), freed=known))
+                    found.append(replace(fit, items=items, freed=(*best.freed, freed)))
         return found
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:

@@ -52,10 +52,8 @@ class Loop(Simulation):
         self._given = given_inputs(rig, run, known)
         self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
         self._system = _needed(rig, outputs)
-        units = [unit_of(self._system, name) for name in outputs]
-        self._factors, self._offsets = (
-            np.array([getattr(u, n) for u in units]) for n in ("factor", "offset")
-        )
+        units = (unit_of(self._system, name) for name in outputs)
+        self._factors, self._offsets = np.array([(unit.factor, unit.offset) for unit in units]).T
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
         self._acting = self._table[:, run.row_at(middle)]
         self._kept: dict[bytes, Array] = {}
