@@ -66,10 +66,11 @@ class Search:
         before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
     ) -> None:
         self.fitter = fitter
-        self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
+        # The first of those that free the same in the fitted runs.
+        split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(fitter.problem.items))
+        self.items = tuple(dict(split).values())[::-1]
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
-        self._penalties: dict[frozenset[str], float] = {}
         self._chances: dict[frozenset[str], float] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress, self._before = progress, before
@@ -134,7 +135,6 @@ class Search:
             new = proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2)
             if new and not covered:
                 self._proposals[proposal.key] = proposal
-                self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
     def run(self, patience: int = PATIENT) -> Fit:
         """Search until no proposal may be better or as good, or so many fits were made.
@@ -146,7 +146,8 @@ class Search:
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
-            if self._since(best) >= patience and self.lack_of_fit_p(best) < HOPELESS:
+            since = len(self.fits) - 1 - list(self.fits).index(best.key)
+            if since >= patience and self.lack_of_fit_p(best) < HOPELESS:
                 break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
@@ -161,10 +162,6 @@ class Search:
                 start = before.values if before else proposal.start()
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
-
-    def _since(self, fit: Fit) -> int:
-        """Number of fits made after one."""
-        return len(self.fits) - 1 - list(self.fits).index(fit.key)
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""
@@ -182,7 +179,7 @@ class Search:
         Sets of as many causes matter when they come near, larger ones only when they win.
         """
         margin = _WINS if len(proposal.items) > len(best.items) else NEAR + _SLACK
-        return margin - self._penalties[proposal.key]
+        return margin - self.penalty(proposal.items)
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
@@ -236,7 +233,7 @@ class Search:
         return sorted(self._proposals.values(), key=self._expected)[:count]
 
     def _expected(self, proposal: Proposal) -> float:
-        return proposal.chi2 + self._penalties[proposal.key]
+        return proposal.chi2 + self.penalty(proposal.items)
 
     def _proposed_by(self, fit: Fit) -> Iterable[Proposal]:
         size = len(fit.items)
@@ -252,8 +249,3 @@ class Search:
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
     """What an item frees in the fitted runs, whatever the label is called."""
     return item.name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)
-
-
-def _unlike(items: Sequence[Item], runs: Sequence[int]) -> tuple[Item, ...]:
-    """The first of items that free the same in the fitted runs."""
-    return tuple({_split(item, runs): item for item in reversed(items)}.values())[::-1]
