@@ -109,7 +109,9 @@ class Run:
     def part(self, rows: NDArray[np.bool_]) -> Run:
         """The run with some of its rows."""
         every = {"inputs": self.inputs, "readings": self.readings, "covariates": self.covariates}
-        some = {kind: {name: each[rows] for name, each in of.items()} for kind, of in every.items()}
+        some: dict[str, Any] = {
+            kind: {name: each[rows] for name, each in of.items()} for kind, of in every.items()
+        }
         return replace(self, time=self.time[rows], **some)
 
     def like(self, other: Run) -> bool:

@@ -79,7 +79,7 @@ class Equations:
         z = joined.z[: self.columns]
         arguments = [x, joined.z, joined.p, joined.w, joined.time]
         # What is not zero of the transposes, by column as CasADi has it, is row by row of the matrices.
-        found = [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T]
+        found: list[Any] = [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T]
         self.linear = ca.Function("linear", arguments, found, {"cse": True})
         found = [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, z))]
         self._observe = ca.Function("observe", arguments, found, {"cse": True}).map(_BLOCK)
