@@ -108,11 +108,11 @@ class Run:
 
     def part(self, rows: NDArray[np.bool_]) -> Run:
         """The run with some of its rows."""
-        every = {"inputs": self.inputs, "readings": self.readings, "covariates": self.covariates}
-        some: dict[str, Any] = {
-            kind: {name: each[rows] for name, each in of.items()} for kind, of in every.items()
-        }
-        return replace(self, time=self.time[rows], **some)
+        inputs, readings, covariates = (
+            {name: values[rows] for name, values in signals.items()}
+            for signals in (self.inputs, self.readings, self.covariates)
+        )
+        return replace(self, time=self.time[rows], inputs=inputs, readings=readings, covariates=covariates)
 
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""
