@@ -113,7 +113,7 @@ def hint(assessment: Assessment) -> Hint | None:
     if not targets:
         return None
     chosen, share = _selected(np.concatenate(targets), pd.concat(tables, join="inner"))
-    told = tuple({"term": name, "coefficient": value} for name, value in chosen.items())
+    told = tuple(dict[str, str | float](term=name, coefficient=value) for name, value in chosen.items())
     return Hint(problem.names[problem.variables[channel]], told, share)
 
 

@@ -94,7 +94,7 @@ def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experim
         (number + 1, "shaft_temperature [degC]", "link.tip_sink_temperature"),
     ):
         if other in runs:
-            (column,) = (c for c in runs[other].columns if c.header == header_of(other, header))
+            column = next(c for c in runs[other].columns if c.variable == MEASURED[header])
             readings = runs[other].readings[column.variable]
             read = np.isfinite(readings)
             if not read.any():

@@ -139,6 +139,7 @@ def test_a_neighbour_is_interpolated_where_it_was_not_read(run: Path, tmp_path: 
     table = pd.read_csv(run)
     for header in ("axis3.tip_temperature [degC]", "axis5.shaft_temperature [degC]"):
         table.loc[np.arange(len(table)) % 20 != 5, header] = np.nan
+    table.columns = [each.replace(" [degC]", " (C)") for each in table.columns]
     table.to_csv(tmp_path / "arm.csv", index=False)
     dense, sparse = (arm_experiments(path)[4].runs[0].inputs for path in (run, tmp_path / "arm.csv"))
     for name in ("motor.neighbour_temperature", "link.tip_sink_temperature"):
