@@ -171,11 +171,14 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
 
 def _at_start(times: Array, readings: Array) -> float:
     """Mean of the first minute; where readings clearly rise or fall in it, their line at 0 s."""
-    if readings.size >= _ENOUGH:
-        (slope, start), covariance = np.polyfit(times, readings, 1, cov=True)
-        if abs(slope) > _CLEARLY * np.sqrt(covariance[0, 0]):
-            return float(start)
-    return float(np.mean(readings))
+    mean = float(np.mean(readings))
+    if readings.size < _ENOUGH:
+        return mean
+    centred = times - times.mean()
+    slope = float(centred @ readings / (centred @ centred))
+    scatter = float(np.std(readings - mean - slope * centred, ddof=2))
+    error = scatter / float(np.sqrt(centred @ centred))
+    return mean - slope * float(times.mean()) if abs(slope) > _CLEARLY * error else mean
 
 
 def _along_link(
