@@ -15,7 +15,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run, names_of
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of, neutral
-from warmlink.orchestration.diagnosis.model.simulation import initial_values, start_values
+from warmlink.orchestration.diagnosis.model.simulation import initial_values, input_table, start_values
 
 _INNER = ("plant", "input", "place")
 """Kinds of causes that change the simulation itself, not only what is read from it."""
@@ -102,11 +102,8 @@ class Candidates:
         self.experiment, self.names = experiment, names_of(experiment.columns)
         self.variables = tuple(self.names)
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
-        self._offered = [
-            (cause, *named)
-            for cause in experiment.catalogue
-            for named in _freed_by(cause, experiment, self.names)
-        ]
+        offers = ((cause, _freed_by(cause, experiment, self.names)) for cause in experiment.catalogue)
+        self._offered = [(cause, *named) for cause, each in offers for named in each]
         self.inner, self.outer = self._slots()
         self.slots = (*self.inner, *self.outer)
 
@@ -114,7 +111,8 @@ class Candidates:
     def neutral(self) -> tuple[Array, ...]:
         """Slots of each run where nothing is fitted."""
         rig, outer = self.experiment.rig, [neutral(name) for name in self.outer]
-        inner = (start_values(rig, self.inner, run, self.known(run)) for run in self.experiment.runs)
+        every = ((run, self.known(run)) for run in self.experiment.runs)
+        inner = (start_values(rig, self.inner, known, input_table(rig, run, known)) for run, known in every)
         return tuple(np.append(each, outer) for each in inner)
 
     def known(self, run: Run) -> Mapping[str, float]:
