@@ -6,30 +6,27 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from warmlink.orchestration.console import Answer, remark, spinner
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_nominal
+from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
-from warmlink.orchestration.scenarios.duties.duty import Segment, length
-from warmlink.orchestration.system.units import ZERO_CELSIUS
+from warmlink.orchestration.scenarios.duties.duty import length
+from warmlink.orchestration.scenarios.entries import heading
 from warmlink.orchestration.threads import one_thread
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-    from warmlink.orchestration.diagnosis.data.rig import Rig
 
 Progress = Callable[[str], None]
 
@@ -103,8 +100,6 @@ class Found(Answer):
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each parameter of the causes found: value, unit and 95 % interval."""
-        import pandas as pd
-
         entries = [cause_entry(self.diagnosis, item) for item in self.diagnosis.causes]
         rows = [
             {"cause": entry["name"], "parameter": name, **figures}
@@ -166,24 +161,17 @@ def _scenario(proposed: Proposed, rig: Rig, known: Mapping[str, float]) -> str:
     cycle, rounds = proposed.cycle
     why = proposed.why.replace("\\", "").replace('"""', "")
     both = "Run it on the machine, and diagnose both: warmlink diagnose RUN.csv NEXT.csv"
-    lines = [
-        'title = "The next experiment"',
-        f'reason = """\n{why}\n{both}\n"""',
-        f'stop_time = "{length(proposed.duty):.10g} s"',
-        *(["repeat = true"] if rounds > 1 else []),
-        *(_segment(segment) for segment in cycle),
-    ]
+    lines = ['title = "The next experiment"', f'reason = """\n{why}\n{both}\n"""']
+    lines.append(f'stop_time = "{length(proposed.duty):.10g} s"')
+    lines += ["repeat = true"] if rounds > 1 else []
+    begins = np.cumsum([0.0, *(segment.duration for segment in cycle)])
+    demands = [(*heading(header), each) for header, each in demand_columns(begins, cycle).items()]
+    for i, segment in enumerate(cycle):
+        lines += ["\n[[segment]]", f'duration = "{segment.duration:.10g} s"']
+        here = [(name, unit, each[i]) for name, unit, each in demands[1:] if np.isfinite(each[i])]
+        lines += [f'{name} = "{value:.10g} {unit}"' for name, unit, value in here]
     plant = {name: value for name, value in known.items() if name in rig.parameters}
     if plant:
         lines.append("\n[parameters]")
         lines += [f'"{name}" = "{value!r} {rig.unit(name)}"' for name, value in plant.items()]
     return "\n".join(lines) + "\n"
-
-
-def _segment(segment: Segment) -> str:
-    pad = "" if np.isnan(segment.pad) else f'\npad_temperature = "{segment.pad - ZERO_CELSIUS:.10g} degC"'
-    return (
-        f'\n[[segment]]\nduration = "{segment.duration:.10g} s"\nspeed = "{segment.speed:.10g} rad/s"\n'
-        f'torque = "{segment.torque:.10g} N.m"\n'
-        f'ambient_temperature = "{segment.ambient_temperature - ZERO_CELSIUS:.10g} degC"{pad}'
-    )

@@ -72,7 +72,7 @@ def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tup
     A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
     quantities do not fit.
     """
-    links = [Connection(*_end(components, source), *_end(components, target)) for source, target in wires]
+    links = [Connection(*end_of(components, source), *end_of(components, target)) for source, target in wires]
     used = {name for link in links for name, _ in link.ends}
     ends = {name: replace(components[name], connectors={}) for name in components if name in used}
     return tuple(_resolved(System("", ends, tuple(links))))
@@ -112,10 +112,12 @@ def _resolved(system: System) -> list[Connection]:
     return list(resolver.connections())
 
 
-def _end(components: Mapping[str, Component], name: str) -> tuple[str, str]:
+def end_of(components: Mapping[str, Component], name: str, where: str = "") -> tuple[str, str]:
+    """Component whose variable a full name is, and the variable; InputError where there is no such one."""
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
-        raise InputError(f"{name}: there is no component of this name; {instead(name, components)}")
+        place, known = f"{where}: " if where else "", instead(name, components)
+        raise InputError(f"{place}{name}: there is no component of this name; {known}")
     owner = max(owners, key=len)
     return owner, name[len(owner) + 1 :]
 

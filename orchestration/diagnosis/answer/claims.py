@@ -10,6 +10,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.separation import problem_with, run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitted import Carried, Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
@@ -75,7 +76,7 @@ def claims(
     """
     if not experiment.rig.is_cell or left is None:
         return ()
-    variables = tuple(dict.fromkeys(column.variable for column in experiment.columns))
+    variables = tuple(names_of(experiment.columns))
     duties = {name: duty_files.load(name).unrolled() for name in DUTIES}
     runs = [replace(run_of(duty, variables, 1.0, _SPACING), name=name) for name, duty in duties.items()]
     problem, before_them = problem_with(experiment, runs)

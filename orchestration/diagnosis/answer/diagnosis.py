@@ -10,20 +10,14 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.prediction import (
-    HeldOut,
-    Predicted,
-    Scores,
-    Word,
-    judged,
-)
+from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
+from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
-from warmlink.orchestration.diagnosis.fit.problem import Item
-from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,9 @@ from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
-from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
+from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
-from warmlink.orchestration.diagnosis.fit.problem import Item
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -66,8 +65,16 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             "heat_W": wander.heat,
             "memory_s": None if wander.still else wander.memory,
         },
-        "missing_heat": [_missing(each) for each in diagnosis.missing_heat],
-        "hint": None if hint is None else _looks_like(hint),
+        "missing_heat": [
+            {
+                "run": each.run,
+                "time_s": each.time.tolist(),
+                "heat_W": each.heat.tolist(),
+                "std_W": each.deviation.tolist(),
+            }
+            for each in diagnosis.missing_heat
+        ],
+        "hint": None if hint is None else {**asdict(hint), "sentence": hint.sentence},
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
@@ -87,21 +94,6 @@ def _proposed(proposed: Proposed) -> dict[str, Any]:
         for segment in proposed.duty
     ]
     return {**asdict(proposed), "duty": duty, "alike": [list(pair) for pair in proposed.alike]}
-
-
-def _missing(missing: MissingHeat) -> dict[str, Any]:
-    courses = {"time_s": missing.time, "heat_W": missing.heat, "std_W": missing.deviation}
-    return {"run": missing.run, **{name: course.tolist() for name, course in courses.items()}}
-
-
-def _looks_like(hint: Hint) -> dict[str, Any]:
-    terms = [{"term": name, "coefficient": value} for name, value in hint.terms.items()]
-    return {
-        "channel": hint.channel,
-        "terms": terms,
-        "explained_share": hint.share,
-        "sentence": hint.sentence,
-    }
 
 
 def _claimed(claim: Claim) -> dict[str, Any]:
@@ -165,15 +157,9 @@ def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, di
     entries: dict[str, dict[str, Any]] = {}
     for name, each in wrong.items():
         unit = shown(diagnosis.units()[name])
-        entries[name] = {
-            "unit": unit,
-            "rmse": each.rmse * per_si(unit),
-            "noise": each.noise * per_si(unit),
-            "bias": each.bias * per_si(unit),
-            "whiteness_p": each.whiteness_p,
-            "when": list(each.when),
-            "correlates_with": [{"signal": signal, "r": r} for signal, r in each.correlates_with],
-        }
+        sizes = {size: getattr(each, size) * per_si(unit) for size in ("rmse", "noise", "bias")}
+        follows = [{"signal": signal, "r": r} for signal, r in each.correlates_with]
+        entries[name] = {"unit": unit, **asdict(each), **sizes, "correlates_with": follows}
     return entries
 
 

@@ -91,12 +91,8 @@ def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:
     if ELONGATION not in problem.variables:
         return None
     channel = problem.variables.index(ELONGATION)
-    return _largest(
-        [
-            (data.time, data.readings[:, channel] - readings[:, channel])
-            for data, readings in zip(problem.data, predicted.readings, strict=True)
-        ]
-    )
+    pairs = zip(problem.data, predicted.readings, strict=True)
+    return _largest([(data.time, (data.readings - readings)[:, channel]) for data, readings in pairs])
 
 
 def observer(problem: Problem, fit: Fit, truth: Fit) -> Compensated | None:
@@ -135,9 +131,8 @@ def _largest(errors: Sequence[tuple[Array, Array]]) -> Compensated | None:
     stretches: list[Array] = []
     for time, error in errors:
         good = np.isfinite(error)
-        which = np.floor(time[good] / AVERAGED)
-        for each in np.unique(which):
-            inside = error[good][which == each]
+        _, starts = np.unique(np.floor(time[good] / AVERAGED), return_index=True)
+        for inside in np.split(error[good], starts[1:]) if starts.size else ():
             away = np.abs(inside - np.median(inside))
             stretches.append(inside[away <= 8 * 1.4826 * float(np.median(away)) + 1e-7])
     if not stretches:
@@ -223,9 +218,6 @@ def _signals(rig: Rig, run: Run, values: Mapping[str, float]) -> dict[str, Array
     for name in ("speed", "torque", "ambient_temperature"):
         start = np.full(run.time.size, float(rig.variables[f"motor.{name}"].start or 0.0))
         signals[name] = np.abs(run.inputs.get(f"motor.{name}", start))
-    signals["ambient_temperature"] = (
-        signals["ambient_temperature"]
-        + values.get("motor.ambient_offset", 0.0)
-        + values.get("motor.ambient_drift", 0.0) * run.time
-    )
+    offset, drift = (values.get(f"motor.ambient_{name}", 0.0) for name in ("offset", "drift"))
+    signals["ambient_temperature"] += offset + drift * run.time
     return signals

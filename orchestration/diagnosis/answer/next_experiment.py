@@ -1,9 +1,6 @@
 """The next experiment: the feasible duty cycle that soonest tells apart what this one could not.
 
-Any member of the ambiguous set may be the truth, and is more likely the better it fits. For each candidate
-duty cycle, and for each member as the truth, the separation from every rival is predicted, and from it the
-chance that the run, diagnosed by itself, names that member. The chances are averaged over the members. The
-cycle that is sure soonest is proposed, repeated as often as that takes.
+README.md says how it is chosen.
 """
 
 from __future__ import annotations

@@ -1,28 +1,25 @@
 """What models predict of the whole experiment, and the gate that every verdict passes: the held-out rows.
 
-A cause that is right holds in rows that it was not fitted to. Errors there are compared with a band of what
-is known to remain: noise, what wanders, and how uncertain the fitted numbers are. They are taken as a
-quantile, so that spikes and loose contacts say nothing.
+A cause that is right holds in rows that it was not fitted to; README.md says how errors there are judged.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
+import pandas as pd
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import names_of
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
+from warmlink.orchestration.diagnosis.fit.verdict import Word, fitted_part
 from warmlink.orchestration.diagnosis.fit.wandering import Wander
-
-Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 
 _BLOCK, _RESAMPLES = 600.0, 400
 """s of a block in the bootstrap, longer than the noise remembers; and how often blocks are drawn."""
@@ -53,8 +50,13 @@ _OUTSIDE = 0.1
 class Predicted:
     """Readings by one model, by run in SI, shape (rows, outputs)."""
 
-    fit: Fit
+    model: Carried
     readings: tuple[Array, ...]
+
+    @property
+    def fit(self) -> Fit:
+        """The model's fit."""
+        return self.model.fit
 
 
 @dataclass(frozen=True)
@@ -88,42 +90,31 @@ class Scores:
 
     def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
         self.problem = Problem(experiment)
-        self.scales = [
-            np.array(
-                [
-                    experiment.noise[variable] if each.lasting else each.sigma
-                    for each, variable in zip(
-                        self.problem.noise_in(run, noise), self.problem.variables, strict=True
-                    )
-                ]
-            )
-            for run in range(len(experiment.runs))
-        ]
+        self.scales: list[Array] = []
+        for run in range(len(experiment.runs)):
+            channels = zip(self.problem.variables, self.problem.noise_in(run, noise), strict=True)
+            here = [experiment.noise[name] if each.lasting else each.sigma for name, each in channels]
+            self.scales.append(np.array(here))
 
     def predict(self, fit: Fit) -> Predicted:
         """Readings of every run by a model fitted elsewhere."""
-        carried = Carried(self.problem, fit)
-        values = carried.values
-        for run, measured in enumerate(self.problem.experiment.runs):
-            if measured.heldout and measured.adapt > 0:
-                values[run] = self._adapted(run, carried, fit, measured.adapt)
-        return Predicted(fit, tuple(self.problem.finest(i, z) for i, z in enumerate(values)))
+        model, runs = Carried(self.problem, fit), range(len(self.problem.data))
+        return Predicted(model, tuple(self.problem.finest(i, self._adapted(i, model)) for i in runs))
 
     def rmse(self, predicted: Predicted, heldout: bool) -> tuple[float, float, float] | None:
         """RMSE in units of noise over fitted or held-out rows, and its 95 % interval."""
-        blocks = []
-        for run, data in enumerate(self.problem.data):
-            rows = ~data.fitted if heldout else data.fitted
-            squares = ((data.readings - predicted.readings[run])[rows] / self.scales[run]) ** 2
-            which = np.floor(data.time[rows] / _BLOCK)
-            for block in np.unique(which):
-                inside = squares[which == block]
-                if np.isfinite(inside).any():
-                    blocks.append((float(np.nansum(inside)), int(np.isfinite(inside).sum())))
-        if not blocks:
+        runs = zip(self.problem.data, predicted.readings, self.scales, strict=True)
+        squares = [
+            pd.DataFrame(((data.readings - read) / scale) ** 2, np.floor(data.time / _BLOCK))
+            for data, read, scale in runs
+        ]
+        rows = np.concatenate([data.fitted != heldout for data in self.problem.data])
+        blocks = pd.concat(squares, keys=range(len(squares)))[rows].groupby(level=[0, 1])
+        table = np.column_stack([blocks.sum().sum(axis=1), blocks.count().sum(axis=1)])
+        table = table[table[:, 1] > 0]
+        if not table.size:
             return None
-        table = np.array(blocks)
-        drawn = np.random.default_rng(0).integers(0, len(blocks), (_RESAMPLES, len(blocks)))
+        drawn = np.random.default_rng(0).integers(0, len(table), (_RESAMPLES, len(table)))
         resampled = np.sqrt(table[drawn, 0].sum(axis=1) / table[drawn, 1].sum(axis=1))
         low, high = np.quantile(resampled, [0.025, 0.975])
         return float(np.sqrt(table[:, 0].sum() / table[:, 1].sum())), float(low), float(high)
@@ -132,20 +123,14 @@ class Scores:
         """RMSE in SI by run and column name."""
         result = []
         for data, readings in zip(self.problem.data, predicted.readings, strict=True):
-            errors = zip(self.problem.variables, (data.readings - readings).T, strict=True)
-            result.append(
-                {
-                    self.problem.names[variable]: float(np.sqrt(np.nanmean(error**2)))
-                    for variable, error in errors
-                    if np.isfinite(error).any()
-                }
-            )
+            errors = zip(self.problem.names.values(), (data.readings - readings).T, strict=True)
+            read = ((name, error) for name, error in errors if np.isfinite(error).any())
+            result.append({name: float(np.sqrt(np.nanmean(error**2))) for name, error in read})
         return result
 
     def held_out(self, predicted: Predicted, wander: Wander) -> HeldOut | None:
         """Errors of a model on held-out rows; None where there are too few."""
-        problem = self.problem
-        carried = Carried(problem, predicted.fit)
+        problem, model = self.problem, predicted.model
         over_band: dict[str, float] = {}
         squares = []
         for run, data in enumerate(problem.data):
@@ -153,23 +138,22 @@ class Scores:
             if rows.sum() < _FEWEST:
                 continue
             error, scale = (data.readings - predicted.readings[run])[rows], self.scales[run]
-            variance = scale**2 + carried.variance(run)[rows] + carried.wandering(run, wander)[rows]
-            for i, variable in enumerate(problem.variables):
+            variance = scale**2 + model.variance(run)[rows] + model.wandering(run, wander)[rows]
+            for i, name in enumerate(problem.names.values()):
                 there = np.isfinite(error[:, i])
                 if there.sum() >= _FEWEST:
-                    name = problem.names[variable]
                     over = _typical(error[there, i] / np.sqrt(variance[there, i]))
                     over_band[name] = max(over, over_band.get(name, 0.0))
                     squares.append(_typical(error[there, i] / scale[i]) ** 2)
         return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
 
-    def _adapted(self, run: int, carried: Carried, fit: Fit, until: float) -> Array:
-        """Fit the numbers that belong to a held-out run alone to the first part of that run."""
-        z, fitted = carried.values[run], {(f.variable, f.group) for f in fit.freed}
-        own = [f for f in carried.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
-        data = self.problem.data[run]
-        rows = data.time <= until
-        for _ in range(4 if own else 0):
+    def _adapted(self, run: int, model: Carried) -> Array:
+        """Slots of a run; the numbers that belong to a held-out one alone are fitted to its first part."""
+        z, fitted = model.values[run].copy(), {(f.variable, f.group) for f in model.fit.freed}
+        own = [f for f in model.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
+        measured, data = self.problem.experiment.runs[run], self.problem.data[run]
+        rows = data.time <= measured.adapt
+        for _ in range(4 if own and measured.heldout and measured.adapt > 0 else 0):
             _, by_slot = self.problem.predict(run, z)
             residual = ((data.readings - self.problem.finest(run, z)) / self.scales[run])[rows]
             columns = by_number(by_slot[rows], own, run, ()) / self.scales[run][None, :, None]
@@ -223,7 +207,7 @@ def difference(experiment: Experiment) -> str:
     """What differs most between fitted and held-out rows, and the advice that follows."""
     fitted = fitted_part(experiment).runs
     heldout = [r if r.heldout else r.part(r.time >= r.fit_until) for r in experiment.runs]
-    names = {column.variable: column.name for column in experiment.columns}
+    names = names_of(experiment.columns)
     found = []
     for name in {**fitted[0].inputs, **fitted[0].readings}:
         first, then = (

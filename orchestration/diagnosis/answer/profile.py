@@ -7,15 +7,15 @@ curvature it shows where a bound, or another cause, ends what the data can say.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
-from warmlink.orchestration.diagnosis.fit.fitting import of_numbers
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
+from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
+from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 
 _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
@@ -106,17 +106,8 @@ def profiles_of(assessment: Assessment) -> list[Profile]:
         index = best.freed.index(freed)
         steps = best.theta[index] + float(spreads[index]) * np.array(_AWAY)
         values = np.unique(np.clip(steps, freed.lower, freed.upper))
-        rise = np.array([_held_at(assessment, freed, value) for value in values.tolist()]) - best.chi2
+        held = (held_at(value, freed, best.items) for value in values.tolist())
+        rise = np.array([assessment.fitter.fit(items, best.values).chi2 for items in held]) - best.chi2
         name = name_of(item, freed, freed.variable)
         found.append(Profile(item, name, values, np.maximum(rise, 0.0)))
     return found
-
-
-def _held_at(assessment: Assessment, freed: Freed, value: float) -> float:
-    """Chi-square with a strength held at a value."""
-    best = assessment.best
-    held = replace(freed, lower=value, upper=value)
-    swapped = {f: held if f is freed else f for f in best.freed}
-    items = [replace(i, freed=tuple(swapped[f] for f in i.freed)) for i in best.items]
-    start = {swapped[f]: theta for f, theta in zip(best.freed, best.theta.tolist(), strict=True)}
-    return assessment.fitter.fit(items, start).chi2

@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.names import listed
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -186,10 +187,11 @@ def differences(best: Titles, rivals: Sequence[Titles]) -> list[tuple[str, ...]]
     one is left out.
     """
     found = list(dict.fromkeys((best - rival, rival - best) for rival in rivals))
+    within = [(a, b) for a, b in found if a and b]
     return [
         titles((own, other))
         for own, other in found
-        if not any(a and b and a <= own and b <= other and (a, b) != (own, other) for a, b in found)
+        if not any(a <= own and b <= other and (a, b) != (own, other) for a, b in within)
     ]
 
 
@@ -220,6 +222,5 @@ def _in_words(pairs: Iterable[tuple[str, ...]]) -> list[str]:
         if len(names) > _MOST_TOLD + 1:
             names = [*names[:_MOST_TOLD], f"{len(names) - _MOST_TOLD} more"]
         if names:
-            any_of_them = f"{', '.join(names[:-1])} or {names[-1]}" if names[1:] else names[0]
-            words.append(f"{one} from {any_of_them}")
+            words.append(f"{one} from {listed(names, 'or')}")
     return words

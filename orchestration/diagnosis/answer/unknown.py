@@ -7,9 +7,11 @@ sparse identification of dynamics (S. L. Brunton, J. L. Proctor, J. N. Kutz, PNA
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.fitted import residuals_of
@@ -32,23 +34,22 @@ _HEATS = tuple(0.1 * 2.0**k for k in range(10))
 class Hint:
     """Terms that the missing rate of warming of the channel with the largest unexplained course follows.
 
-    Coefficients are in K/s per unit of the term; `share` is what they explain of the missing rate's
-    variance.
+    Each term is its name and `coefficient` in K/s per unit of it; the share is what they explain of the
+    missing rate's variance.
     """
 
     channel: str
-    terms: dict[str, float]
-    share: float
+    terms: tuple[Mapping[str, str | float], ...]
+    explained_share: float
 
     @property
     def sentence(self) -> str:
         """Say what it looks like."""
         if not self.terms:
             return f"what is missing in {self.channel} follows no single physical term."
-        looks = " and ".join(self.terms)
-        return (
-            f"what is missing in {self.channel} looks like {looks} ({100 * self.share:.0f} % of its course)."
-        )
+        looks = " and ".join(str(each["term"]) for each in self.terms)
+        share = f"{100 * self.explained_share:.0f} % of its course"
+        return f"what is missing in {self.channel} looks like {looks} ({share})."
 
 
 @dataclass(frozen=True)
@@ -96,10 +97,8 @@ def hint(assessment: Assessment) -> Hint | None:
     """Look for physical terms in what the uncorrected model misses; None where too little is measured."""
     problem = assessment.problem
     residuals = residuals_of(problem, assessment.null)
-    sizes = [
-        np.sqrt(np.nanmean(np.concatenate([r[:, i] for r in residuals]) ** 2)) / noise.sigma
-        for i, noise in enumerate(assessment.noise)
-    ]
+    size = np.sqrt(np.nanmean(np.concatenate(residuals) ** 2, axis=0))
+    sizes = size / [noise.sigma for noise in assessment.noise]
     if not np.isfinite(sizes).any():
         return None
     channel = int(np.nanargmax(sizes))
@@ -113,24 +112,18 @@ def hint(assessment: Assessment) -> Hint | None:
             tables.append(_terms(assessment, run, times, edges))
     if not targets:
         return None
-    terms = {
-        name: np.concatenate([table[name] for table in tables])
-        for name in tables[0]
-        if all(name in table for table in tables)
-    }
-    chosen, share = _selected(np.concatenate(targets), terms)
-    return Hint(problem.names[problem.variables[channel]], chosen, share)
+    chosen, share = _selected(np.concatenate(targets), pd.concat(tables, join="inner"))
+    told = tuple(dict[str, str | float](term=name, coefficient=value) for name, value in chosen.items())
+    return Hint(problem.names[problem.variables[channel]], told, share)
 
 
 def _means(times: Array, values: Array, edges: Array) -> Array:
     """Means over stretches; an empty one is interpolated."""
-    which = np.digitize(times, edges) - 1
-    means = np.array([values[which == i].mean() if np.any(which == i) else np.nan for i in range(edges.size)])
-    known = np.isfinite(means)
-    return np.interp(np.arange(means.size), np.flatnonzero(known), means[known])
+    means = pd.Series(values).groupby(np.digitize(times, edges) - 1).mean()
+    return means.reindex(range(edges.size)).interpolate(limit_direction="both").to_numpy()
 
 
-def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> dict[str, Array]:
+def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> pd.DataFrame:
     """Candidate terms as means between the middles of successive stretches."""
     problem = assessment.problem
     measured, data = problem.experiment.runs[run], problem.data[run]
@@ -158,18 +151,18 @@ def _terms(assessment: Assessment, run: int, times: Array, edges: Array) -> dict
         if good.sum() > 6:
             means = _means(times[good], signal[good], edges)
             result[name] = (means[1:] + means[:-1]) / 2
-    return result
+    return pd.DataFrame(result)
 
 
-def _selected(target: Array, terms: dict[str, Array]) -> tuple[dict[str, float], float]:
+def _selected(target: Array, terms: pd.DataFrame) -> tuple[dict[str, float], float]:
     """Coefficients of the terms that are worth it, and the share of the target that they explain."""
     total = float(target @ target)
     chosen: dict[str, float] = {}
     explained = 0.0
     while len(chosen) < _MOST_TERMS and total > 0:
         tried = {}
-        for name in [n for n in terms if n not in chosen]:
-            table = np.column_stack([terms[n] for n in (*chosen, name)])
+        for name in [n for n in map(str, terms) if n not in chosen]:
+            table = terms[[*chosen, name]].to_numpy()
             coefficients = np.linalg.lstsq(table, target, rcond=None)[0]
             left = float(np.sum((target - table @ coefficients) ** 2))
             tried[name] = 1 - left / total, coefficients

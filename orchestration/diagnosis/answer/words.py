@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
-from warmlink.orchestration.diagnosis.fit.problem import Item
+from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 

@@ -6,13 +6,14 @@ that joint's axis, and what it does to the others is accounted for.
 
 A neighbour's temperature drives an axis as an input does, and its noise with it: in the last cell of a light
 link a reading that is 0.1 K off for ten seconds is a disturbance. Between two changes of the duty cycle a
-temperature bends slowly, so it is replaced by a straight line fitted to the readings about each row; at a
-change, where it has a kink, the lines end. Over minutes the noise still adds up in a shaft. That is no cause
-either, and so the fit is told how much the readings scatter.
+temperature bends slowly, so it is interpolated where it was not read, and replaced by a straight line fitted
+to the readings about each row; at a change, where it has a kink, the lines end. Over minutes the noise still
+adds up in a shaft. That is no cause either, and so the fit is told how much the readings scatter.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ import numpy as np
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
@@ -62,34 +64,23 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
     InputError
         The file, a header or a cell does not fit.
     """
-    runs = {i: read_run(path, rig(CELL), _channels(i)) for i in range(1, AXES + 1)}
+    runs = {}
+    for i in range(1, AXES + 1):
+        own = {header_of(i, header): name for header, name in (DEMANDS | MEASURED).items()}
+        runs[i] = read_run(path, rig(CELL), {AMBIENT: "motor.ambient_temperature", **own})
     changes = []
     for run in runs.values():
         moves = [np.diff(run.inputs[name]) != 0 for name in DEMANDS.values()]
         changes.append(run.time[1:][np.any(moves, axis=0)])
     every = np.unique(np.concatenate(changes))
-    return {i: _experiment(i, run, every) for i, run in runs.items()}
+    return {i: _experiment(i, runs, every) for i in runs}
 
 
-def _channels(number: int) -> dict[str, str]:
-    """Variable by header for one axis, its neighbours' temperatures among its inputs."""
-    own = {**DEMANDS, **MEASURED}
-    channels = {AMBIENT: "motor.ambient_temperature"}
-    channels |= {header_of(number, header): name for header, name in own.items()}
-    if number > 1:
-        channels[header_of(number - 1, "tip_temperature [degC]")] = "motor.neighbour_temperature"
-    if number < AXES:
-        channels[header_of(number + 1, "shaft_temperature [degC]")] = "link.tip_sink_temperature"
-    return channels
-
-
-def _experiment(number: int, run: Run, changes: Array) -> Experiment:
+def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experiment:
     """One axis's experiment: its run and its nominal parameters, the next joint behind its link's tip."""
-    this = axis(number)
-    known = {
-        **{f"motor.{name}": value for name, value in this.motor.items()},
-        **{f"link.{name}": value for name, value in this.link.items()},
-    }
+    this, run = axis(number), runs[number]
+    known = {f"motor.{name}": value for name, value in this.motor.items()}
+    known |= {f"link.{name}": value for name, value in this.link.items()}
     if number == 1:
         known["motor.neighbour_conductance"] = 0.0
     if number < AXES:
@@ -97,13 +88,26 @@ def _experiment(number: int, run: Run, changes: Array) -> Experiment:
     # Said of the link too: the room's temperature would else feed the tip's sink as well.
     inputs = {**run.inputs, "link.ambient_temperature": run.inputs["motor.ambient_temperature"]}
     scatter: dict[str, float] = {}
-    for name in ("motor.neighbour_temperature", "link.tip_sink_temperature"):
-        if name in inputs:
-            scatter[name] = row_noise(inputs[name])
-            inputs[name] = over_steps(smoothed(run.time, inputs[name], changes))
+    columns = [*run.columns]
+    for other, header, name in (
+        (number - 1, "tip_temperature [degC]", "motor.neighbour_temperature"),
+        (number + 1, "shaft_temperature [degC]", "link.tip_sink_temperature"),
+    ):
+        if other in runs:
+            column = next(c for c in runs[other].columns if c.variable == MEASURED[header])
+            readings = runs[other].readings[column.variable]
+            read = np.isfinite(readings)
+            if not read.any():
+                raise InputError(
+                    f"{run.name}: column {column.header!r} is empty; axis {number} needs its readings"
+                )
+            scatter[name] = row_noise(readings)
+            filled = np.interp(run.time, run.time[read], readings[read])
+            inputs[name] = over_steps(smoothed(run.time, filled, changes))
+            columns.append(replace(column, variable=name))
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
-    run = replace(run, name=name, inputs=inputs, scatter=scatter, fit_until=until)
+    run = replace(run, name=name, inputs=inputs, scatter=scatter, fit_until=until, columns=tuple(columns))
     return Experiment(name, rig(CELL), (run,), run.measured, known)
 
 

@@ -11,17 +11,8 @@ from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf,
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml
 
-Kind = Literal[
-    "plant",
-    "input",
-    "place",
-    "temperature sensor",
-    "camera",
-    "reading",
-    "declared reading",
-    "record",
-    "simulation",
-]
+_Instrument = Literal["temperature sensor", "camera", "reading", "declared reading"]
+Kind = Literal["plant", "input", "place", _Instrument, "record", "simulation"]
 
 
 @dataclass(frozen=True)

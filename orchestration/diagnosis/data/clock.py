@@ -127,10 +127,7 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
             found[form] = _seconds(stamps)
         worst = max(worst, int(np.argmax(stamps.isna())))
     if not found:
-        raise InputError(
-            f"{sheet.at(worst, column)}: {text.iloc[worst]!r} is not of the form of the rows before; "
-            "correct it"
-        )
+        sheet.refuse(np.array([worst]), column, "{} is not of the form of the rows before; correct it")
     (form, values), *others = found.items()
     if any(not np.array_equal(values, other) for _, other in others):
         name = sheet.headers[column]
@@ -145,11 +142,9 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    for row in np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))[:1].tolist():
-        raise InputError(
-            f"{sheet.at(row, column)}: {text.iloc[row]!r} is not of the form HH:MM:SS; write it so, or give "
-            f'its form, as --unit "{sheet.headers[column]}=%H:%M"'
-        )
+    told = f'write it so, or give its form, as --unit "{sheet.headers[column]}=%H:%M"'
+    wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))
+    sheet.refuse(wrong, column, f"{{}} is not of the form HH:MM:SS; {told}")
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)
     midnights = np.diff(values, prepend=values[0]) < -DAY / 2
     return values + DAY * np.cumsum(midnights), "HH:MM:SS"

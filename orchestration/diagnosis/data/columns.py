@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import SequenceMatcher
+from difflib import get_close_matches
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -233,9 +233,8 @@ class Assignment:
         unit = unit or self._sheet.units[column]
         if self._named.get(self._sheet.headers[column], self._named.get(name)) == "":
             return None
-        likeness = {n: SequenceMatcher(None, plain(name), n).ratio() for n in self._rig.columns}
-        best = max(likeness, key=lambda n: likeness[n], default="")
-        if best in absent and likeness[best] >= _ALIKE:
+        (best,) = get_close_matches(plain(name), self._rig.columns, 1, _ALIKE) or [""]
+        if best in absent:
             return best
         units = {n: self._si(v) for n, v in absent.items() if v in self._rig.externals}
         return next((n for n, si in units.items() if unit and si != "K" and converts(unit, si)), None)

@@ -228,7 +228,7 @@ class _Reader:
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
         rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
         # Where a heat path was put before an input, its own input is meant.
-        self.moved = rig.moved
+        self.moved = rig.own.moved if rig.own else {}
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []

@@ -9,7 +9,7 @@ import numpy as np
 
 from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, listed
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_of
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -23,9 +23,6 @@ OFF = "off"
 
 _AMBIENT = "ambient_temperature"
 """Surrounds a run, and drives none."""
-
-_MOST_NAMED = 6
-"""Columns that a remark names."""
 
 
 def parameters_of(scenario: str) -> dict[str, str]:
@@ -98,7 +95,9 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks), *_absent(experiment)]
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
-        remarks.append(f'not used: {_few(unused)}; say what a column is with --map "COLUMN=base_temperature"')
+        remarks.append(
+            f'not used: {listed(unused)}; say what a column is with --map "COLUMN=base_temperature"'
+        )
     return replace(experiment, remarks=tuple(remarks))
 
 
@@ -146,7 +145,7 @@ def _absent(experiment: Experiment) -> list[str]:
         if without := [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
             value, option = _neutral(experiment.rig, name)
-            whose = f"{_few(without)}: " if len(experiment.runs) > 1 else ""
+            whose = f"{listed(without)}: " if len(experiment.runs) > 1 else ""
             told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
             remarks.append(whose + told)
     return remarks
@@ -162,8 +161,3 @@ def _neutral(system: Rig, name: str) -> tuple[str, str]:
         celsius = f"{start - ZERO_CELSIUS:g} degC"
         return celsius, f'"{celsius}"'
     return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"
-
-
-def _few(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

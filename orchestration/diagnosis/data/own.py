@@ -12,14 +12,13 @@ from warmlink.fmus.component import Component, Input, Output, Parameter
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
-from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.scenarios.setup import blueprint_of
-from warmlink.orchestration.system.assemble import component, connected, read_system
+from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
 from warmlink.orchestration.system.model import Connection, System, Value
@@ -177,10 +176,7 @@ def _to_si(info: ModelInfo, name: str) -> Conversion:
 
 def _located(system: System, name: str, where: str) -> tuple[str, ModelInfo, str]:
     """Part of a system whose variable a full name is, its FMU, and the variable's name there."""
-    part = owner_of(system.components, name)
-    if not part:
-        known = instead(name, system.components)
-        raise InputError(f"{where}: {name}: there is no component of this name; {known}")
-    info, key = read_description(system.components[part].fmu), name[len(part) + 1 :]
+    part, key = end_of(system.components, name, where)
+    info = read_description(system.components[part].fmu)
     variable_of(info, key, f"{where}: {name}")
     return part, info, key

@@ -91,11 +91,6 @@ class Rig:
         return self.blueprint is WARMUP_CELL
 
     @property
-    def moved(self) -> Mapping[str, str]:
-        """Input of a heat path that stands for each input before which one was put."""
-        return self.own.moved if self.own else {}
-
-    @property
     def in_loop(self) -> bool:
         """Whether FMUs are simulated in a loop, as equations of a part are not known."""
         return self.looped or any(part.rates is None for part in self.foreign.values())
@@ -202,12 +197,12 @@ class Rig:
     def columns(self) -> dict[str, str]:
         """Input or output by the name of its column in a bare CSV file."""
         sources = {target: source for source, target in self.blueprint.wires}
-        found = {_last(sources[t]): t for t, *_ in self.driven_by if t in sources}
+        found = {sources[t].rpartition(".")[2]: t for t, *_ in self.driven_by if t in sources}
         for reading, target in self.blueprint.wires:
             if self.part_of(target) == COMPENSATOR and ".reading[" in reading:
-                found[_last(target)] = sources[reading.replace(".reading[", ".temperature[")]
+                found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
-                found[_last(target)] = reading
+                found[target.rpartition(".")[2]] = reading
         return found
 
     @cached_property
@@ -267,10 +262,6 @@ def rig(name: str, cells: int = CELLS) -> Rig:
 def owner_of(parts: Iterable[str], name: str) -> str:
     """Part whose variable a full name is; empty where it is none's."""
     return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")
-
-
-def _last(end: str) -> str:
-    return end.rpartition(".")[2]
 
 
 def _with_values(part: Component, values: Mapping[str, Value]) -> Component:

@@ -145,8 +145,6 @@ def _of_cells(name: str, found: layout.Headers, cells: pd.DataFrame, decimal: st
 
 
 def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
-    import pandas as pd
-
     comments: list[str] = []
     if text.startswith(_COMMENTS) or any(f"\n{mark}" in text for mark in _COMMENTS):
         comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
@@ -161,26 +159,8 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     commented = [layout.split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
     found, first = layout.headers_of(name, rows, width, names, commented)
     mark = decimal or layout.decimal_of([cell for line in sample for cell in layout.split(line, separator)])
-    try:
-        cells = pd.read_csv(
-            StringIO(text),
-            sep=r"\s+" if separator == " " else separator,
-            header=None,
-            names=range(max(width, len(found[0])) + 1),  # one more, to see what stands beyond the headers
-            index_col=False,
-            skiprows=first,
-            skip_blank_lines=False,
-            skipinitialspace=True,
-            keep_default_na=False,  # a word is counted, not passed over
-            na_values=[""],
-            decimal=DECIMALS.get(mark, "."),
-            low_memory=False,
-        )
-    except ValueError as fault:  # pandas' own faults are of this kind
-        raise InputError(
-            f"{name}: cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
-        ) from None
-    cells.index += first + 1
+    # One column more, to see what stands beyond the headers.
+    cells = _parsed(text, name, separator, max(width, len(found[0])) + 1, first, mark)
     found, cells = _fitted(name, found, cells.dropna(how="all"), separator)
     if separator == " " and cells.iloc[:, -1].hasnans:
         short = cells.index[cells.iloc[:, -1].isna()][0]
@@ -193,6 +173,32 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
     words += ["a row of units"] if any(found[1]) else []
     return Sheet(name, *found, cells, mark, bool(decimal), ", ".join(words))
+
+
+def _parsed(text: str, name: str, separator: str, width: int, first: int, mark: str) -> pd.DataFrame:
+    """Cells of a text from a line on, under the numbers of its lines."""
+    import pandas as pd
+
+    try:
+        cells = pd.read_csv(
+            StringIO(text),
+            sep=r"\s+" if separator == " " else separator,
+            header=None,
+            names=range(width),
+            index_col=False,
+            skiprows=first,
+            skip_blank_lines=False,
+            skipinitialspace=True,
+            keep_default_na=False,  # a word is counted, not passed over
+            na_values=[""],
+            decimal=DECIMALS.get(mark, "."),
+            low_memory=False,
+        )
+    except ValueError as fault:  # pandas' own faults are of this kind
+        told = f"cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
+        raise InputError(f"{name}: {told}") from None
+    cells.index += first + 1
+    return cells
 
 
 def _spread(text: str) -> list[str]:

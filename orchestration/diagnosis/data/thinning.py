@@ -22,7 +22,6 @@ SPIKE = 6.0
 """Robust standard deviations from the running median at which a reading is a spike."""
 
 _WINDOW = 7
-_PIECE = 500_000
 
 _FEWEST_POINTS = 6
 """Fewest times at which a block of many rows is simulated; in a long block they are `SHORTEST` apart."""
@@ -145,19 +144,19 @@ def spike_rows(values: Array, step: float) -> Rows:
     The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
     out the neighbours of a spike on a steep course do not look wild as well.
     """
+    import pandas as pd
+
     rows = np.flatnonzero(np.isfinite(values))
     if rows.size < 3 * _WINDOW:
         return rows[:0]
     filled = values[rows]
     half = _WINDOW // 2
-    windows = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)
-    pieces = np.array_split(windows, windows.shape[0] // _PIECE + 1)  # medians copy what they work on
-    middle = np.concatenate([np.median(piece, axis=1) for piece in pieces])
-    first, last = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
-    away = np.abs(filled - np.concatenate([first, middle, last]))
+    course = pd.Series(filled).rolling(_WINDOW, center=True).median().to_numpy(copy=True)
+    course[:half], course[-half:] = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
+    away = np.abs(filled - course)
     limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
     inner = np.flatnonzero(away[half:-half] > limit)
-    near = windows[inner]
+    near = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)[inner]
     slope = np.median(np.diff(near, axis=1), axis=1)
     straight = np.median(near - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
     away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))

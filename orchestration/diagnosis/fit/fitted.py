@@ -6,19 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.fit.algebra import root_of
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
+from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.fit.noise import slow_courses
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _NOTABLE = 1.5
 """RMSE over noise in a phase from which it counts as wrong."""
@@ -31,6 +30,12 @@ _STEADY = 1.0 / 3600
 
 _AFTER = 300.0
 """s after a change of the inputs."""
+
+UNEXPLAINED = 0.001
+"""Chance of residuals as slow as those that a model leaves, below which it does not explain the run."""
+
+_FEWEST = 8
+"""Readings of a channel in a run whose slow courses are worth a test."""
 
 
 @dataclass(frozen=True)
@@ -55,19 +60,16 @@ class Wrong:
 
 def residuals_of(problem: Problem, fit: Fit) -> list[Array]:
     """Measured minus simulated by run, shape (rows, outputs)."""
-    return [
-        data.readings - problem.predict(run, problem.values(run, fit.freed, fit.theta))[0]
-        for run, data in enumerate(problem.data)
-    ]
+    values = enumerate(problem.values_by_run(fit.freed, fit.theta))
+    return [problem.data[run].readings - problem.predict(run, z)[0] for run, z in values]
 
 
 def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
     """Describe a model's errors by column name."""
-    import pandas as pd
-
     problem = fitter.problem
     residuals = residuals_of(problem, fit)
-    whitened = fitter.whitened(fit.freed, fit.theta)
+    every = enumerate(fitter.whitened(fit.freed, fit.theta))
+    white = [fitter.by_channel(run, joined[:, 0]) for run, joined in every]
     runs = zip(problem.experiment.runs, problem.data, strict=True)
     phases = pd.concat([_phases(run, data.time, data.readings) for run, data in runs]).eq(True)
     signals = pd.concat([_signals(problem, i) for i in range(len(residuals))], join="inner")
@@ -85,7 +87,7 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
             float(np.sqrt(np.mean(residual**2))),
             noise,
             float(np.mean(residual)),
-            _whiteness_p(np.concatenate([each[channel][:, 0] for each in whitened])),
+            _whiteness_p(np.concatenate([each[channel] for each in white])),
             _when(residual / noise, phases.iloc[at]),
             _followed(residual, signals.iloc[at]) if np.std(residual) > noise else (),
         )
@@ -94,7 +96,6 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
 
 def _phases(run: Run, times: Array, readings: Array) -> pd.DataFrame:
     """Whether each row of a run belongs to each phase."""
-    import pandas as pd
     from scipy.ndimage import uniform_filter1d
 
     table = pd.DataFrame(readings, index=times)
@@ -121,8 +122,6 @@ def _when(errors: Array, phases: pd.DataFrame) -> tuple[str, ...]:
 
 def _signals(problem: Problem, run: int) -> pd.DataFrame:
     """Signals that a residual may follow, at the rows of a run."""
-    import pandas as pd
-
     data, measured, unit = problem.data[run], problem.experiment.runs[run], problem.experiment.rig.unit
     held = measured.row_at(data.time)
     signals = {"time": data.time}
@@ -142,8 +141,6 @@ def _signals(problem: Problem, run: int) -> pd.DataFrame:
 
 def _followed(residual: Array, signals: pd.DataFrame) -> tuple[tuple[str, float], ...]:
     """Signals that a residual follows, with their correlation, strongest first."""
-    import pandas as pd
-
     left = pd.Series(residual, index=signals.index)
     found = [(str(name), float(signal.corr(left, min_periods=11))) for name, signal in signals.items()]
     return tuple(sorted((p for p in found if abs(p[1]) > _FOLLOWS), key=lambda pair: -abs(pair[1]))[:4])
@@ -163,6 +160,42 @@ def _whiteness_p(residual: Array) -> float:
     return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
 
 
+def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
+    """Chance level of the slow courses in a fit's residuals, all together and in each channel of each run.
+
+    What is wrong with one sensor shows by itself, and is lost among many. The chance level is that of the
+    less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
+    F ratio, since the noise itself is estimated from what is not slow.
+    """
+    from scipy.linalg import block_diag
+    from scipy.special import fdtrc
+
+    residuals, courses, sensitivities, widths = [], [], [], []
+    for run, joined in enumerate(fitter.whitened(fit.freed, fit.theta)):
+        residuals.append(joined[:, 0])
+        sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+        times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
+        tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
+        courses.append(fitter.whiten(run, block_diag(*tables)))
+        widths += [table.shape[1] for table in tables if table.shape[1]]
+    residual = np.concatenate(residuals)
+    basis = block_diag(*courses)
+    taken = orthonormal(np.concatenate(sensitivities))
+    residual = residual - taken @ (taken.T @ residual)
+    basis = basis - taken @ (taken.T @ basis)
+    slow = orthonormal(basis)
+    rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
+
+    def chance(courses: Array) -> float:
+        chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
+        # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
+        return float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
+
+    edges = np.cumsum([0, *widths])
+    single = min(chance(orthonormal(basis[:, a:b])) for a, b in pairwise(edges))
+    return min(1.0, 2 * min(chance(slow), len(widths) * single))
+
+
 class Carried:
     """A fitted model carried over to a problem with other runs.
 
@@ -178,7 +211,7 @@ class Carried:
     """
 
     def __init__(self, problem: Problem, fit: Fit, plant_only: bool = False) -> None:
-        self._problem, self._fit = problem, fit
+        self.fit, self._problem = fit, problem
         fitted = {f.key: v for f, v in fit.values.items()}
         items = [i for i in problem.items if i.title in fit.key]
         kept = [i for i in items if i.cause.kind == "plant" or not plant_only]
@@ -205,7 +238,7 @@ class Carried:
 
     def variance(self, run: int) -> Array:
         """Of a run's readings, for how uncertain the fitted numbers are, shape (rows, outputs)."""
-        columns = self.by(run, self._fit.freed) @ root_of(self._fit.covariance())
+        columns = self.by(run, self.fit.freed) @ root_of(self.fit.covariance())
         return np.asarray(np.sum(columns**2, axis=-1))
 
     def wandering(self, run: int, wander: Wander) -> Array:

@@ -6,16 +6,16 @@ outcome of freeing other variables, or of taking some back, is predicted without
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
+from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Item, Problem
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
@@ -95,18 +95,13 @@ class Fit:
     @property
     def admissible(self) -> bool:
         """Whether no cause was driven to a bound."""
-        return not any(
-            bound for bound, freed in zip(self.at_bound, self.freed, strict=True) if not freed.calibrated
-        )
+        pairs = zip(self.at_bound, self.freed, strict=True)
+        return not any(bound for bound, freed in pairs if not freed.calibrated)
 
     @property
     def resting(self) -> bool:
         """Whether a cause lies on a physical bound, the neutral value excepted."""
-        return any(
-            min(value - f.lower, f.upper - value) <= 1e-6 * f.span < abs(value - f.start)
-            for f, value in zip(self.freed, self.theta, strict=True)
-            if not f.calibrated
-        )
+        return any(f.on_bound(value) for f, value in self.values.items() if not f.calibrated)
 
     def covariance(self) -> Array:
         """Covariance of the fitted numbers in SI, shape (numbers, numbers)."""
@@ -136,6 +131,13 @@ def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Seq
     return result
 
 
+def held_at(value: float, number: Freed, items: Iterable[Item]) -> tuple[Item, ...]:
+    """Causes in which one of their numbers is held at a value."""
+    held = replace(number, lower=value, upper=value)
+    swapped = ((each, tuple(held if f is number else f for f in each.freed)) for each in items)
+    return tuple(replace(each, freed=freed) for each, freed in swapped)
+
+
 class Fitter:
     """Fits models to a problem under a noise model of each channel, and what wanders beside its log.
 
@@ -151,14 +153,15 @@ class Fitter:
     ) -> None:
         self.problem, self.noise = problem, tuple(noise)
         self.wander, self.responses = wander, responses
-        self.rows: list[list[NDArray[np.int64]]] = []
-        self._whiteners: list[list[Whitener]] = []
+        self.rows = [
+            [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
+            for data in problem.data
+        ]
+        self._whiteners = [
+            [Whitener(n, data.time[r]) for n, r in zip(problem.noise_in(run, noise), rows, strict=True)]
+            for run, (data, rows) in enumerate(zip(problem.data, self.rows, strict=True))
+        ]
         self._smoothing: list[list[Smoothing]] = [[] for _ in problem.data]
-        for run, data in enumerate(problem.data):
-            here = problem.noise_in(run, self.noise)
-            rows = [np.flatnonzero(data.fitted & np.isfinite(column)) for column in data.readings.T]
-            self.rows.append(rows)
-            self._whiteners.append([Whitener(n, data.time[r]) for n, r in zip(here, rows, strict=True)])
         self.count = sum(r.size for rows in self.rows for r in rows)
         self._count_as_noise(problem.scattered)
         if responses is not None and not wander.still:
@@ -168,37 +171,36 @@ class Fitter:
         """Whiten for courses of unit variance too, by their columns in each run's readings."""
         for run, each in enumerate(columns):
             if each.shape[2]:
-                white = np.concatenate(self.whiten(run, self.by_channel(run, each)))
-                self._smoothing[run].append(Smoothing(white))
+                self._smoothing[run].append(Smoothing(self.whiten(run, self.stacked(run, each))))
 
-    def by_channel(self, run: int, table: Array) -> list[Array]:
-        """Rows that are fitted of each channel, from a table of shape (rows, channels, ...)."""
-        return [table[rows, channel] for channel, rows in enumerate(self.rows[run])]
+    def stacked(self, run: int, table: Array) -> Array:
+        """Rows that are fitted, channel after channel, from a table of shape (rows, channels, ...)."""
+        return np.concatenate([table[rows, channel] for channel, rows in enumerate(self.rows[run])])
 
-    def whiten(self, run: int, channels: Sequence[Array]) -> list[Array]:
-        """Whiten columns of a run, given and returned by channel, shape (rows, columns) each."""
-        white = [whiten(each) for whiten, each in zip(self._whiteners[run], channels, strict=True)]
-        if not self._smoothing[run]:
-            return white
-        ends = np.cumsum([each.shape[0] for each in white])
-        joined = np.concatenate(white)
+    def by_channel(self, run: int, stacked: Array) -> list[Array]:
+        """The same rows of each channel."""
+        return np.split(stacked, np.cumsum([rows.size for rows in self.rows[run]])[:-1])
+
+    def whiten(self, run: int, stacked: Array) -> Array:
+        """Whiten columns of a run, shape (rows, columns), channel after channel."""
+        pairs = zip(self._whiteners[run], self.by_channel(run, stacked), strict=True)
+        white = np.concatenate([whiten(each) for whiten, each in pairs])
         for smoothing in self._smoothing[run]:
-            joined = smoothing(joined)
-        return np.split(joined, ends[:-1])
+            white = smoothing(white)
+        return white
 
-    def whitened(self, freed: Sequence[Freed], theta: Array) -> list[list[Array]]:
-        """Whitened residual, beside it the derivatives by slot, by run and channel."""
+    def whitened(self, freed: Sequence[Freed], theta: Array) -> list[Array]:
+        """Whitened residual of each run, beside it the derivatives by slot, channel after channel."""
         result = []
         for run, data in enumerate(self.problem.data):
             values, by_slot = self.problem.predict(run, self.problem.values(run, freed, theta))
             joined = np.concatenate([(data.readings - values)[:, :, None], by_slot], axis=2)
-            result.append(self.whiten(run, self.by_channel(run, joined)))
+            result.append(self.whiten(run, self.stacked(run, joined)))
         return result
 
     def at(self, freed: Sequence[Freed], theta: Array) -> Point:
         """Chi-square and its linearisation at given values."""
-        joined = map(np.concatenate, self.whitened(freed, theta))
-        return Point.of([each.T @ each for each in joined])
+        return Point.of([each.T @ each for each in self.whitened(freed, theta)])
 
     def fit(
         self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
@@ -264,10 +266,8 @@ class Fitter:
 
     def _beyond(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
-        lower, upper, start = _bounds(freed)
-        near = 1e-6 * (upper - lower)
-        on = (theta <= lower + near) | (theta >= upper - near)
-        on &= np.abs(theta - start) > near
+        lower, upper, _ = _bounds(freed)
+        on = np.array([f.on_bound(value) for f, value in zip(freed, theta, strict=True)], dtype=bool)
         if not on.any():
             return (False,) * len(freed)
         low, high = np.where(on, -np.inf, lower - theta), np.where(on, np.inf, upper - theta)

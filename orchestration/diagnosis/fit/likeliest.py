@@ -47,9 +47,8 @@ class Integrated:
         self.search, self.fit, self.responses = search, fit, responses
         plain = Fitter(search.fitter.problem, search.fitter.noise)
         self._grams = []
-        for run, channels in enumerate(plain.whitened(fit.freed, fit.theta)):
-            columns = np.concatenate(plain.whiten(run, plain.by_channel(run, responses.columns[run])))
-            joined = np.concatenate(channels)
+        for run, joined in enumerate(plain.whitened(fit.freed, fit.theta)):
+            columns = plain.whiten(run, plain.stacked(run, responses.columns[run]))
             self._grams.append((joined.T @ joined, columns.T @ joined, columns.T @ columns))
         self._misfits: dict[Wander, float] = {}
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
+from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, of_numbers
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Item
 
 _COLLINEAR = 1 - 1e-6
 _DRAWS = 6000

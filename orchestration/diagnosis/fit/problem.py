@@ -1,108 +1,152 @@
-"""An experiment made ready for fitting: predictions, and the candidates for what is wrong."""
+"""Predicted readings of an experiment's runs, with their derivatives by everything that may be freed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
-from warmlink.orchestration.diagnosis.data.measured import names_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
-from warmlink.orchestration.diagnosis.fit.predictions import Predictions
-from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
-from warmlink.orchestration.diagnosis.model.simulation import initial_values
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
+from warmlink.orchestration.diagnosis.data.thinning import Averaging
+from warmlink.orchestration.diagnosis.fit.candidates import Candidates
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.model.equations import equations
+from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.instruments import Readings
+from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.diagnosis.model.loop import Loop
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
 
-_INNER = ("plant", "input", "place")
-"""Kinds of causes that change the simulation itself, not only what is read from it."""
+_SPACING, _MOST_NODES = 120.0, 120
+"""s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
-_START, _PER_KELVIN = 10.0, 1e-5
-"""K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
-
-
-@dataclass(frozen=True)
-class Freed:
-    """One number to be fitted.
-
-    Attributes
-    ----------
-    variable : the FMU variable, or the first of several that share the value
-    slots : indices of the variables that take the value
-    runs : indices of the runs in which it acts
-    lower, upper, start : bounds and starting value in SI; for a cause the start is the neutral value
-    group : value of the label that it belongs to, "" for all
-    calibrated : whether every model fits it, the uncorrected one included
-    added : whether it is added to each variable's own value
-    """
-
-    variable: str
-    slots: tuple[int, ...]
-    runs: tuple[int, ...]
-    lower: float
-    upper: float
-    start: float
-    group: str = ""
-    calibrated: bool = False
-    added: bool = False
-
-    @property
-    def key(self) -> tuple[str, str, bool]:
-        """Identifies the number in problems with other runs."""
-        return self.variable, self.group, self.calibrated
-
-    @property
-    def span(self) -> float:
-        """Size of an ordinary change, by which steps are scaled."""
-        return self.upper - self.lower
+_FLOORS = {"K": 1e-3, "m": 1e-8}
+_SHARE, _LEAST = 1e-5, 1e-12
+"""Floors by SI unit; of other units as a share of the readings' range, and at least."""
 
 
-@dataclass(frozen=True)
-class Item:
-    """A candidate: a cause, on one channel if it belongs to an instrument, and perhaps split by a label."""
-
-    name: str
-    cause: Cause
-    freed: tuple[Freed, ...]
-    label: str = ""
-
-    @property
-    def title(self) -> str:
-        """Name with the label that splits it."""
-        return f"{self.name} per {self.label}" if self.label else self.name
-
-    def covers(self, other: Item) -> bool:
-        """Whether this candidate has the effect of another, of the same part, among others."""
-        same_part = self.name.partition(":")[2] == other.name.partition(":")[2]
-        return other.cause.name in self.cause.covers and same_part
-
-
-class Problem(Predictions):
-    """Everything that fits need.
-
-    Attributes
-    ----------
-    names : column name by variable
-    calibrated : numbers that every model fits
-    items : candidates
-    """
+class Problem(Candidates):
+    """Everything that fits need: readings of every run, simulated at any values of what may be freed."""
 
     def __init__(self, experiment: Experiment) -> None:
-        self.names = names_of(experiment.columns)
-        self._offered = [
-            (cause, *named)
-            for cause in experiment.catalogue
-            for named in _freed_by(cause, experiment, self.names)
+        super().__init__(experiment)
+        self._readings = self._simulated(SEARCH.cells, [SEARCH] * len(self.data), derivatives=True)
+        nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
+        self._corrections: tuple[Array, ...] = nothing
+        self._cells, self._beyond_finest = FINAL.cells, nothing
+
+    def predict(self, run: int, z: Array) -> tuple[Array, Array]:
+        """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
+        values, by_slot = self._means(self._readings, run, z)
+        return values + self._corrections[run], by_slot
+
+    def finest(self, run: int, z: Array) -> Array:
+        """Readings of a run without the grid's error, shape (rows, outputs)."""
+        return self._means(self._finest, run, z)[0] + self._beyond_finest[run]
+
+    @property
+    def averaging(self) -> Averaging:
+        """The averaging to which the stated noise refers: that of the first run to fit."""
+        return self.data[self.fitted_runs[0] if self.fitted_runs else 0].averaging
+
+    def noise_in(self, run: int, noise: Sequence[NoiseModel]) -> list[NoiseModel]:
+        """Noise of each channel in a run, given that in the first run to fit."""
+        return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
+
+    def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
+        """Error of the simulation's own steps and cells in standard deviations of all readings together.
+
+        From a simulation of half the cells' size and half the steps, on the inputs as they were logged. Where
+        the error might be taken for an effect, that finer one serves from here on.
+        """
+        total = 0.0
+        finer = self._halved(CHECK_CELLS)
+        for i, error in enumerate(self._changes(finer, values)):
+            sigma = np.array([each.white for each in self.noise_in(i, noise)])
+            total += float(np.sum((error[self.data[i].fitted] / sigma) ** 2))
+        if total > 1.0:
+            self._finest, self._cells = finer, CHECK_CELLS
+        return float(np.sqrt(total))
+
+    def _halved(self, cells: int) -> list[Readings]:
+        return self._simulated(cells, [each.forward for each in self._finest])
+
+    def _changes(self, finer: Sequence[Readings], values: Sequence[Array]) -> list[Array]:
+        """What a finer simulation changes, by run, shape (rows, outputs) each."""
+        return [
+            self._means(finer, i, z)[0] - self._means(self._finest, i, z)[0] for i, z in enumerate(values)
         ]
-        inner, outer = self._slots(experiment)
-        super().__init__(experiment, inner, outer)
+
+    def refine(self, values: Sequence[Array]) -> None:
+        """Take the grid's error out as it is at given values of the freed variables, slots by run.
+
+        That of the finest steps is of second order, so that it is 4/3 of what half of each step changes. The
+        cells stay: their number is a property of the model.
+        """
+        for simulated in (self._readings, self._finest):
+            for readings, z in zip(simulated, values, strict=True):
+                readings.forward.refine(z[: len(self.inner)])
+        changes = self._changes(self._halved(self._cells), values)
+        self._beyond_finest = tuple(4 / 3 * change for change in changes)
+        self._corrections = tuple(
+            self.finest(i, z) - self._means(self._readings, i, z)[0] for i, z in enumerate(values)
+        )
+
+    @cached_property
+    def floors(self) -> Array:
+        """Least noise of each channel in SI: the forward model is no more exact than this."""
+        units = map(self.experiment.rig.unit, self.variables)
+        read = zip(units, np.concatenate([data.readings for data in self.data]).T, strict=True)
+        return np.array(
+            [_FLOORS.get(u) or max(_SHARE * (np.nanmax(r) - np.nanmin(r)), _LEAST) for u, r in read]
+        )
+
+    def _means(self, readings: Sequence[Readings], run: int, z: Array) -> tuple[Array, Array]:
+        values, by_slot = readings[run](z)
+        return self._mean(run, values), self._mean(run, by_slot)
+
+    def _mean(self, run: int, each: Array) -> Array:
+        """Readings or derivatives as means over the blocks of rows that were averaged."""
+        weight = self.data[run].weight
+        if weight.shape[1] == 1:
+            return each
+        return np.einsum("bpo,bpo...->bo...", weight, each.reshape(*weight.shape[:2], *each.shape[1:]))
+
+    def responses(self, run: int, z: Array, courses: Courses) -> Array:
+        """Derivatives of a run's readings by the values of courses, shape (rows, outputs, values)."""
+        simulated = self._readings[run]
+        inner = z[: len(self.inner)]
+        return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
+
+    @cached_property
+    def scattered(self) -> tuple[Array, ...]:
+        """What the scatter of logged inputs does to each run's readings, shape (rows, outputs, columns).
+
+        Columns are independent, 1 sigma each. The scatter is replaced by a broken line, whose values at the
+        nodes are independent and have its power at the low frequencies, to which alone heat responds.
+        """
+        return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
+
+    def _scattered(self, i: int, run: Run) -> Array:
+        if not run.scatter:
+            return np.zeros((self.data[i].time.size, len(self.variables), 0))
+        span = float(run.time[-1])
+        count = int(np.clip(span / _SPACING, 2, _MOST_NODES))
+        slots = [(self.slots.index(f"{OFFSET}:{name}"),) for name in run.scatter]
+        courses = Courses(tuple(slots), np.linspace(0.0, span, count + 1))
+        # White rows have the power of so many rows of equal length.
+        rows = span**2 / float(np.sum(np.diff(run.time) ** 2))
+        sizes = np.array([*run.scatter.values()]) * np.sqrt(count / rows)
+        return self.responses(i, self.neutral[i], courses) * np.repeat(sizes, count + 1)
 
     def _ordinary(self) -> tuple[Array, Array]:
         """Bounds between which the inner slots are freed, the narrowest, shape (slots,) each."""
-        count = len(self._inner)
+        count = len(self.inner)
         middle = self.neutral[0][:count]
         lower, upper = middle - 1.0, middle + 1.0
         narrowest = np.full(count, np.inf)
@@ -112,198 +156,27 @@ class Problem(Predictions):
                 narrowest[i], lower[i], upper[i] = freed.span, start + freed.lower, start + freed.upper
         return lower, upper
 
-    @property
-    def numbers(self) -> list[Freed]:
-        """Every number that some model fits."""
-        return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
-
-    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
-        """Slots of a run for fitted values; the later of two that share a slot counts."""
-        z = self.neutral[run].copy()
-        for parameter, value in zip(freed, theta, strict=True):
-            if run in parameter.runs:
-                slots = list(parameter.slots)
-                z[slots] = z[slots] + value if parameter.added else value
-        return z
-
-    def values_by_run(self, freed: Sequence[Freed], theta: Sequence[float] | Array) -> list[Array]:
-        """Slots of every run for fitted values."""
-        return [self.values(run, freed, theta) for run in range(len(self.data))]
-
     @cached_property
-    def calibrated(self) -> tuple[Freed, ...]:
-        """Numbers that every model fits."""
-        stated = (freed for each in self.experiment.calibrated for freed in self._calibration(each))
-        return (*stated, *self._starts)
+    def _finest(self) -> list[Readings]:
+        return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
-    @cached_property
-    def _starts(self) -> tuple[Freed, ...]:
-        """What a measured start leaves open: temperatures at the start of each run, and the camera's zero."""
-        if not self.experiment.initial_measured:
-            return ()
-        stated = {each.variable for each in self.experiment.calibrated}
-        return tuple(
-            Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
-            for i, run in enumerate(self.experiment.runs)
-            for name in (*initial_values(self.experiment.rig, run, self.known(run)), *self._camera_offsets)
-            if name in self.slots and name not in stated
-            for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
-        )
+    def _simulated(
+        self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
+    ) -> list[Readings]:
+        """Readings of each run, simulated on the grid for that run."""
 
-    @cached_property
-    def items(self) -> tuple[Item, ...]:
-        """Candidates that this experiment's data and system allow.
+        def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
+            known, rig = self.known(run), self.experiment.rig
+            if rig.in_loop:
+                coarser = grid if isinstance(grid, Loop) else None
+                bounds = self._ordinary() if derivatives else None
+                return Loop(rig, self.inner, self.variables, run, known, coarser, bounds)
+            apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
+            compiled = equations(rig, cells, self.inner, self.variables, derivatives, apart)
+            assert isinstance(grid, Resolution | Forward)
+            return Forward(compiled, run, known, grid)
 
-        Where there is no motor, warmer air at the link is warmer air everywhere: such twins are offered once.
-        """
-        unlike: dict[tuple[object, ...], Item] = {}
-        starts = {slot for freed in self._starts for slot in freed.slots}
-        for item in (item for offer in self._offered for item in self._items_of(*offer)):
-            if starts.issuperset(item.freed[0].slots):
-                continue
-            frees = tuple((f.slots, f.runs, f.lower, f.upper, f.start) for f in item.freed)
-            unlike.setdefault((frees, item.label), item)
-        return tuple(unlike.values())
-
-    def _calibration(self, each: Calibration) -> Iterable[Freed]:
-        slot = (self.slots.index(each.variable),)
-        for group, runs in self._groups(each.per):
-            yield Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, True)
-
-    def _items_of(self, cause: Cause, name: str, variables: tuple[str, ...]) -> Iterable[Item]:
-        slots = tuple(self.slots.index(v) for v in variables)
-        also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
-        # An instrument stays the same from run to run; what surrounds and covers the machine may not.
-        varies = cause.kind == "plant" and not (cause.material or cause.each_run)
-        for label in ("", *(self.experiment.cause_labels if varies else ())):
-            own = cause.each_run and len(self.experiment.runs) > 1
-            every = self._groups(PER_RUN if own else label or None)
-            # The calibrated value serves the first group.
-            groups = every if also is None else every[1:]
-            if groups and not (label and len(every) < 2):
-                bounds = [self._bounds_of(cause, variables[0], slots[0], runs[0], also) for _, runs in groups]
-                freed = (
-                    Freed(variables[0], slots, runs, *bound, group, added=cause.added)
-                    for (group, runs), bound in zip(groups, bounds, strict=True)
-                )
-                yield Item(name, cause, tuple(freed), label)
-
-    def _bounds_of(
-        self, cause: Cause, variable: str, slot: int, run: int, also: Calibration | None
-    ) -> tuple[float, float, float]:
-        """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well."""
-        nominal = float(self.neutral[run][slot])
-        lower, upper = cause.lower, cause.upper
-        if cause.relative:
-            lower, upper = lower * nominal, upper * nominal
-        if variable in self._camera_offsets and not cause.declared:
-            lower, upper = lower * _PER_KELVIN, upper * _PER_KELVIN
-        if also is not None:
-            lower, upper, nominal = also.lower, also.upper, also.start
-        return lower, upper, nominal if cause.neutral is None else cause.neutral
-
-    @cached_property
-    def _camera_offsets(self) -> set[str]:
-        channels = [channel_of(self.experiment.rig, variable) for variable in self.variables]
-        return {channel.variable("offset") for channel in channels if channel.is_camera}
-
-    def _slots(self, experiment: Experiment) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """What candidates may free: in the simulation, and of the instruments."""
-        inner = [c.variable for c in experiment.calibrated]
-        outer: list[str] = []
-        for cause, _, variables in self._offered:
-            (inner if cause.kind in _INNER else outer).extend(variables)
-        inner += (slot for slots in experiment.rig.wandering.values() for slot in slots)
-        inner += (f"{OFFSET}:{name}" for run in experiment.runs for name in run.scatter)
-        return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
-
-    def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
-        """Runs by the value of a label; every run where there is none."""
-        runs = range(len(self.experiment.runs))
-        if label is None:
-            return [("", tuple(runs))]
-        if label == PER_RUN:
-            return [(self.experiment.runs[i].name, (i,)) for i in runs]
-        values = dict.fromkeys(self.experiment.runs[i].labels[label] for i in (*self.fitted_runs, *runs))
-        return [(v, tuple(i for i in runs if self.experiment.runs[i].labels[label] == v)) for v in values]
-
-
-Named = tuple[str, tuple[str, ...]]
-"""Name of a candidate, with its channel after a colon, and the variables that it frees."""
-
-
-def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Iterable[Named]:
-    """Candidates of a cause, given the column by output that was measured."""
-    rig = experiment.rig
-    if cause.kind == "plant":
-        yield from _of_parts(cause, experiment)
-    elif cause.kind == "input":
-        yield from _inputs(cause, experiment)
-    elif cause.kind == "declared reading":
-        output, fault = cause.frees
-        slot = channel_of(rig, output).variable("stem_conduction" if fault == "stem" else fault)
-        yield cause.name, (f"{CLOCK}:{output}" if fault == "clock" else slot,)
-    elif cause.kind == "record":
-        yield cause.name, cause.frees
-        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
-        if cause.grouped and len(groups) > 1:
-            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
-    elif cause.kind != "simulation":
-        cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
-        for variable, name in names.items():
-            freed = _of_instrument(cause, rig, variable)
-            if freed is not None:
-                only = cause.kind == "camera" and len(cameras) == 1
-                yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
-
-
-def _of_parts(cause: Cause, experiment: Experiment) -> Iterable[Named]:
-    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
-    rig = experiment.rig
-    if cause.declared:
-        yield cause.name, cause.frees
-        return
-    found: dict[str, tuple[str, ...]] = {}
-    for part, _, name in (each.partition(".") for each in cause.frees):
-        for instance in rig.called(part):
-            if f"{instance}.{name}" in rig.parameters and _logged(cause, instance, experiment):
-                found[instance] = (*found.get(instance, ()), f"{instance}.{name}")
-    if len({name.partition(".")[0] for name in cause.frees}) == 1 and len(found) > 1:
-        yield from ((f"{cause.name}:{instance}", each) for instance, each in found.items())
-    elif found:
-        yield cause.name, tuple(variable for each in found.values() for variable in each)
-
-
-def _logged(cause: Cause, instance: str, experiment: Experiment) -> bool:
-    """Whether an input that a cause needs, if any, follows a column, or another part of the plant."""
-    name, needed = cause.covariate, f"{instance}.{cause.covariate}"
-    logged = any(name in run.covariates or needed in run.inputs for run in experiment.runs)
-    return name is None or logged or needed not in experiment.rig.variables
-
-
-def _inputs(cause: Cause, experiment: Experiment) -> Iterable[Named]:
-    """Logged inputs that a cause scales or shifts.
-
-    No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.
-    """
-    rig, scales = experiment.rig, cause.frees[0] == SCALE
-    for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
-        unit = rig.unit(name)
-        if not (
-            rig.variables[name].is_discrete
-            or (name.endswith(".ambient_temperature") and rig.part_of(name) not in rig.foreign)
-            or unit == "1"
-            or (unit == "K" and scales)
-        ):
-            yield f"{cause.name}:{rig.column_of(name)}", (f"{SCALE if scales else OFFSET}:{name}",)
-
-
-def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
-    """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
-    if cause.kind == "place":
-        at = None if rig.in_loop else rig.on_link(variable)
-        place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"
-        return f"{PLACE}:{place}" if place in rig.parameters else None
-    channel = channel_of(rig, variable)
-    units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
-    return channel.variable(cause.frees[0]) if channel.unit in units else None
+        return [
+            Readings(simulation(run, grid), self.variables, self.outer, data.within.ravel())
+            for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
+        ]

@@ -1,10 +1,7 @@
 """Which causes, alone or together, explain the data: forward selection and replacement over sets.
 
 The Gram matrices of every fit predict the gain of adding one or two causes, or of exchanging one. The most
-promising sets are then fitted in full, until none is left that might be better. A set is judged by
-chi-square plus a penalty for each cause, the level that no candidate reaches by chance in all but a few of
-a thousand runs with nothing wrong (the maximum over all candidates, found by drawing from their joint
-distribution).
+promising sets are then fitted in full, until none is left that might be better, as README.md judges them.
 """
 
 from __future__ import annotations
@@ -17,10 +14,10 @@ from types import MappingProxyType
 import numpy as np
 
 from warmlink.orchestration.diagnosis.fit import neighbours
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, lack_of_fit_p
+from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, held_at
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
-from warmlink.orchestration.diagnosis.fit.problem import Item
 
 FALSE_ALARMS = 0.007
 """Share of runs with nothing wrong in which some cause may reach the penalty."""
@@ -69,10 +66,11 @@ class Search:
         before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
     ) -> None:
         self.fitter = fitter
-        self.items = _unlike(fitter.problem.items, fitter.problem.fitted_runs)
+        # The first of those that free the same in the fitted runs.
+        split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(fitter.problem.items))
+        self.items = tuple(dict(split).values())[::-1]
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}
-        self._penalties: dict[frozenset[str], float] = {}
         self._chances: dict[frozenset[str], float] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress, self._before = progress, before
@@ -137,7 +135,6 @@ class Search:
             new = proposal.key not in self.fits and (known is None or proposal.chi2 < known.chi2)
             if new and not covered:
                 self._proposals[proposal.key] = proposal
-                self._penalties.setdefault(proposal.key, self.penalty(proposal.items))
 
     def run(self, patience: int = PATIENT) -> Fit:
         """Search until no proposal may be better or as good, or so many fits were made.
@@ -149,7 +146,8 @@ class Search:
         alone: list[Proposal] = []
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
-            if self._since(best) >= patience and self.lack_of_fit_p(best) < HOPELESS:
+            since = len(self.fits) - 1 - list(self.fits).index(best.key)
+            if since >= patience and self.lack_of_fit_p(best) < HOPELESS:
                 break
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
             promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
@@ -164,10 +162,6 @@ class Search:
                 start = before.values if before else proposal.start()
                 self.add(self.fitter.fit(proposal.items, start, worth))
         return self.best
-
-    def _since(self, fit: Fit) -> int:
-        """Number of fits made after one."""
-        return len(self.fits) - 1 - list(self.fits).index(fit.key)
 
     def _doubtful(self, best: Fit) -> bool:
         """Whether a cause that promises less may be better: the best has several, or explains too little."""
@@ -185,7 +179,7 @@ class Search:
         Sets of as many causes matter when they come near, larger ones only when they win.
         """
         margin = _WINS if len(proposal.items) > len(best.items) else NEAR + _SLACK
-        return margin - self._penalties[proposal.key]
+        return margin - self.penalty(proposal.items)
 
     def rivals(self, best: Fit, within: float = NEAR) -> list[Fit]:
         """Other sets of as many causes that fit as well as the best, to within a chi-square."""
@@ -217,12 +211,11 @@ class Search:
                 against = freed.start + _STRONG * strength / rates[weak]
                 if strength == 0 or not freed.lower <= against <= freed.upper:
                     continue
-                held = replace(freed, lower=against, upper=against)
-                fit = self.fitter.fit((*best.items, replace(other, freed=(held,))), best.values)
+                items = (*best.items, other)
+                fit = self.fitter.fit(held_at(against, freed, items), best.values)
                 ratio = (fit.values[weak] - weak.start) / strength
                 if fit.chi2 < best.chi2 + NEAR and ratio > _STRONG / 2:
-                    known = tuple(freed if each is held else each for each in fit.freed)
-                    found.append(replace(fit, items=(*best.items, other), freed=known))
+                    found.append(replace(fit, items=items, freed=(*best.freed, freed)))
         return found
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
@@ -240,7 +233,7 @@ class Search:
         return sorted(self._proposals.values(), key=self._expected)[:count]
 
     def _expected(self, proposal: Proposal) -> float:
-        return proposal.chi2 + self._penalties[proposal.key]
+        return proposal.chi2 + self.penalty(proposal.items)
 
     def _proposed_by(self, fit: Fit) -> Iterable[Proposal]:
         size = len(fit.items)
@@ -256,8 +249,3 @@ class Search:
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
     """What an item frees in the fitted runs, whatever the label is called."""
     return item.name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)
-
-
-def _unlike(items: Sequence[Item], runs: Sequence[int]) -> tuple[Item, ...]:
-    """The first of items that free the same in the fitted runs."""
-    return tuple({_split(item, runs): item for item in reversed(items)}.values())[::-1]

@@ -48,8 +48,9 @@ def refuse_senseless(experiment: Experiment) -> None:
         readings, _ = problem().predict(index, problem().neutral[index])
         return readings[:, problem().variables.index(variable)]
 
-    read = [(run, v, values) for run in experiment.runs for v, values in run.readings.items()]
-    for run, v in [(run, v) for run, v, values in read if _constant(values)]:
+    read = [(run, v, each[np.isfinite(each)]) for run in experiment.runs for v, each in run.readings.items()]
+    dead = [(run, v) for run, v, each in read if each.size >= FEWEST_ROWS and np.ptp(each) == 0.0]
+    for run, v in dead:
         span = float(np.ptp(simulated(run, v)))
         if span > _MOVES.get(unit(v), np.inf):
             raise InputError(
@@ -85,11 +86,6 @@ def refuse_too_short(problem: Problem) -> None:
                 f"{run.name}: no column keeps more than {kept} readings to fit, means over {SHORTEST:g} s or "
                 f"more; at least {FEWEST} are needed, so give a longer run"
             )
-
-
-def _constant(values: Array) -> bool:
-    filled = values[np.isfinite(values)]
-    return filled.size >= FEWEST_ROWS and float(np.ptp(filled)) == 0.0
 
 
 def _disorder(values: Array) -> float:

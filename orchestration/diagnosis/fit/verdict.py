@@ -10,15 +10,27 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
-from warmlink.orchestration.diagnosis.fit.lack_of_fit import UNEXPLAINED, estimated_noise, lack_of_fit_p
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
-from warmlink.orchestration.diagnosis.fit.noise import LIKED, TOLERATED, NoiseModel
+from warmlink.orchestration.diagnosis.fit.noise import (
+    FEWEST,
+    LIKED,
+    TOLERATED,
+    NoiseModel,
+    Sample,
+    Spectrum,
+    estimate,
+    slow_courses,
+    undisturbed,
+)
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, IMPATIENT, PATIENT, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 
-Word = Literal["adequate", "named", "ambiguous", "unknown"]
+Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
+"""A verdict; `empirical` is one on held-out rows alone."""
 
 _SEEDS = 4
 """Models that a second search begins from."""
@@ -178,7 +190,7 @@ def _noise(
     A stated noise of about the size of the scatter from row to row, or smaller, adds nothing. One
     that is clearly larger means an error that lasts; `inflation` allows for a figure that is too small.
     """
-    models = estimated_noise(problem, fit, liked)
+    models = _without_slow_courses(problem, fit, liked)
     for i, (variable, model) in enumerate(zip(problem.variables, models, strict=True)):
         stated = problem.experiment.noise.get(variable, 0.0)
         scatter = max(float(data.scatter[i]) for data in problem.data)
@@ -186,6 +198,35 @@ def _noise(
             # As much white as stated keeps a fit from trusting the fast course, which the inputs blur.
             models[i] = replace(model, white=stated, lasting=inflation * stated)
     return models
+
+
+def _without_slow_courses(problem: Problem, fit: Fit | None, liked: float) -> list[NoiseModel]:
+    """Noise model of each channel from residuals without slow courses, as `_noise` is asked for it.
+
+    Before any model everything that a candidate may explain is taken out as well.
+    """
+    at = problem.values_by_run(fit.freed, fit.theta) if fit else problem.neutral
+    predicted = [problem.predict(run, z) for run, z in enumerate(at)]
+    spectra = []
+    for channel, floor in enumerate(problem.floors.tolist()):
+        samples, raw, least = [], [np.zeros(0)], floor
+        for run, (data, (values, by_slot)) in enumerate(zip(problem.data, predicted, strict=True)):
+            rows = np.flatnonzero(data.fitted & np.isfinite(data.readings[:, channel]))
+            residual = data.readings[rows, channel] - values[rows, channel]
+            raw.append(residual)
+            if rows.size < FEWEST:
+                continue
+            columns = by_slot[rows, channel]
+            if fit is not None and fit.items:
+                columns = by_number(columns, fit.freed, run, fit.freed)
+            removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
+            residual = residual - removed @ (removed.T @ residual)
+            samples += undisturbed(Sample(data.time[rows], residual, removed, data.averaging))
+            least = max(least, float(data.quantum[channel]) / np.sqrt(12))
+        together = np.concatenate(raw)
+        unresolved = float(np.sqrt(together @ together / max(together.size, 1)))
+        spectra.append(Spectrum(samples, least, problem.averaging, unresolved))
+    return estimate(spectra, liked)
 
 
 def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:

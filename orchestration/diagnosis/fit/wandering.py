@@ -70,10 +70,8 @@ class Responses:
         """Matrix whose square is the covariance of all values at the nodes, shape (values, values)."""
         from scipy.linalg import block_diag
 
-        nodes = self.nodes[run]
-        root = np.linalg.cholesky(
-            np.exp(-np.abs(nodes[:, None] - nodes) / wander.memory) + 1e-9 * np.eye(nodes.size)
-        )
+        apart = np.abs(np.subtract.outer(self.nodes[run], self.nodes[run]))
+        root = np.linalg.cholesky(np.exp(-apart / wander.memory) + 1e-9 * np.eye(len(apart)))
         return np.asarray(block_diag(*(getattr(wander, name) * root for name in self.signals)))
 
 

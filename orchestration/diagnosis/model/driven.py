@@ -16,7 +16,6 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.rig import owner_of
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError, halved
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
@@ -25,6 +24,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import without_main
 from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
+from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
 
 LOG = "measured log"
@@ -134,8 +134,7 @@ class _Log:
     def wires(self) -> Iterator[Connection]:
         """Connections to the inputs that follow the log."""
         for target in self.variables:
-            part = owner_of(self._run.system.components, target)
-            yield Connection(LOG, target, part, target[len(part) + 1 :])
+            yield Connection(LOG, target, *end_of(self._run.system.components, target, LOG))
 
     def function(self, name: str) -> Any:
         return getattr(library(), {"DoStep": "log_step"}.get(name, "log_get"))

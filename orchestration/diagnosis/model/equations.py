@@ -79,24 +79,12 @@ class Equations:
         z = joined.z[: self.columns]
         arguments = [x, joined.z, joined.p, joined.w, joined.time]
         # What is not zero of the transposes, by column as CasADi has it, is row by row of the matrices.
-        self.linear = ca.Function(
-            "linear",
-            arguments,
-            [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T],
-            {"cse": True},
-        )
-        self._observe = ca.Function(
-            "observe",
-            arguments,
-            [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, z))],
-            {"cse": True},
-        ).map(_BLOCK)
-        self._begin = ca.Function(
-            "begin",
-            [joined.z, joined.p, joined.w],
-            [ca.densify(v) for v in (begun, ca.jacobian(begun, z))],
-            {"cse": True},
-        )
+        found: list[Any] = [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T]
+        self.linear = ca.Function("linear", arguments, found, {"cse": True})
+        found = [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, z))]
+        self._observe = ca.Function("observe", arguments, found, {"cse": True}).map(_BLOCK)
+        found = [ca.densify(v) for v in (begun, ca.jacobian(begun, z))]
+        self._begin = ca.Function("begin", arguments[1:4], found, {"cse": True})
 
     @cached_property
     def parameter_values(self) -> Array:

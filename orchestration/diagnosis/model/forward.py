@@ -143,14 +143,11 @@ class Forward(Simulation):
 
 def _drawn(steps: Steps, states: Array) -> tuple[Array, Array]:
     """Slopes at both ends of each step: parabolas through three points, lines where an input changes."""
-    length = np.diff(steps.time)[:, None, None]
-    lines = np.diff(states, axis=0) / length
+    lines = np.diff(states, axis=0) / np.diff(steps.time)[:, None, None]
     left, right = lines.copy(), lines.copy()
     smooth = steps.follows[1:-1] & steps.follows[:-2]
     k = np.flatnonzero(smooth) + 1
-    left[k] = right[k - 1] = (length[k] * lines[k - 1] + length[k - 1] * lines[k]) / (
-        length[k] + length[k - 1]
-    )
+    left[k] = right[k - 1] = np.gradient(states, steps.time, axis=0)[k]
     begins, ends = np.append(False, smooth), np.append(smooth, False)
     for other, alone, drawn in ((left, ends & ~begins, right), (right, begins & ~ends, left)):
         other[alone] = 2 * lines[alone] - drawn[alone]

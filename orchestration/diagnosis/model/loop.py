@@ -1,13 +1,12 @@
 """A measured run by FMUs in a loop, with derivatives by differences of whole runs.
 
-Stands where `Forward` stands for systems with parts whose equations nobody knows. The derivatives by what may
-be freed are those of the last linearisation, except by what has changed its value since: these are taken
-anew. So a step of a fit costs a few runs, and its own derivatives are right wherever it goes.
+Stands where `Forward` stands for systems with parts whose equations nobody knows; README.md says how the
+derivatives are taken.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -23,9 +22,6 @@ from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajec
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
-Bounds = Callable[[], tuple[Array, Array]]
-"""Lower and upper bounds of an ordinary change of each slot, shape (slots,) each."""
-
 _DIFFERENCE = 5e-4
 """Share of the way between its bounds by which a slot is moved for a difference."""
 
@@ -38,7 +34,8 @@ class Loop(Simulation):
     rig, slots, run, known : as of a simulation, of a system of FMUs
     outputs : what is wanted, by full name
     finer_than : another simulation of the run, whose communication step is halved
-    bounds : of the slots; without, no derivatives are given, and values extrapolated to a step of zero
+    bounds : of an ordinary change of each slot, lower and upper ones, shape (slots,) each; without, no
+        derivatives are given, and values extrapolated to a step of zero
     """
 
     def __init__(
@@ -49,16 +46,14 @@ class Loop(Simulation):
         run: Run,
         known: Mapping[str, float],
         finer_than: Loop | None,
-        bounds: Bounds | None,
+        bounds: tuple[Array, Array] | None,
     ) -> None:
         super().__init__(rig, slots, run, known)
         self._given = given_inputs(rig, run, known)
         self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
         self._system = _needed(rig, outputs)
-        units = [unit_of(self._system, name) for name in outputs]
-        self._factors, self._offsets = (
-            np.array([getattr(u, n) for u in units]) for n in ("factor", "offset")
-        )
+        units = (unit_of(self._system, name) for name in outputs)
+        self._factors, self._offsets = np.array([(unit.factor, unit.offset) for unit in units]).T
         middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
         self._acting = self._table[:, run.row_at(middle)]
         self._kept: dict[bytes, Array] = {}
@@ -126,7 +121,7 @@ class Loop(Simulation):
 
     def _moves(self, z: Array) -> Array:
         """How far each slot is moved for a difference, inside its bounds, shape (slots,)."""
-        lower, upper = self._bounds() if self._bounds else (np.zeros(z.size), np.ones(z.size))
+        lower, upper = self._bounds or (np.zeros(z.size), np.ones(z.size))
         move = _DIFFERENCE * (upper - lower)
         return np.where(z + move > upper, -move, move)
 

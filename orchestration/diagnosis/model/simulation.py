@@ -75,9 +75,7 @@ class Simulation(ABC):
 
     def start_values(self) -> Array:
         """Values of the slots as the experiment has them, shape (slots,)."""
-        held = {name: float(self.rig.variables[name].start or 0.0) for name in self.rig.parameters}
-        held |= {**self._known, **dict(zip(self.rig.externals, self._table[:, 0].tolist(), strict=True))}
-        return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in self.slots])
+        return start_values(self.rig, self.slots, self._known, self._table)
 
     def current(self, times: Array) -> Array:
         """Motor current in A as logged at times in s, shape (times,); 0 without a motor of ours."""
@@ -94,6 +92,13 @@ class Simulation(ABC):
             return self.run.ambient[self.run.row_at(times)]
         given = (v for name, v in self._known.items() if name.endswith(".ambient_temperature"))
         return np.full(times.size, next(given, 295.15))
+
+
+def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], table: Array) -> Array:
+    """Values of slots as a run begins, shape (slots,), by what is known and the table of its inputs."""
+    held = {name: float(rig.variables[name].start or 0.0) for name in rig.parameters}
+    held |= {**known, **dict(zip(rig.externals, table[:, 0].tolist(), strict=True))}
+    return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in slots])
 
 
 def halved(time: Array) -> Array:

@@ -1,8 +1,6 @@
 """Time steps of a run: short after its inputs change, growing while they stay, and their error is known.
 
-Along the run at given values, steps that bend are compared with two shorter ones on the inputs as they were
-logged. Those that err are cut in two, and cut again; inputs that change within a step are replaced by their
-mean only where that changes nothing.
+README.md says by what they are compared and cut; only those that bend are.
 """
 
 from __future__ import annotations

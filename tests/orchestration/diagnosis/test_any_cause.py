@@ -17,7 +17,8 @@ import pytest
 from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade, with_gaps
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
-from warmlink.orchestration.diagnosis.fit.problem import Freed, Problem
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import replace
@@ -125,11 +127,21 @@ def test_where_only_instruments_may_be_wrong_there_is_nothing_to_differentiate(f
     found = Problem(said(folder, "in_loop = true"))
     run = found.experiment.runs[0]
     nothing = np.empty(0)
-    simulated = loop.Loop(
-        found.experiment.rig, (), found.variables, run, {}, None, lambda: (nothing, nothing)
-    )
+    simulated = loop.Loop(found.experiment.rig, (), found.variables, run, {}, None, (nothing, nothing))
     simulated.refine(nothing)
     assert simulated(nothing, run.time).by_slot.shape == (run.time.size, len(found.variables), 0)
+
+
+def test_what_is_done_with_leaves_nothing_behind(folder: Path) -> None:
+    found = Problem(said(folder, "in_loop = true"))
+    found.refine(found.neutral)
+    watched = weakref.ref(found)
+    gc.disable()
+    try:
+        del found
+        assert watched() is None
+    finally:
+        gc.enable()
 
 
 def test_a_value_that_is_no_number_stays_where_it_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

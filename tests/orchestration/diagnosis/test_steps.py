@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import calibrating, read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import PLACE, rig
-from warmlink.orchestration.diagnosis.fit import predictions
+from warmlink.orchestration.diagnosis.fit import problem as made_ready
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess
@@ -135,7 +135,7 @@ def test_a_step_that_errs_is_cut_in_two() -> None:
 def test_too_coarse_a_simulation_is_noticed_and_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(predictions, "FINAL", Resolution(CELLS, 60.0, 0.0, 60.0, np.inf))
+    monkeypatch.setattr(made_ready, "FINAL", Resolution(CELLS, 60.0, 0.0, 60.0, np.inf))
     problem = Problem(read_experiment(logged_file(tmp_path, {}, LOGGERS["uneven rows"], seed=5)))
     white = [NoiseModel(0.08 if "temperature" in v else 4e-7, 0.0, 60.0) for v in problem.variables]
     coarse = problem.finest(0, problem.neutral[0])
@@ -144,7 +144,7 @@ def test_too_coarse_a_simulation_is_noticed_and_replaced(
     assert np.abs(replaced - coarse)[:, 0].max() > 0.05
     problem.refine(problem.neutral)
     resolved = problem.finest(0, problem.neutral[0])
-    monkeypatch.setattr(predictions, "FINAL", Resolution(predictions.CHECK_CELLS, 0.5, 0.01, 5.0, 1e-3))
+    monkeypatch.setattr(made_ready, "FINAL", Resolution(made_ready.CHECK_CELLS, 0.5, 0.01, 5.0, 1e-3))
     exact = Problem(problem.experiment).finest(0, problem.neutral[0])
     for channel in range(exact.shape[1]):
         left, was = (np.linalg.norm((each - exact)[:, channel]) for each in (resolved, replaced))
@@ -159,7 +159,7 @@ def test_what_the_steps_leave_unresolved_is_taken_out(
     before = problem.finest(0, at)
     problem.refine(problem.neutral)
     after = problem.finest(0, at)
-    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 2.5, 1e-4))
+    monkeypatch.setattr(made_ready, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 2.5, 1e-4))
     exact = Problem(problem.experiment).finest(0, at)
     for channel in range(before.shape[1]):
         left, was = (np.linalg.norm((each - exact)[:, channel]) for each in (after, before))
@@ -176,7 +176,7 @@ def test_where_a_fit_ends_readings_are_right_to_a_fraction_of_their_noise(
     at[problem.slots.index("motor.shaft_heat_capacity")] = 1900.0
     problem.refine([at])
     resolved = problem.finest(0, at)
-    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
+    monkeypatch.setattr(made_ready, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
     exact = Problem(problem.experiment).finest(0, at)
     sigma = np.array([0.08 if "temperature" in v else 4e-7 for v in problem.variables])
     assert np.linalg.norm((resolved - exact) / sigma) < 0.07
@@ -226,7 +226,7 @@ def test_where_nothing_is_searched_again_readings_are_as_right(
     problem, (at,) = found.problem, found.problem.values_by_run(found.best.freed, found.best.theta)
     assert found.word == "adequate"
     ours = problem.finest(0, at)
-    monkeypatch.setattr(predictions, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
+    monkeypatch.setattr(made_ready, "FINAL", Resolution(FINAL.cells, 0.5, 0.01, 1.0, 1e-4))
     exact = Problem(problem.experiment).finest(0, at)
     sigma = np.array([0.08 if "temperature" in v else 4e-7 for v in problem.variables])
     assert np.linalg.norm((ours - exact) / sigma) < 0.07

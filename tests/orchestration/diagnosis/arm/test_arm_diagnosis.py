@@ -134,6 +134,28 @@ def test_a_missing_column_is_said(run: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_a_neighbour_is_interpolated_where_it_was_not_read(run: Path, tmp_path: Path) -> None:
+    """Its last reading had been held, as what a duty cycle asks for is."""
+    table = pd.read_csv(run)
+    for header in ("axis3.tip_temperature [degC]", "axis5.shaft_temperature [degC]"):
+        table.loc[np.arange(len(table)) % 20 != 5, header] = np.nan
+    table.columns = [each.replace(" [degC]", " (C)") for each in table.columns]
+    table.to_csv(tmp_path / "arm.csv", index=False)
+    dense, sparse = (arm_experiments(path)[4].runs[0].inputs for path in (run, tmp_path / "arm.csv"))
+    for name in ("motor.neighbour_temperature", "link.tip_sink_temperature"):
+        away = sparse[name] - dense[name]
+        assert abs(np.mean(away)) < 0.02, "K"
+        assert np.std(away) < 0.15, "K"
+
+
+def test_a_neighbour_that_was_never_read_is_said(run: Path, tmp_path: Path) -> None:
+    table = pd.read_csv(run)
+    table["axis3.tip_temperature [degC]"] = np.nan
+    table.to_csv(tmp_path / "arm.csv", index=False)
+    with pytest.raises(InputError, match=r"column 'axis3.tip_temperature \[degC\]'.* is empty"):
+        arm_experiments(tmp_path / "arm.csv")
+
+
 def test_a_run_of_the_arm_stands_alone(run: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a run of the whole arm cannot be combined with others"):
         diagnose([run, run], out=tmp_path / "out")

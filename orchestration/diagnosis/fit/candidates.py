@@ -1,0 +1,318 @@
+"""The candidates for what is wrong in an experiment, as numbers that fits may free; nothing is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.causes.catalogue import Cause
+from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run, names_of
+from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
+from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of, neutral
+from warmlink.orchestration.diagnosis.model.simulation import initial_values, input_table, start_values
+
+_INNER = ("plant", "input", "place")
+"""Kinds of causes that change the simulation itself, not only what is read from it."""
+
+_START, _PER_KELVIN = 10.0, 1e-5
+"""K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
+
+
+@dataclass(frozen=True)
+class Freed:
+    """One number to be fitted.
+
+    Attributes
+    ----------
+    variable : the FMU variable, or the first of several that share the value
+    slots : indices of the variables that take the value
+    runs : indices of the runs in which it acts
+    lower, upper, start : bounds and starting value in SI; for a cause the start is the neutral value
+    group : value of the label that it belongs to, "" for all
+    calibrated : whether every model fits it, the uncorrected one included
+    added : whether it is added to each variable's own value
+    """
+
+    variable: str
+    slots: tuple[int, ...]
+    runs: tuple[int, ...]
+    lower: float
+    upper: float
+    start: float
+    group: str = ""
+    calibrated: bool = False
+    added: bool = False
+
+    @property
+    def key(self) -> tuple[str, str, bool]:
+        """Identifies the number in problems with other runs."""
+        return self.variable, self.group, self.calibrated
+
+    @property
+    def span(self) -> float:
+        """Size of an ordinary change, by which steps are scaled."""
+        return self.upper - self.lower
+
+    def on_bound(self, value: float) -> bool:
+        """Whether a value lies on a bound that is not the starting value."""
+        near = 1e-6 * self.span
+        return min(value - self.lower, self.upper - value) <= near < abs(value - self.start)
+
+
+@dataclass(frozen=True)
+class Item:
+    """A candidate: a cause, on one channel if it belongs to an instrument, and perhaps split by a label."""
+
+    name: str
+    cause: Cause
+    freed: tuple[Freed, ...]
+    label: str = ""
+
+    @property
+    def title(self) -> str:
+        """Name with the label that splits it."""
+        return f"{self.name} per {self.label}" if self.label else self.name
+
+    def covers(self, other: Item) -> bool:
+        """Whether this candidate has the effect of another, of the same part, among others."""
+        same_part = self.name.partition(":")[2] == other.name.partition(":")[2]
+        return other.cause.name in self.cause.covers and same_part
+
+
+class Candidates:
+    """Numbers that fits may free, and the slots that take their values.
+
+    Attributes
+    ----------
+    variables : outputs that were measured, in order
+    names : column name by variable
+    data : thinned readings by run
+    inner, outer, slots : variables that may be freed, of the simulation, of the instruments, and both
+    calibrated : numbers that every model fits
+    items : candidates
+    """
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.experiment, self.names = experiment, names_of(experiment.columns)
+        self.variables = tuple(self.names)
+        self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
+        offers = ((cause, _freed_by(cause, experiment, self.names)) for cause in experiment.catalogue)
+        self._offered = [(cause, *named) for cause, each in offers for named in each]
+        self.inner, self.outer = self._slots()
+        self.slots = (*self.inner, *self.outer)
+
+    @cached_property
+    def neutral(self) -> tuple[Array, ...]:
+        """Slots of each run where nothing is fitted."""
+        rig, outer = self.experiment.rig, [neutral(name) for name in self.outer]
+        every = ((run, self.known(run)) for run in self.experiment.runs)
+        inner = (start_values(rig, self.inner, known, input_table(rig, run, known)) for run, known in every)
+        return tuple(np.append(each, outer) for each in inner)
+
+    def known(self, run: Run) -> Mapping[str, float]:
+        """Known values of any run on the system and its initial states, in SI."""
+        known = {**self.experiment.known, **run.known}
+        if self.experiment.initial_measured:
+            known = {**initial_values(self.experiment.rig, run, known), **known}
+        return known
+
+    @cached_property
+    def fitted_runs(self) -> tuple[int, ...]:
+        """Indices of the runs with rows to fit."""
+        return tuple(i for i, d in enumerate(self.data) if d.fitted.any())
+
+    @property
+    def numbers(self) -> list[Freed]:
+        """Every number that some model fits."""
+        return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
+
+    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
+        """Slots of a run for fitted values; the later of two that share a slot counts."""
+        z = self.neutral[run].copy()
+        for parameter, value in zip(freed, theta, strict=True):
+            if run in parameter.runs:
+                slots = list(parameter.slots)
+                z[slots] = z[slots] + value if parameter.added else value
+        return z
+
+    def values_by_run(self, freed: Sequence[Freed], theta: Sequence[float] | Array) -> list[Array]:
+        """Slots of every run for fitted values."""
+        return [self.values(run, freed, theta) for run in range(len(self.data))]
+
+    @cached_property
+    def calibrated(self) -> tuple[Freed, ...]:
+        """Numbers that every model fits."""
+        stated = (
+            Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, calibrated=True)
+            for each in self.experiment.calibrated
+            for slot in [(self.slots.index(each.variable),)]
+            for group, runs in self._groups(each.per)
+        )
+        return (*stated, *self._starts)
+
+    @cached_property
+    def _starts(self) -> tuple[Freed, ...]:
+        """What a measured start leaves open: temperatures at the start of each run, and the camera's zero."""
+        if not self.experiment.initial_measured:
+            return ()
+        stated = {each.variable for each in self.experiment.calibrated}
+        return tuple(
+            Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
+            for i, run in enumerate(self.experiment.runs)
+            for name in (*initial_values(self.experiment.rig, run, self.known(run)), *self._camera_offsets)
+            if name in self.slots and name not in stated
+            for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
+        )
+
+    @cached_property
+    def items(self) -> tuple[Item, ...]:
+        """Candidates that this experiment's data and system allow.
+
+        Where there is no motor, warmer air at the link is warmer air everywhere: such twins are offered once.
+        """
+        unlike: dict[tuple[object, ...], Item] = {}
+        starts = {slot for freed in self._starts for slot in freed.slots}
+        for item in (item for offer in self._offered for item in self._items_of(*offer)):
+            if starts.issuperset(item.freed[0].slots):
+                continue
+            frees = tuple((f.slots, f.runs, f.lower, f.upper, f.start) for f in item.freed)
+            unlike.setdefault((frees, item.label), item)
+        return tuple(unlike.values())
+
+    def _items_of(self, cause: Cause, name: str, variables: tuple[str, ...]) -> Iterable[Item]:
+        slots = tuple(self.slots.index(v) for v in variables)
+        also = next((c for c in self.experiment.calibrated if c.variable == variables[0]), None)
+        # An instrument stays the same from run to run; what surrounds and covers the machine may not.
+        varies = cause.kind == "plant" and not (cause.material or cause.each_run)
+        for label in ("", *(self.experiment.cause_labels if varies else ())):
+            own = cause.each_run and len(self.experiment.runs) > 1
+            every = self._groups(PER_RUN if own else label or None)
+            # The calibrated value serves the first group.
+            groups = every if also is None else every[1:]
+            if groups and not (label and len(every) < 2):
+                freed = (
+                    Freed(variables[0], slots, runs, *bounds, group, added=cause.added)
+                    for group, runs in groups
+                    for bounds in [self._bounds_of(cause, variables[0], slots[0], runs[0], also)]
+                )
+                yield Item(name, cause, tuple(freed), label)
+
+    def _bounds_of(
+        self, cause: Cause, variable: str, slot: int, run: int, also: Calibration | None
+    ) -> tuple[float, float, float]:
+        """Lower and upper bound of a cause's number, and its start; `also` where it is calibrated as well."""
+        nominal = float(self.neutral[run][slot])
+        camera = variable in self._camera_offsets and not cause.declared
+        size = (nominal if cause.relative else 1.0) * (_PER_KELVIN if camera else 1.0)
+        lower, upper = cause.lower * size, cause.upper * size
+        if also is not None:
+            lower, upper, nominal = also.lower, also.upper, also.start
+        return lower, upper, nominal if cause.neutral is None else cause.neutral
+
+    @cached_property
+    def _camera_offsets(self) -> set[str]:
+        channels = [channel_of(self.experiment.rig, variable) for variable in self.variables]
+        return {channel.variable("offset") for channel in channels if channel.is_camera}
+
+    def _slots(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What candidates may free: in the simulation, and of the instruments."""
+        inner = [c.variable for c in self.experiment.calibrated]
+        outer: list[str] = []
+        for cause, _, variables in self._offered:
+            (inner if cause.kind in _INNER else outer).extend(variables)
+        inner += (slot for slots in self.experiment.rig.wandering.values() for slot in slots)
+        inner += (f"{OFFSET}:{name}" for run in self.experiment.runs for name in run.scatter)
+        return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
+
+    def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
+        """Runs by the value of a label; every run where there is none."""
+        runs = self.experiment.runs
+        of = ["" if label is None else {**run.labels, PER_RUN: run.name}[label] for run in runs]
+        values = dict.fromkeys(of[i] for i in (*self.fitted_runs, *range(len(runs))))
+        return [(v, tuple(i for i, each in enumerate(of) if each == v)) for v in values]
+
+
+Named = Iterable[tuple[str, tuple[str, ...]]]
+
+
+def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Named:
+    """Names of a cause's candidates, the channel after a colon, and the variables that each frees.
+
+    `names` are the columns by output that was measured.
+    """
+    rig = experiment.rig
+    if cause.kind == "record" or (cause.kind == "plant" and cause.declared):
+        yield cause.name, cause.frees
+        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
+        if cause.grouped and len(groups) > 1:
+            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
+    elif cause.kind == "plant":
+        yield from _of_parts(cause, experiment)
+    elif cause.kind == "input":
+        yield from _inputs(cause, experiment)
+    elif cause.kind == "declared reading":
+        output, fault = cause.frees
+        slot = channel_of(rig, output).variable("stem_conduction" if fault == "stem" else fault)
+        yield cause.name, (f"{CLOCK}:{output}" if fault == "clock" else slot,)
+    elif cause.kind != "simulation":
+        cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
+        for variable, name in names.items():
+            freed = _of_instrument(cause, rig, variable)
+            if freed is not None:
+                only = cause.kind == "camera" and len(cameras) == 1
+                yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
+
+
+def _of_parts(cause: Cause, experiment: Experiment) -> Named:
+    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
+    rig = experiment.rig
+    found: dict[str, tuple[str, ...]] = {}
+    for part, _, name in (each.partition(".") for each in cause.frees):
+        for instance in rig.called(part):
+            if f"{instance}.{name}" in rig.parameters and _fed(cause.covariate, instance, experiment):
+                found[instance] = (*found.get(instance, ()), f"{instance}.{name}")
+    if len({name.partition(".")[0] for name in cause.frees}) == 1 and len(found) > 1:
+        yield from ((f"{cause.name}:{instance}", each) for instance, each in found.items())
+    elif found:
+        yield cause.name, tuple(variable for each in found.values() for variable in each)
+
+
+def _fed(name: str | None, instance: str, experiment: Experiment) -> bool:
+    """Whether an input that a cause needs, if any, follows a column, or another part of the plant."""
+    needed = f"{instance}.{name}"
+    logged = any(name in run.covariates or needed in run.inputs for run in experiment.runs)
+    return name is None or logged or needed not in experiment.rig.variables
+
+
+def _inputs(cause: Cause, experiment: Experiment) -> Named:
+    """Logged inputs that a cause scales or shifts.
+
+    No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.
+    """
+    rig, scales = experiment.rig, cause.frees[0] == SCALE
+    for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
+        unit = rig.unit(name)
+        if not (
+            rig.variables[name].is_discrete
+            or (name.endswith(".ambient_temperature") and rig.part_of(name) not in rig.foreign)
+            or unit == "1"
+            or (unit == "K" and scales)
+        ):
+            yield f"{cause.name}:{rig.column_of(name)}", (f"{SCALE if scales else OFFSET}:{name}",)
+
+
+def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
+    """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
+    if cause.kind == "place":
+        at = None if rig.in_loop else rig.on_link(variable)
+        place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"
+        return f"{PLACE}:{place}" if place in rig.parameters else None
+    channel = channel_of(rig, variable)
+    units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
+    return channel.variable(cause.frees[0]) if channel.unit in units else None
