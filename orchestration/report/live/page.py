@@ -59,7 +59,7 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
     laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}
     systems = []
     for one in (replace(scenario, controller=law) for law in laws.values()):
-        module = None if scenario.setup.blueprint.foreign else kept_before(MODULES, _made_from(one))
+        module = None if scenario.setup.blueprint.never_joined else kept_before(MODULES, _made_from(one))
         if module is not None:
             systems.append(Whole(one, one.joined({}), module))
         elif not systems:
