@@ -131,7 +131,7 @@ def _python_time(entry: Entry, work: Path) -> float:
     from fmpy.fmi2 import FMU2Slave
 
     component = entry.component
-    (python_fmu,) = build_python_fmus([entry], work)
+    (python_fmu,) = build_python_fmus([entry], work / "python")
     folder = work / "python_fmu"
     extract(str(python_fmu), str(folder))
     description = read_model_description(str(folder), validate=False)

@@ -2,8 +2,8 @@
  *     dx/dt = rate u,   y = x,   z = gain u (at once).
  * It misbehaves on request: from time fail_at on, doStep does what fail_status says
  * (2 discard, 3 error, 4 fatal, 5 crash, 6 never return, 7 NaN, 8 exit, 9 another folder,
- * 10 another rounding, 11 another locale, 12 print, 13 fork, 14 take all memory), and a step longer
- * than largest_step is discarded. An FMI 2.0 instance whose label is "crash in terminate", "crash in
+ * 10 another rounding, 11 another locale, 12 print, 13 fork, 14 take all memory, 15 give its rate no
+ * more), and a step longer than largest_step is discarded. An FMI 2.0 instance whose label is "crash in terminate", "crash in
  * free" or "hang in free" does so, and one named "endless" is never instantiated.
  * Compiled with -DFMI3 it speaks FMI 3.0, else FMI 2.0. */
 #include <fenv.h>
@@ -39,7 +39,7 @@ enum { FAIL_STATUS = REALS, STEPS, SWITCHED, ON, OFF, LABEL };
 typedef struct {
     double r[REALS];
     double slope, curvature;
-    int fail_status, steps, switched, on;
+    int fail_status, steps, switched, on, mute;
     char label[64];
 } Data;
 
@@ -73,7 +73,7 @@ static void complain(Slave *s, int status, const char *text, double value) {
 }
 
 static int get_real(const Data *d, Reference v, double *value) {
-    if (v >= REALS) return 0;
+    if (v >= REALS || (v == RATE && d->mute)) return 0;
     *value = v == Z ? d->r[GAIN] * d->r[U] : d->r[v];
     return 1;
 }
@@ -150,6 +150,7 @@ static int advance(Slave *s, double t, double h) {
         case 13: fork(); break;
 #endif
         case 14: for (;;) { char *p = malloc(1 << 24); if (!p) abort(); memset(p, 1, 1 << 24); }
+        case 15: d->mute = 1; break;
         default: complain(s, d->fail_status, "it fails from", d->r[FAIL_AT]); return d->fail_status;
         }
     }

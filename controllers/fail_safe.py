@@ -12,9 +12,10 @@ Innovation tests: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, *Estimation with A
 Navigation*, Wiley 2001, section 5.4.
 """
 
+from functools import partial
 from typing import NamedTuple
 
-from warmlink.controllers.interface import SENSED, length, ready
+from warmlink.controllers.interface import SENSED, length, told
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import (
@@ -29,33 +30,15 @@ from warmlink.fmus.component.arithmetic import (
     where,
 )
 
+_RATE = "fastest change of the correction"
+_WARNING = "correction from which on a warning is raised"
+
+_limit = partial(length, positive=True, tunable=True)
+
 LIMITS = (
-    length(
-        "correction_limit",
-        5e-4,
-        "largest correction to either side",
-        positive=True,
-        nominal=1e-4,
-        tunable=True,
-    ),
-    Parameter(
-        "correction_rate_limit",
-        "m/s",
-        2e-6,
-        "fastest change of the correction",
-        display="um/s",
-        positive=True,
-        nominal=1e-6,
-        tunable=True,
-    ),
-    length(
-        "warning_limit",
-        2.5e-4,
-        "correction from which on a warning is raised",
-        positive=True,
-        nominal=1e-4,
-        tunable=True,
-    ),
+    _limit("correction_limit", 5e-4, "largest correction to either side", nominal=1e-4),
+    _limit("correction_rate_limit", 2e-6, _RATE, unit="m/s", display="um/s"),
+    _limit("warning_limit", 2.5e-4, _WARNING, nominal=1e-4),
 )
 
 MEAN_SAMPLES, STUCK_SAMPLES, RETURN_SAMPLES = 12, 3, 6
@@ -118,14 +101,8 @@ def reported(x: Record, std: Number, p: Record, distrusted: Number = 0.0) -> dic
     distrusted : 1 where a signal is left out as not credible, else 0
     """
     correction_std = (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
-    return {
-        "correction": x.correction,
-        "predicted_elongation": x.elongation,
-        "correction_std": correction_std,
-        "ready": ready(correction_std, p.tolerance),
-        "distrusted": distrusted,
-        "warning": warning(x.correction, x.elongation, p),
-    }
+    raised = warning(x.correction, x.elongation, p)
+    return told(x.correction, correction_std, p, x.elongation, distrusted, raised)
 
 
 class Trust(NamedTuple):

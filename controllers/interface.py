@@ -7,8 +7,10 @@ from typing import Any
 from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number, stack, truth
 from warmlink.fmus.component.quantities import (
-    AMBIENT_TEMPERATURE,
+    DUTY,
     bus,
+    growth_input,
+    growth_output,
     sample_time_parameter,
     temperature_input,
     thermometers,
@@ -30,31 +32,27 @@ INPUTS = (
         replace(temperature_input(name, f"measured temperature of the {_PLACES[name]}"), accepts_nan=True)
         for name in SENSED
     ),
-    Input("speed", "rad/s", "mean absolute speed of the joint", nominal=3),
-    Input("torque", "N.m", "rms torque at the joint", nominal=2.5),
-    AMBIENT_TEMPERATURE,
-    Input(
-        "measured_drift",
-        "m",
-        "the camera's last reading of elongation minus correction",
-        display="um",
-        nominal=5e-5,
-        accepts_nan=True,
+    *DUTY[:3],
+    growth_input(
+        "measured_drift", "the camera's last reading of elongation minus correction", accepts_nan=True
     ),
     Input(
         "drift_valid", "1", "whether the last reading of the camera is good", type="Boolean", discrete=True
     ),
 )
 
+
+def _flag(name: str, description: str) -> Output:
+    return Output(name, "1", f"whether {description}", type="Boolean", discrete=True)
+
+
 OUTPUTS = (
-    Output("correction", "m", "distance the tool point is moved back by", display="um", nominal=5e-5),
-    Output("predicted_elongation", "m", "controller's estimate of the growth", display="um", nominal=5e-5),
-    Output("correction_std", "m", "standard deviation of the correction's error", display="um", nominal=1e-6),
-    Output("ready", "1", "whether the remaining error is within tolerance", type="Boolean", discrete=True),
-    Output("distrusted", "1", "whether a signal is left out as not credible", type="Boolean", discrete=True),
-    Output(
-        "warning", "1", "whether a limit on the correction acts or is near", type="Boolean", discrete=True
-    ),
+    growth_output("correction", "distance the tool point is moved back by"),
+    growth_output("predicted_elongation", "controller's estimate of the growth"),
+    growth_output("correction_std", "standard deviation of the correction's error", nominal=1e-6),
+    _flag("ready", "the remaining error is within tolerance"),
+    _flag("distrusted", "a signal is left out as not credible"),
+    _flag("warning", "a limit on the correction acts or is near"),
 )
 
 TERMINALS = (
@@ -70,19 +68,17 @@ SIGMAS = 2.0
 """Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""
 
 
+_LENGTH: dict[str, Any] = {"unit": "m", "display": "um", "nominal": 1e-6}
+
+
 def length(name: str, start: float, description: str, **more: Any) -> Parameter:
-    """A parameter in m that people read in um."""
-    return Parameter(name, "m", start, description, display="um", **{"nominal": 1e-6} | more)
+    """A parameter in m that people read in um, or of another unit like it."""
+    return Parameter(name, start=start, description=description, **_LENGTH | more)
 
 
-TOLERANCE = length(
-    "tolerance",
-    5e-6,
-    "largest error of the tool point that production allows",
-    positive=True,
-    nominal=5e-6,
-    tunable=True,
-)
+_TOLERANCE = "largest error of the tool point that production allows"
+
+TOLERANCE = length("tolerance", 5e-6, _TOLERANCE, positive=True, nominal=5e-6, tunable=True)
 
 
 def compensator(
@@ -127,6 +123,34 @@ def sensed(u: Record) -> Number:
 def ready(correction_std: Number, tolerance: Number) -> Number:
     """1 where the remaining error is expected within the tolerance, else 0; both in m."""
     return truth(SIGMAS * correction_std <= tolerance)
+
+
+def told(
+    correction: Number,
+    std: Number,
+    p: Record,
+    predicted: Number | None = None,
+    distrusted: Number = 0.0,
+    warning: Number = 0.0,
+) -> dict[str, Number]:
+    """Outputs of a law by name.
+
+    Parameters
+    ----------
+    correction, std : in m, the latter of the correction's error
+    p : parameters, of which the tolerance counts
+    predicted : elongation in m; the correction where it is not given
+    distrusted : 1 where a signal is left out as not credible, else 0
+    warning : 1 where a limit on the correction acts or is near, else 0
+    """
+    return {
+        "correction": correction,
+        "predicted_elongation": correction if predicted is None else predicted,
+        "correction_std": std,
+        "ready": ready(std, p.tolerance),
+        "distrusted": distrusted,
+        "warning": warning,
+    }
 
 
 def error_parameters(least: float) -> tuple[Parameter, ...]:

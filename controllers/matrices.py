@@ -4,12 +4,12 @@ Components have only vectors, so matrices are passed as flat vectors: row after 
 the rows of its upper triangle.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.arithmetic import Number, maximum, minimum, symbolic, total, where
+from warmlink.fmus.component.arithmetic import Number, alike, maximum, minimum, symbolic, total, where
 
 PIVOT_ROUNDING = 1e-9
 """Share of a diagonal element below which a pivot counts as none."""
@@ -22,29 +22,31 @@ def packed_size(size: int) -> int:
 
 def matrix(flat: Number, rows: int) -> Number:
     """Matrix of so many rows from its elements, row after row."""
-    if symbolic(flat):
-        import casadi
-
-        return casadi.reshape(flat, flat.shape[0] // rows, rows).T
-    return np.reshape(flat, (rows, -1))
+    return _elements(flat, np.arange(flat.shape[0]).reshape(rows, -1))
 
 
 def symmetric(packed: Number, size: int) -> Number:
     """Symmetric matrix from the rows of its upper triangle."""
-    places = _places(size)
-    if symbolic(packed):
-        import casadi
-
-        return casadi.reshape(packed[[int(place) for place in places.ravel()]], size, size)
-    return packed[places]
+    return _elements(packed, _places(size))
 
 
 def upper(square: Number) -> Number:
     """Rows of a square matrix's upper triangle, in one vector."""
     rows, columns = _triangle(square.shape[0])
-    if symbolic(square):
-        return square[[int(place) for place in rows + columns * square.shape[0]]]
-    return square[rows, columns]
+    return square[_listed(rows + columns * square.shape[0])] if symbolic(square) else square[rows, columns]
+
+
+def _elements(vector: Number, places: NDArray[np.intp]) -> Number:
+    """Matrix of a vector's elements at places."""
+    if symbolic(vector):
+        import casadi
+
+        return casadi.reshape(vector[_listed(places.T.ravel())], *places.shape)
+    return vector[places]
+
+
+def _listed(places: NDArray[np.intp]) -> list[int]:
+    return [int(place) for place in places]
 
 
 @lru_cache
@@ -54,16 +56,14 @@ def _triangle(size: int) -> tuple[NDArray[np.intp], ...]:
 
 def upper_diagonal(packed: Number, size: int) -> Number:
     """Diagonal of a symmetric matrix from the rows of its upper triangle."""
-    return packed[[int(place) for place in np.diagonal(_places(size))]]
+    return packed[_listed(np.diagonal(_places(size)))]
 
 
-def diagonal(given: Number) -> Number:
-    """Square matrix with a vector on its diagonal, or the diagonal of a square matrix."""
-    if symbolic(given):
-        import casadi
+diagonal = partial(alike, "diag")
+"""Square matrix with a vector on its diagonal, or the diagonal of a square matrix."""
 
-        return casadi.diag(given)
-    return np.diag(given)
+dot = partial(alike, "dot")
+"""Scalar product of two vectors."""
 
 
 def outer(a: Number, b: Number) -> Number:
@@ -73,15 +73,6 @@ def outer(a: Number, b: Number) -> Number:
 
         return casadi.mtimes(a, casadi.transpose(b))
     return np.outer(a, b)
-
-
-def dot(a: Number, b: Number) -> Number:
-    """Scalar product of two vectors."""
-    if symbolic(a, b):
-        import casadi
-
-        return casadi.dot(a, b)
-    return np.dot(a, b)
 
 
 def blocks(upper_left: Number, upper_right: Number, lower_right: Number) -> Number:

@@ -1,9 +1,10 @@
 """A user's own controller: a class that computes a correction becomes a component like a shipped law."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
-from warmlink.controllers.interface import INPUTS, OUTPUTS, SAMPLE_TIME, TOLERANCE, ready
+from warmlink.controllers.interface import SAMPLE_TIME, compensator, told
 from warmlink.fmus.component import Component, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.errors import InputError
@@ -22,6 +23,10 @@ class Law:
     ----------
     parameters : parameters of the law, besides `sample_time` and `tolerance`, which every law has
     states : values that the law remembers from one sample to the next
+    update : method `update(self, x, u, p, time, step)` of a law with states: the next value of every state by
+        name, `step` seconds after the last
+    begin : method `begin(self, u, p)` if any: the start value of every state by name; without it,
+        states begin at their `start`
     """
 
     parameters: ClassVar[tuple[Parameter, ...]] = ()
@@ -35,13 +40,9 @@ class Law:
         """Standard deviation of the correction's error in m; half the tolerance unless the law defines it."""
         return 0.5 * p.tolerance
 
-    def update(self, x: Record, u: Record, p: Record, time: Number, step: Number) -> Mapping[str, Number]:
-        """Next value of every state by name, `step` seconds after the last; needed if the law has states."""
-        raise NotImplementedError
-
-    def begin(self, u: Record, p: Record) -> Mapping[str, Number]:
-        """Start value of every state by name; without this method, states begin at their `start`."""
-        raise NotImplementedError
+    def outputs(self, x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
+        """Outputs of every law by name, which follow from the correction and its standard deviation."""
+        return told(self.correction(x, u, p, time), self.correction_std(x, u, p, time), p)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
@@ -61,28 +62,8 @@ def component_of(law: type[Law]) -> Component:
     name, given = law.__name__, law()
     if law.correction is Law.correction:
         raise InputError(f"{name}: gives no correction; define correction(self, x, u, p, time)")
-    if law.states and law.update is Law.update:
+    if law.states and not hasattr(law, "update"):
         raise InputError(f"{name}: has states, but no update; define update(self, x, u, p, time, step)")
-
-    def observe(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
-        correction = given.correction(x, u, p, time)
-        std = given.correction_std(x, u, p, time)
-        return {
-            **{output.name: 0.0 for output in OUTPUTS},
-            "correction": correction,
-            "predicted_elongation": correction,
-            "correction_std": std,
-            "ready": ready(std, p.tolerance),
-        }
-
-    return Component(
-        name=name,
-        description=(law.__doc__ or name).strip().partition("\n")[0].rstrip("."),
-        inputs=INPUTS,
-        parameters=(SAMPLE_TIME, TOLERANCE, *law.parameters),
-        states=law.states,
-        outputs=OUTPUTS,
-        observe=observe,
-        update=given.update if law.states else None,
-        begin=None if law.begin is Law.begin else given.begin,
-    )
+    about = (law.__doc__ or name).strip().partition("\n")[0].rstrip(".")
+    made = compensator(name, about, given, law.parameters, law.states)
+    return made if made.sampled else replace(made, parameters=(SAMPLE_TIME, *made.parameters))

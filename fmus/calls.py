@@ -48,7 +48,7 @@ def side_by_side(paired: int) -> Callable[[Called], Called]:
             return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
         kept = _kept(cast(Called, both), idle=False)
-        both.__dict__["of_one"] = one, paired
+        both.__dict__["paired"] = paired
         return kept
 
     return mark
@@ -154,21 +154,14 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
         run = casadi.Function(name, arguments, [casadi.densify(each) for each in results])
         return called(run, Written(run, idle=True)), [len(symbols) - 1, *used], result
     plain = casadi.Function(name, arguments, casadi.cse(results))
-    paired = _of_one(name, given, used, *function.of_one) if hasattr(function, "of_one") else None
-    return called(plain, paired), used, result
-
-
-def _of_one(name: str, given: Any, used: list[int], one: Any, paired: int) -> Written:
-    """How a function of two side by side is written, for symbols that it is given."""
-    import casadi
-
-    first = given[:paired]
-    halves = _mapped(first, lambda leaf: casadi.SX.sym("a", leaf.shape[0] // 2))
-    result = one(*halves, *given[paired:])
-    pairs = len(_leaves(first))
-    symbols = [*_leaves(halves), *(leaf for leaf in _leaves(given[paired:]) if isinstance(leaf, casadi.SX))]
-    results = casadi.cse([casadi.SX(leaf) for leaf in _leaves(result)])
-    return Written(casadi.Function(name, [symbols[i] for i in used], results), [i < pairs for i in used])
+    pairs = len(_leaves(given[: getattr(function, "paired", 0)]))
+    if not pairs:
+        return called(plain), used, result
+    # One of two side by side is what comes of it beside itself.
+    halves = [casadi.SX.sym("a", s.shape[0] // 2) if i < pairs else s for i, s in enumerate(symbols)]
+    both = plain.call([beside(halves[i], halves[i]) if i < pairs else halves[i] for i in used])
+    one = casadi.Function(name, [halves[i] for i in used], casadi.cse([side(0, each) for each in both]))
+    return called(plain, Written(one, [i < pairs for i in used])), used, result
 
 
 def _as_graph(value: Any) -> Any:

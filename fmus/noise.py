@@ -18,27 +18,6 @@ _MIXING_MODULUS = 16777213.0
 """A prime small enough for the quotient of its squares to be exact in doubles."""
 
 
-def start(seed: Number, channel: int = 0) -> Number:
-    """State of a generator, shape (2,), for a seed (a whole number) and a channel of its own."""
-    return stack(*starts(seed, (channel,)))
-
-
-def advance(state: Number) -> Number:
-    """Next state of the generator, shape (2,)."""
-    return stack(*_next(state[0], state[1]))
-
-
-def uniform(state: Number) -> Number:
-    """Number in (0, 1) that belongs to a state."""
-    return _share(state[0], state[1])
-
-
-def normal(state: Number, wanted: Number = 1.0) -> tuple[Number, Number]:
-    """Draw from the standard normal distribution (Box and Muller): the number, and the next state."""
-    number, a, b = normals(state[0], state[1], wanted)
-    return number, stack(a, b)
-
-
 def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
     """First and second halves of the states of one generator for each channel, each of shape (channels,).
 
@@ -49,7 +28,7 @@ def starts(seed: Number, channels: Sequence[int]) -> tuple[Number, Number]:
     a = stack(*(_mixed(1e6 * whole + 15485863.0 * channel + 12345.0) for channel in channels))
     b = stack(*(_mixed(9e5 * whole + 32452843.0 * channel + 67890.0) for channel in channels))
     for _ in range(4):
-        a, b = _next(a, b)
+        a, b = advanced(a, b)
     return a, b
 
 
@@ -65,9 +44,9 @@ def normals(a: Number, b: Number, wanted: Number = 1.0) -> tuple[Number, Number,
 @kept_whole
 def _drawn(a: Number, b: Number) -> tuple[tuple[Number, Number], Number, Number]:
     """Two numbers in (0, 1) for each generator, and the halves of the next states."""
-    first = _next(a, b)
-    second = _next(*first)
-    return (_share(*first), _share(*second)), *second
+    first = advanced(a, b)
+    second = advanced(*first)
+    return (uniform(*first), uniform(*second)), *second
 
 
 @idle_at_zero
@@ -76,7 +55,8 @@ def _normal(none: Number, first: Number, second: Number, wanted: Number) -> Numb
     return where(wanted > 0, sqrt(-2.0 * log(first)) * cos(2.0 * math.pi * second), none)
 
 
-def _next(a: Number, b: Number) -> tuple[Number, Number]:
+def advanced(a: Number, b: Number) -> tuple[Number, Number]:
+    """Next state of each generator, in the two halves."""
     return _multiplied(a, _FACTOR_A, _MODULUS_A), _multiplied(b, _FACTOR_B, _MODULUS_B)
 
 
@@ -89,7 +69,8 @@ def _multiplied(state: Number, factor: float, modulus: float) -> Number:
     return product - modulus * floor(product * (1.0 / modulus))
 
 
-def _share(a: Number, b: Number) -> Number:
+def uniform(a: Number, b: Number) -> Number:
+    """Number in (0, 1) that belongs to the state of each generator."""
     difference = a - b
     return (difference + (_MODULUS_A - 1.0) * (difference < 1)) / _MODULUS_A
 

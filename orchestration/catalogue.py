@@ -70,12 +70,12 @@ class Controller:
 
     def _built(self, kind: FmuKind, folder: Path) -> Path:
         from warmlink.fmus.packaging.native.fmu import build_native_fmus
-        from warmlink.fmus.packaging.python.fmu import build_python_fmu
+        from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
         entry = Entry(self.component, self.module)
         try:
             if kind == "python":
-                return build_python_fmu(entry, folder)
+                return build_python_fmus([entry], folder)[0]
             _check_symbolic(self.component)
             return build_native_fmus([entry], folder)[0]
         except InputError:

@@ -52,7 +52,7 @@ class FmuStore:
         if missing and self.kind == "python":
             from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
-            build_python_fmus(missing, self.folder.parent)
+            build_python_fmus(missing, self.folder)
         elif missing:
             from warmlink.fmus.packaging.native.fmu import build_native_fmus
 

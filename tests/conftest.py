@@ -18,7 +18,7 @@ from warmlink.fmus.packaging.python.fmu import build_python_fmus
 @pytest.fixture(scope="session")
 def python_fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Path of every Python FMU by the component's name."""
-    built = build_python_fmus(catalogue(), tmp_path_factory.mktemp("dist"))
+    built = build_python_fmus(catalogue(), tmp_path_factory.mktemp("dist") / "python")
     return {path.stem: path for path in built}
 
 

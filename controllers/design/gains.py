@@ -114,30 +114,25 @@ def design_controller(
     linear = plant_model(plant)
     reduced = reduce_plant(linear, MODES)
     unknown = unknown or expected(linear)
+    lasting = [(unknown.shaft_heat, unknown.shaft_heat_time), (unknown.link_heat, unknown.link_heat_time)]
+    if law == "observer_drift":
+        lasting += [(unknown.expansion, unknown.expansion_time), (unknown.offset, unknown.offset_time)]
     values: dict[str, float | list[float]] = {
         "sample_time": sample_time,
         **plant_parameters(reduced, plant),
         "model_std": reduced.error.elongation_step,
         "sensor_std": stds,
-        "uniform_profile": _listed(uniform_profile(reduced)),
+        "uniform_profile": uniform_profile(reduced).tolist(),
         "initial_std": unknown.uniform,
-        "warm_spread": _listed(upper(warm_spread(reduced))),
-        "profile_std": _listed(unknown.profile / np.abs(reduced.C[:-1]).max(axis=0)),
-        "disturbance_std": [unknown.shaft_heat, unknown.link_heat],
-        "disturbance_time": [unknown.shaft_heat_time, unknown.link_heat_time],
-        "disturbance_start": [1.0, 1.0],
+        "warm_spread": upper(warm_spread(reduced)).tolist(),
+        "profile_std": (unknown.profile / np.abs(reduced.C[:-1]).max(axis=0)).tolist(),
+        "disturbance_std": [std for std, _ in lasting],
+        "disturbance_time": [time for _, time in lasting],
+        # The camera's zero is where the run starts, so there is no offset yet.
+        "disturbance_start": [1.0, 1.0, 1.0, 0.0][: len(lasting)],
         "quiet_share": unknown.quiet_share,
     }
     if law == "observer_drift":
-        values["disturbance_std"] = [unknown.shaft_heat, unknown.link_heat, unknown.expansion, unknown.offset]
-        values["disturbance_time"] = [
-            unknown.shaft_heat_time,
-            unknown.link_heat_time,
-            unknown.expansion_time,
-            unknown.offset_time,
-        ]
-        # The camera's zero is where the run starts, so there is no offset yet.
-        values["disturbance_start"] = [1.0, 1.0, 1.0, 0.0]
         camera = CAMERA.p.read(limits.checked(CAMERA, "camera", {})[0])
         noise = float(camera.pixel_size * camera.centroid_noise)
         values["camera_std"] = noise if camera_std is None else camera_std
@@ -193,15 +188,15 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
     return {
         **{name: float(getattr(motor, name)) for name in LOSSES},
         "linearisation_temperature": ROOM_TEMPERATURE,
-        "mode_rate": _listed(reduced.rate),
-        "convection": _listed(reduced.M.ravel()),
-        "winding_heat_gain": _listed(reduced.B[:, column["winding_heat"]]),
-        "shaft_heat_gain": _listed(reduced.B[:, column["shaft_heat"]]),
-        "link_heat_gain": _listed(reduced.B[:, column["link_heat"]]),
-        "ambient_gain": _listed(reduced.B[:, column["ambient_temperature"]]),
-        "ambient_convection_gain": _listed(reduced.B_speed[:, column["ambient_temperature"]]),
-        "sensor_rows": _listed(sensors.ravel()),
-        "elongation_row": _listed(reduced.C[OUTPUTS.index("elongation")]),
+        "mode_rate": reduced.rate.tolist(),
+        "convection": reduced.A_speed.ravel().tolist(),
+        "winding_heat_gain": reduced.B[:, column["winding_heat"]].tolist(),
+        "shaft_heat_gain": reduced.B[:, column["shaft_heat"]].tolist(),
+        "link_heat_gain": reduced.B[:, column["link_heat"]].tolist(),
+        "ambient_gain": reduced.B[:, column["ambient_temperature"]].tolist(),
+        "ambient_convection_gain": reduced.B_speed[:, column["ambient_temperature"]].tolist(),
+        "sensor_rows": sensors.ravel().tolist(),
+        "elongation_row": reduced.C[OUTPUTS.index("elongation")].tolist(),
         "elongation_per_kelvin": reduced.elongation_per_kelvin,
         "link_loss": reduced.link_loss,
         "link_loss_per_speed": max(0.0, reduced.link_loss_per_speed),
@@ -240,8 +235,16 @@ def sensor_stds(sensors: Sequence[str], sensor_std: float | Mapping[str, float])
     InputError
         A sensor is unknown, or its standard deviation not positive.
     """
-    names = {_sensor(name) for name in sensors}
-    return [_std(name, sensor_std) if name in names else 0.0 for name in SENSED]
+    used = {_sensor(name) for name in sensors}
+    several = sensor_std if isinstance(sensor_std, Mapping) else dict.fromkeys(SENSED, sensor_std)
+    given = {_sensor(name): float(std) for name, std in several.items()}
+    for name in (each for each in SENSED if each in used):
+        std = given.setdefault(name, 0.0)
+        if not std > 0:
+            raise InputError(
+                f"sensor_std: {std:g} K for {name} is not positive; give the sensor's noise above 0 K"
+            )
+    return [given[name] if name in used else 0.0 for name in SENSED]
 
 
 def _sensor(name: str) -> str:
@@ -250,18 +253,3 @@ def _sensor(name: str) -> str:
             return full
     short = [each.removesuffix("_temperature") for each in SENSED]
     raise InputError(f"sensors: {name!r} is not measured in the cell; {instead(name, short)}")
-
-
-def _std(name: str, given: float | Mapping[str, float]) -> float:
-    value = (
-        given if isinstance(given, float | int) else {_sensor(k): v for k, v in given.items()}.get(name, 0.0)
-    )
-    if not value > 0:
-        raise InputError(
-            f"sensor_std: {value:g} K for {name} is not positive; give the sensor's noise above 0 K"
-        )
-    return float(value)
-
-
-def _listed(values: Array) -> list[float]:
-    return [float(value) for value in values]

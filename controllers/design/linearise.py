@@ -1,6 +1,6 @@
 """A component as a linear state space, by complex step through its own equations."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,26 +47,32 @@ def start(component: Component, given: Mapping[str, float] | None = None) -> Poi
     return Point(x, u, p)
 
 
-def rates_by(component: Component, at: Point, variables: Sequence[str]) -> Array:
-    """Derivative of the continuous states' rates by states, inputs or parameters.
+def slopes(function: Callable[..., Array], component: Component, at: Point, names: Sequence[str]) -> Array:
+    """Derivative of a component's rates or outputs by states, inputs or parameters.
 
     Parameters
     ----------
+    function : the component's `rates_of` or `outputs_of`, of m values
     component : the declaration
     at : where
-    variables : names; a state's is taken before a parameter's
+    names : by what; a state's name is taken before a parameter's
 
     Returns
     -------
     numpy.ndarray
-        Shape (continuous.size, len(variables)).
+        Shape (m, len(names)).
     """
-    return _slopes(component, at, variables, outputs=False)
-
-
-def outputs_by(component: Component, at: Point, variables: Sequence[str]) -> Array:
-    """Derivative of the outputs, shape (y.size, len(variables)); the parameters as for `rates_by`."""
-    return _slopes(component, at, variables, outputs=True)
+    unchanged = component.settled(at.p.astype(np.complex128))
+    columns = []
+    for name in names:
+        x, u, p = (vector.astype(np.complex128) for vector in (at.x, at.u, at.p))
+        for layout, vector in ((component.x, x), (component.u, u), (component.p, p)):
+            if name in layout.index:
+                vector[layout.index[name]] += 1j * COMPLEX_STEP
+                break
+        settled = component.settled(p) if p.imag.any() else unchanged
+        columns.append(np.imag(function(x, u, settled, at.time)) / COMPLEX_STEP)
+    return np.column_stack(columns)
 
 
 def linearise(component: Component, at: Point | None = None) -> "control.StateSpace":
@@ -88,27 +94,13 @@ def linearise(component: Component, at: Point | None = None) -> "control.StateSp
     at = at or start(component)
     states, inputs = component.continuous.names, component.u.names
     return control.ss(
-        rates_by(component, at, states),
-        rates_by(component, at, inputs),
-        outputs_by(component, at, states),
-        outputs_by(component, at, inputs),
+        *(
+            slopes(function, component, at, names)
+            for function in (component.rates_of, component.outputs_of)
+            for names in (states, inputs)
+        ),
         name=component.name,
         states=[name.replace(".", "_") for name in states],
         inputs=[name.replace(".", "_") for name in inputs],
         outputs=[name.replace(".", "_") for name in component.y.names],
     )
-
-
-def _slopes(component: Component, at: Point, variables: Sequence[str], outputs: bool) -> Array:
-    function = component.outputs_of if outputs else component.rates_of
-    unchanged = component.settled(at.p.astype(np.complex128))
-    columns = []
-    for name in variables:
-        x, u, p = (vector.astype(np.complex128) for vector in (at.x, at.u, at.p))
-        for layout, vector in ((component.x, x), (component.u, u), (component.p, p)):
-            if name in layout.index:
-                vector[layout.index[name]] += 1j * COMPLEX_STEP
-                break
-        settled = component.settled(p) if p.imag.any() else unchanged
-        columns.append(np.imag(function(x, u, settled, at.time)) / COMPLEX_STEP)
-    return np.column_stack(columns)

@@ -1,6 +1,6 @@
 """Motor and link as one linear state space, one matrix for each effect."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.linearise import Point, outputs_by, rates_by, start
+from warmlink.controllers.design.linearise import Point, slopes, start
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.observer.model import LOSSES
 from warmlink.fmus.component import Component
@@ -106,24 +106,19 @@ def _cell(motor: _Items, link: _Items) -> Plant:
 
 
 @dataclass(frozen=True)
-class LinearPlant:
-    """Motor and link as deviations from one temperature, linear for each speed.
+class LinearBySpeed:
+    """A linear model for each speed, whose inputs u are the `INPUTS` and whose outputs y the `OUTPUTS`.
 
         dx/dt = (A + |speed| A_speed) x + (B + |speed| B_speed) u,    y = C x
 
-    with x the temperatures of winding, shaft and link nodes in K above room temperature, about which the
-    plant is linear (of a reduced link the amplitudes of its patterns), u the `INPUTS` and y the `OUTPUTS` (K,
-    and m for the elongation). Convection grows with the speed, so the term in speed times state is kept; the
-    losses of the motor are inputs, computed from duty and winding temperature elsewhere.
+    Convection grows with the speed, so the term in speed times state is kept; the losses of the motor are
+    inputs, computed from duty and winding temperature elsewhere.
 
     Attributes
     ----------
     A, A_speed : shape (n, n), in 1/s and 1/rad
     B, B_speed : shape (n, 4)
     C : shape (6, n)
-    heat_capacity : heat capacity in J/K of each state, shape (n,)
-    uniform : states of everything being 1 K warmer, to which surroundings 1 K warmer lead, shape (n,)
-    link_states : which of the states are the links'
     """
 
     A: Array
@@ -131,20 +126,35 @@ class LinearPlant:
     B: Array
     B_speed: Array
     C: Array
-    heat_capacity: Array
-    uniform: Array
-    link_states: tuple[int, ...]
 
     def at(self, speed: float) -> tuple[Array, Array]:
         """State and input matrix at a speed in rad/s."""
         return self.A + abs(speed) * self.A_speed, self.B + abs(speed) * self.B_speed
 
     def state_space(self, speed: float) -> "control.StateSpace":
-        """The plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
+        """The model at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
         import control
 
-        A, B = self.at(speed)
-        return control.ss(A, B, self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS), name="full plant")
+        return control.ss(*self.at(speed), self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS))
+
+
+@dataclass(frozen=True)
+class LinearPlant(LinearBySpeed):
+    """Motor and link as deviations from room temperature, about which they are linear.
+
+    The states are the temperatures of winding, shaft and link nodes in K above it (of a reduced link the
+    amplitudes of its patterns), the outputs are in K, and in m for the elongation.
+
+    Attributes
+    ----------
+    heat_capacity : heat capacity in J/K of each state, shape (n,)
+    uniform : states of everything being 1 K warmer, to which surroundings 1 K warmer lead, shape (n,)
+    link_states : which of the states are the links'
+    """
+
+    heat_capacity: Array
+    uniform: Array
+    link_states: tuple[int, ...]
 
     @property
     def elongation_per_kelvin(self) -> float:
@@ -187,18 +197,16 @@ def plant_model(given: Plant | None = None) -> LinearPlant:
     kept = [joined.continuous.index[name] for name in states]
     heat_capacity = _heat_capacity(plant, still)
 
+    def rates_by(names: Sequence[str], at: Point) -> Array:
+        return slopes(joined.rates_of, joined, at, names)[kept]
+
     def heat(variable: str, instances: tuple[str, ...], at: Point) -> Array:
         """Rates per watt of what a variable heats; the heat capacities tell how many watts it is."""
-        column = rates_by(joined, at, [f"{each}.{variable}" for each in instances])[kept].sum(axis=1)
+        column = rates_by([f"{each}.{variable}" for each in instances], at).sum(axis=1)
         return column / (column @ (heat_capacity * uniform))
 
-    def state_matrix(at: Point) -> Array:
-        return rates_by(joined, at, states)[kept]
-
-    def ambient(at: Point) -> Array:
-        return rates_by(joined, at, plant.surroundings)[kept].sum(axis=1)
-
-    A, into = state_matrix(still), ambient(still)
+    A, moving_A = (rates_by(states, at) for at in (still, moving))
+    into, moving_into = (rates_by(plant.surroundings, at).sum(axis=1) for at in (still, moving))
     uniform = np.asarray(np.linalg.solve(A, -into), dtype=float)
     # A current heats the windings alone, a pad's power the shafts, absorbed radiation the links' surfaces.
     loaded = replace(still, u=still.u.copy())
@@ -213,10 +221,10 @@ def plant_model(given: Plant | None = None) -> LinearPlant:
     none = np.zeros_like(into)
     return LinearPlant(
         A=A,
-        A_speed=(state_matrix(moving) - A) / USUAL_SPEED,
+        A_speed=(moving_A - A) / USUAL_SPEED,
         B=np.column_stack([*heats, into]),
-        B_speed=np.column_stack([none, none, none, (ambient(moving) - into) / USUAL_SPEED]),
-        C=_outputs(plant, outputs_by(joined, still, states)),
+        B_speed=np.column_stack([none, none, none, (moving_into - into) / USUAL_SPEED]),
+        C=_outputs(plant, slopes(joined.outputs_of, joined, still, states)),
         heat_capacity=heat_capacity,
         uniform=uniform,
         link_states=tuple(i for i, name in enumerate(states) if name.rpartition(".")[0] in plant.links),
@@ -236,15 +244,11 @@ def _heat_capacity(plant: Plant, at: Point) -> Array:
     """Heat capacity in J/K of each temperature, in the order of the states."""
     joined = plant.component
     assert joined.joint is not None
-    d = joined.d.index
-    settled = np.asarray(joined.settled(at.p), dtype=float)
-    found: list[float] = []
-    for name in joined.continuous.names:
-        instance, _, state = name.rpartition(".")
-        if "temperature" in state:
-            cell = state.replace("temperature", "heat_capacity")
-            found.append(settled[d[f"{instance}.{cell}"]])
-    return np.array(found)
+    settled = dict(zip(joined.d.names, joined.settled(at.p), strict=True))
+    states = [name.rpartition(".") for name in joined.continuous.names if "temperature" in name]
+    return np.array(
+        [settled[f"{of}.{name.replace('temperature', 'heat_capacity')}"] for of, _, name in states]
+    )
 
 
 def _at_rest(plant: Plant, speed: float) -> Point:

@@ -14,17 +14,13 @@ moves no tool point, and modes are better spent on what lasts.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearPlant
+from warmlink.controllers.design.plant import INPUTS, OUTPUTS, LinearBySpeed, LinearPlant
 from warmlink.fmus.errors import InputError
-
-if TYPE_CHECKING:
-    import control
 
 Array = NDArray[np.float64]
 
@@ -64,46 +60,29 @@ class ReductionError:
 
 
 @dataclass(frozen=True)
-class ReducedPlant:
-    """The plant in the coordinates of its modes at standstill.
-
-        dz/dt = diag(rate) z + |speed| M z + (B + |speed| B_speed) u,    y = C z
+class ReducedPlant(LinearBySpeed):
+    """The plant in the coordinates of its modes at standstill, so that A is diagonal.
 
     Attributes
     ----------
-    rate : shape (r,), in 1/s, all negative, slowest first
-    M : effect of convection by speed, shape (r, r), in 1/rad
-    B, B_speed : shape (r, 4)
-    C : shape (6, r)
     link_loss, link_loss_per_speed : conductance from the link to the surroundings, W/K and W.s/(K.rad)
     error : what was lost
     """
 
-    rate: Array
-    M: Array
-    B: Array
-    B_speed: Array
-    C: Array
     elongation_per_kelvin: float
     link_loss: float
     link_loss_per_speed: float
     error: ReductionError
 
     @property
+    def rate(self) -> Array:
+        """Rate of each mode in 1/s, all negative, slowest first, shape (r,)."""
+        return np.diagonal(self.A)
+
+    @property
     def order(self) -> int:
         """Number of modes."""
         return self.rate.size
-
-    def at(self, speed: float) -> tuple[Array, Array]:
-        """State and input matrix at a speed in rad/s."""
-        return np.diag(self.rate) + abs(speed) * self.M, self.B + abs(speed) * self.B_speed
-
-    def state_space(self, speed: float) -> "control.StateSpace":
-        """The reduced plant at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
-        import control
-
-        A, B = self.at(speed)
-        return control.ss(A, B, self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS), name="reduced plant")
 
 
 @dataclass(frozen=True)
@@ -175,8 +154,8 @@ def reduce_plant(plant: LinearPlant, order: int) -> ReducedPlant:
     sign = np.where((plant.C @ into)[OUTPUTS.index("elongation")] < 0, -1.0, 1.0)
     into, back = into * sign, back * sign[:, None]
     reduced = ReducedPlant(
-        rate=rate,
-        M=back @ plant.A_speed @ into,
+        A=np.diag(rate),
+        A_speed=back @ plant.A_speed @ into,
         B=back @ plant.B,
         B_speed=back @ plant.B_speed,
         C=plant.C @ into,

@@ -67,9 +67,9 @@ def fit_regression(
     return {
         "reference_temperature": reference_temperature,
         "sensor_std": stds,
-        "moments": [float(value) for value in upper(moments)],
+        "moments": upper(moments).tolist(),
         "memory_time": MEMORY_TIME,
-        "residual_std": _residual(rows, np.array(stds)),
+        "residual_std": _residual(rows, moments, np.array(stds)),
     }
 
 
@@ -99,12 +99,9 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     return TrainingRun(np.array(temperature), np.array(elongation))
 
 
-def _residual(rows: Array, stds: Array) -> float:
+def _residual(rows: Array, moments: Array, stds: Array) -> float:
     """Rms in m that the regression on the sensors in use leaves of the run, their noise aside."""
     used = np.flatnonzero(stds > 0)
-    temperature, growth = rows[:, used], rows[:, -1]
-    ridge = np.diag(stds[used] ** 2)
-    count = rows.shape[0]
-    moments = temperature.T @ temperature / count + ridge
-    coefficients = np.linalg.solve(moments, temperature.T @ growth / count)
-    return float(LENGTH * np.sqrt(np.mean((growth - temperature @ coefficients) ** 2)))
+    ridged = moments[np.ix_(used, used)] + np.diag(stds[used] ** 2)
+    left = rows[:, -1] - rows[:, used] @ np.linalg.solve(ridged, moments[used, -1])
+    return float(LENGTH * np.sqrt(np.mean(left**2)))

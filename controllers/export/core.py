@@ -5,7 +5,7 @@ An export's folder holds the core, a program that tests it, and a README.
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -56,19 +56,11 @@ class Core:
     def header(self) -> str:
         """The text of `NAME.h`."""
         given, upper = self.component, self.name.upper()
-        return filled(
+        return self.filled(
             "core.h",
-            {
-                "description": given.description,
-                "real": "double" if self.precision == "double" else "float",
-                "inputs": _listed(upper, given.u.names),
-                "outputs": _listed(upper, given.y.names),
-                "states": given.x.size,
-                "period": f"{self.period:g}",
-                "law": self.name,
-                "upper": upper,
-                "recalls": self._recalls(),
-            },
+            real="double" if self.precision == "double" else "float",
+            inputs=_listed(upper, given.u.names),
+            outputs=_listed(upper, given.y.names),
         )
 
     def source(self) -> str:
@@ -99,43 +91,39 @@ class Core:
         now = [s.x, s.u, s.d, s.time]
         yield function("outputs", now, self.component.outputs_of(*now))
 
-    def _recalls(self) -> str:
-        """Declares what `init` takes of a run before, where the law can go on from it."""
-        if "recalled_for" not in self.component.p.index:
-            return ""
-        return f",\n    const {self.name}_real retained[], {self.name}_real passed"
+    @property
+    def goes_on(self) -> bool:
+        """Whether the law can go on from what it retained of a run before."""
+        return "recalled_for" in self.component.p.index
 
     def _calls(self) -> str:
         size = self.component.d.size
-        recalled = [name for name in self.component.d.names if name.startswith("recalled[")]
         own = "    const double *own = design;\n"
-        if recalled:
-            first, passed = (self.component.d.index[name] for name in (recalled[0], "recalled_for"))
+        if self.goes_on:
+            recalled = [i for name, i in self.component.d.index.items() if name.startswith("recalled[")]
             own = f"""    double own[{size}];
     int i;
     for (i = 0; i < {size}; i++)
         own[i] = design[i];
     for (i = 0; retained && i < {len(recalled)}; i++)
-        own[{first} + i] = retained[i];
-    own[{passed}] = retained ? passed : -1;
+        own[{recalled[0]} + i] = retained[i];
+    own[{self.component.d.index["recalled_for"]}] = retained ? passed : -1;
 """
-        return filled(
-            "core.c",
-            {
-                "law": self.name,
-                "upper": self.name.upper(),
-                "own": own,
-                "period": repr(self.period),
-                "states": self.component.x.size,
-                "recalls": self._recalls(),
-            },
+        return self.filled("core.c", own=own, step=repr(self.period))
+
+    def filled(self, template: str, **more: object) -> str:
+        """Text of a file in `templates` with values in place of their names, as `${law}`."""
+        path = Path(__file__).parent / "templates" / template
+        retained = f",\n    const {self.name}_real retained[], {self.name}_real passed"
+        return Template(path.read_text("utf-8")).substitute(
+            law=self.name,
+            upper=self.name.upper(),
+            description=self.component.description,
+            period=f"{self.period:g}",
+            states=self.component.x.size,
+            recalls=retained if self.goes_on else "",
+            **more,
         )
-
-
-def filled(template: str, values: Mapping[str, object]) -> str:
-    """Text of a file in `templates` with values in place of their names, as `${law}`."""
-    path = Path(__file__).parent / "templates" / template
-    return Template(path.read_text("utf-8")).substitute(values)
 
 
 def designed(component: Component, values: dict[str, float]) -> Component:
@@ -212,52 +200,39 @@ def vectors(core: Core) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def test_program(core: Core) -> str:
     """A C program that runs the core through the test vectors; it ends with 0 where they are met."""
-    law, upper = core.name, core.name.upper()
+    upper = core.name.upper()
     given, taken = vectors(core)
-    recalls = ", 0, 0" if "recalled_for" in core.component.p.index else ""
+    compared, scale = f"{upper}_CORRECTION + 1", "1"
     if core.precision == "double":
         compared, scale = f"{upper}_OUTPUTS", "fmax(1e-6, fabs(outputs[k][i]))"
-    else:
-        compared, scale = f"{upper}_CORRECTION + 1", "1"
-    return filled(
+    return core.filled(
         "test.c",
-        {
-            "law": law,
-            "upper": upper,
-            "given": _table(given),
-            "taken": _table(taken),
-            "count": len(given),
-            "recalls": recalls,
-            "compared": compared,
-            "scale": scale,
-            "tolerance": repr(TOLERANCES[core.precision]),
-        },
+        given=_table(given),
+        taken=_table(taken),
+        count=len(given),
+        nothing=", 0, 0" if core.goes_on else "",
+        compared=compared,
+        scale=scale,
+        tolerance=repr(TOLERANCES[core.precision]),
     )
+
+
+_RESTART = """
+After a restart, give `init` the outputs `retained` that were stored before, and the time in s
+that passed since; a null pointer where nothing was stored.
+"""
 
 
 def readme(core: Core) -> str:
     """How to use the export, and what it needs."""
     size = 4 if core.precision == "single" else 8
-    numbers = core.component.x.size + core.component.y.size
-    more = (
-        "\nAfter a restart, give `init` the outputs `retained` that were stored before, and the time in s\n"
-        "that passed since; a null pointer where nothing was stored.\n"
-        if "recalled_for" in core.component.p.index
-        else ""
-    )
-    return filled(
+    return core.filled(
         "readme.txt",
-        {
-            "law": core.name,
-            "upper": core.name.upper(),
-            "description": core.component.description,
-            "precision": core.precision,
-            "period": f"{core.period:g}",
-            "memory": numbers * size + 8,
-            "operations": core.operations(),
-            "samples": SAMPLES,
-            "more": more,
-        },
+        precision=core.precision,
+        memory=(core.component.x.size + core.component.y.size) * size + 8,
+        operations=core.operations(),
+        samples=SAMPLES,
+        more=_RESTART if core.goes_on else "",
     )
 
 

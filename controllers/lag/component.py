@@ -3,7 +3,8 @@
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import compensator, error_parameters
 from warmlink.controllers.lag import law
-from warmlink.fmus.component import Parameter, State
+from warmlink.fmus.component import State
+from warmlink.fmus.component.quantities import tunable
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
 _LOSSES = {
@@ -22,16 +23,8 @@ COMPONENT = compensator(
     law,
     (
         *LIMITS,
-        Parameter(
-            "gain",
-            "m/W",
-            4.21e-6,
-            "steady growth per watt of loss",
-            display="um/W",
-            nominal=4e-6,
-            tunable=True,
-        ),
-        Parameter("time_constant", "s", 2440, "time constant of the growth", positive=True, tunable=True),
+        tunable("gain", "m/W", 4.21e-6, "steady growth per watt of loss", display="um/W", nominal=4e-6),
+        tunable("time_constant", "s", 2440, "time constant of the growth", positive=True),
         *(parameter for parameter in MOTOR.parameters if parameter.name in _LOSSES),
         *error_parameters(2e-6),
     ),

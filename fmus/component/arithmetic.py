@@ -53,7 +53,7 @@ def truth(condition: Number) -> Number:
 def absolute(value: Number) -> Number:
     """Absolute value that lets a complex step through."""
     if symbolic(value):
-        return _elementary("fabs", value)
+        return alike("fabs", value)
     return where(real(value) < 0, -value, value)
 
 
@@ -77,29 +77,29 @@ def clip(value: Number, lower: Number, upper: Number) -> Number:
 
 def floor(value: Number) -> Number:
     """Largest whole number not above the real part; its derivative is zero."""
-    return _elementary("floor", real(value))
+    return alike("floor", real(value))
 
 
-def _elementary(name: str, value: Number) -> Number:
-    """Value of a function that NumPy and CasADi call alike."""
-    if symbolic(value):
+def alike(name: str, *values: Number) -> Number:
+    """Value of a function that NumPy and CasADi call by the same name."""
+    if symbolic(*values):
         import casadi
 
-        return getattr(casadi, name)(value)
-    return getattr(np, name)(value)
+        return getattr(casadi, name)(*values)
+    return getattr(np, name)(*values)
 
 
-exp = partial(_elementary, "exp")
-log = partial(_elementary, "log")
-sqrt = partial(_elementary, "sqrt")
-cos = partial(_elementary, "cos")
-sin = partial(_elementary, "sin")
+exp = partial(alike, "exp")
+log = partial(alike, "log")
+sqrt = partial(alike, "sqrt")
+cos = partial(alike, "cos")
+sin = partial(alike, "sin")
 """Functions of a number; the cosine's and the sine's is an angle in rad."""
 
 
 def finite(value: Number) -> Number:
     """Whether a number is neither NaN nor infinite."""
-    return _elementary("fabs" if symbolic(value) else "abs", value) < LARGEST
+    return alike("fabs" if symbolic(value) else "abs", value) < LARGEST
 
 
 def erf(value: Number) -> Number:
@@ -109,7 +109,7 @@ def erf(value: Number) -> Number:
     exact to double precision for the tiny b of a complex step.
     """
     if symbolic(value):
-        return _elementary("erf", value)
+        return alike("erf", value)
     a = np.real(value)
     result: Number = math.erf(a) if np.ndim(a) == 0 else np.array([math.erf(each) for each in a])
     if np.iscomplexobj(value):
@@ -154,7 +154,7 @@ def placed(value: Number, index: int, size: int) -> Number:
 
 def total(values: Number) -> Number:
     """Sum of a vector."""
-    return _elementary("sum1" if symbolic(values) else "sum", values)
+    return alike("sum1" if symbolic(values) else "sum", values)
 
 
 @cache

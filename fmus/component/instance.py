@@ -10,7 +10,6 @@ from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 
 TICK_TOLERANCE = 1e-9
@@ -70,8 +69,7 @@ class Instance:
         """Set inputs, tunable parameters, and before initialization ends all, by name, in SI units."""
         for name, value in values.items():
             if name not in self._references:
-                told = f"{self.component.name} has no such variable; {instead(name, self._references)}"
-                raise InputError(f"{self.name}.{name}: {told}")
+                raise InputError(limits.unknown(self.component, self.name, name))
             self.set_reference(self._references[name], value)
 
     def get(self, name: str) -> float:

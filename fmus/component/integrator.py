@@ -57,11 +57,10 @@ class ComplexStepJacobian:
         self._groups: list[list[int]] = []
         for column, rows in enumerate(structure.T):
             fits = (each for each in self._groups if not np.any(structure[:, each].any(axis=1) & rows))
-            group = next(fits, None)
-            if group is None:
-                self._groups.append([column])
-            else:
-                group.append(column)
+            group = next(fits, [])
+            if not group:
+                self._groups.append(group)
+            group.append(column)
 
     def __call__(
         self, rates: Callable[[NDArray[np.complex128]], NDArray[np.complex128]], x: Vector
@@ -72,7 +71,5 @@ class ComplexStepJacobian:
             stepped = x.astype(np.complex128)
             stepped[columns] += 1j * COMPLEX_STEP
             slope = np.imag(rates(stepped)) / COMPLEX_STEP
-            for column in columns:
-                rows = self._structure[:, column]
-                jacobian[rows, column] = slope[rows]
+            jacobian[:, columns] = np.where(self._structure[:, columns], slope[:, None], 0.0)
         return jacobian

@@ -60,7 +60,7 @@ def unknown(component: Component, instance: str, name: str) -> str:
     part, dot, rest = name.rpartition(".")
     if component.joint is not None and part in component.joint.parts:
         return unknown(component.joint.parts[part], f"{instance}{dot}{part}".lstrip("."), rest)
-    known = [v.name for v in component.parameters]
+    known = [variable.name for variable in (*component.parameters, *component.inputs)]
     return f"{instance}.{name}: {component.name} has no such variable; {instead(name, known)}".lstrip(".")
 
 

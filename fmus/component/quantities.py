@@ -57,7 +57,7 @@ Declared = TypeVar("Declared", bound=Variable)
 
 def _kind(made: Callable[..., Declared], unit: str, **fixed: Any) -> Callable[..., Declared]:
     """What declares variables of a kind: by name, start where they have one, description, and more."""
-    return lambda name, *told, **more: made(name, unit, *told, **fixed, **more)
+    return lambda name, *told, **more: made(name, unit, *told, **{**fixed, **more})
 
 
 _TEMPERATURE: dict[str, Any] = {"display": "degC", "nominal": NOMINAL_TEMPERATURE}

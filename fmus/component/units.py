@@ -61,6 +61,9 @@ _SYMBOLS = {
     "degF": Unit({"K": 1}, Fraction(5, 9), Fraction("273.15") - Fraction(160, 9)),
 }
 
+_QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
+"""A product, and by what it is divided: a product in brackets, or one factor."""
+
 
 def unit(text: str) -> Unit:
     """Unit that a text in Modelica's notation means.
@@ -69,10 +72,11 @@ def unit(text: str) -> Unit:
     """
     if text in _SYMBOLS:
         return _SYMBOLS[text]
-    dividend, slash, divisor = text.partition("/")
-    factors = [(factor, 1) for factor in dividend.split(".")]
-    if slash:
-        factors += [(factor, -1) for factor in _without_brackets(divisor, text).split(".")]
+    parts = _QUOTIENT.fullmatch(text)
+    if parts is None:
+        raise ValueError(f"unit {text!r} is not in Modelica's notation, as 'W/(m2.K)'")
+    dividend, several, one = (part.split(".") if part else [] for part in parts.groups())
+    factors = [*((factor, 1) for factor in dividend), *((factor, -1) for factor in (*several, *one))]
     exponents = dict.fromkeys(BASE_UNITS, 0)
     scale = Fraction(1)
     for factor, sign in factors:
@@ -95,10 +99,3 @@ def display_conversion(text: str, display: str) -> tuple[float, float]:
     if stored.exponents != shown.exponents:
         raise ValueError(f"unit {text!r} cannot be displayed in {display!r}")
     return float(stored.factor / shown.factor), float((stored.offset - shown.offset) / shown.factor)
-
-
-def _without_brackets(divisor: str, text: str) -> str:
-    inner = divisor[1:-1] if divisor.startswith("(") and divisor.endswith(")") else divisor
-    if any(sign in inner for sign in "/()") or (inner == divisor and "." in inner):
-        raise ValueError(f"unit {text!r} is not in Modelica's notation, as 'W/(m2.K)'")
-    return inner

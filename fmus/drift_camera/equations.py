@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 from warmlink.fmus import faults, noise
 from warmlink.fmus.component import Record, Values
-from warmlink.fmus.component.arithmetic import Number, absolute, where
+from warmlink.fmus.component.arithmetic import Number, absolute, stack, where
 
 _GENERATOR = 1000
 """Channel of the random generator, away from those of the thermometers."""
@@ -22,7 +22,7 @@ _EARLY = 1e-6
 def begin(u: Record, p: Record) -> Values:
     """States at the start, where the first picture is taken."""
     nothing = dict.fromkeys(("seen", "lost", "unread", "measured_drift", "drift_valid"), 0.0)
-    empty = SimpleNamespace(generator=noise.start(p.seed, _GENERATOR), age_count=-1.0, **nothing)
+    empty = SimpleNamespace(generator=stack(*noise.starts(p.seed, (_GENERATOR,))), age_count=-1.0, **nothing)
     return _looked(empty, u, p, 0.0, p.sample_time, 0.0, 1.0)
 
 
@@ -54,13 +54,13 @@ def _looked(
     x: Record, u: Record, p: Record, time: Number, step: Number, count: Number, taken: Number
 ) -> Values:
     """States once a picture was taken or not, `count` samples after the last one taken."""
-    number, generator = noise.normal(x.generator, taken)
-    generator = noise.advance(generator)
+    number, *drawn = noise.normals(x.generator[0], x.generator[1], taken)
+    halves = noise.advanced(*drawn)
     shown = picture(u, p, number, time)
     # A stuck picture repeats the last; before any picture there is none to repeat.
     last = where(x.age_count < 0, shown, x.seen)
     shown = faults.replaced(shown, last, p.fault_kind, time - p.fault_time)
-    missed = where(noise.uniform(generator) < p.dropout_probability, 1.0, 0.0)
+    missed = where(noise.uniform(*halves) < p.dropout_probability, 1.0, 0.0)
 
     seen = where(taken > 0, shown, x.seen)
     lost = where(taken > 0, missed, x.lost)
@@ -68,7 +68,7 @@ def _looked(
     read = where((count + _EARLY) * step >= p.delay, unread, 0.0)
     good = read * (1.0 - lost)
     return {
-        "generator": where(taken > 0, generator, x.generator),
+        "generator": where(taken > 0, stack(*halves), x.generator),
         "count": count,
         "seen": seen,
         "lost": lost,

@@ -2,6 +2,7 @@
 
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import LARGEST, Number, floor, maximum, stack, total, where
+from warmlink.fmus.component.quantities import DUTY
 
 SEGMENTS = 32
 
@@ -11,7 +12,7 @@ EARLY = 1e-6
 LONGEST = 1e8
 """s, three years, that a segment may last; the ends of 32 such are still told apart to a microsecond."""
 
-DEMANDS = ("speed", "torque", "ambient_temperature", "pad_mode", "pad_temperature", "pad_power")
+DEMANDS = tuple(demand.name for demand in DUTY)
 """What a segment holds; the parameter of each bears `segment_` before its name."""
 
 

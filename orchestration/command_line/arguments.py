@@ -170,8 +170,8 @@ def proposals(parameter: str) -> Callable[[str], list[str]] | None:
 
 def settings_given(settings: Iterable[str] | None, option: str = "--set") -> dict[str, str]:
     """Read texts `NAME=VALUE` as values by name; raise InputError where a name or a value is missing."""
-    example = '"motor.joint_conductance=2 W/K"' if option == "--set" else '"tip_temperature=0.1 K"'
-    return dict(pair(each, option, example) for each in settings or ())
+    examples = {"--set": '"motor.joint_conductance=2 W/K"', "--noise": '"tip_temperature=0.1 K"'}
+    return dict(pair(each, option, examples[option]) for each in settings or ())
 
 
 def sets_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -> list[StartValueSet]:

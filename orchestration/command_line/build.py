@@ -146,7 +146,7 @@ def _build(
     built: list[Path] = []
     if kind != "native":
         with progress_bar("Python FMUs") as progress:
-            built += build_python_fmus(components, out, counted(progress, len(components)))
+            built += build_python_fmus(components, out / "python", counted(progress, len(components)))
     if kind != "python":
         built += _build_native(components, platforms, out, arrays)
         shipped = [with_flags(WARMUP_CELL.joined(law)), with_flags(arm.joined())]

@@ -178,7 +178,6 @@ class ThermoElasticity:
         return found
 
     def _held(self, basis: Any, support: Support) -> NDArray[np.int64]:
-        """Unknowns that a support holds."""
         mesh = self.body.mesh
         if isinstance(support.where, str):
             scalar = basis.get_dofs(mesh.boundaries[support.where]).all()

@@ -18,7 +18,7 @@ from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation, OtherProcess, start
+from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
@@ -67,20 +67,18 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
     found = Assembly(slaves, system.connections, values, files, home if unpacked is None else None)
-    started: dict[str, OtherProcess] = {}
     try:
         for name, fmu in files.items():
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
-            if isolation is None:
-                slaves.append(open_slave(name, infos[name], folder))
-            else:
-                started[name] = start(name, partial(open_slave, name, infos[name], folder), isolation)
-        for name, process in started.items():
-            slaves.append(cast(Slave, IsolatedSlave(name, process, isolation or Isolation())))
+            opened = partial(open_slave, name, infos[name], folder)
+            slaves.append(
+                opened() if isolation is None else cast(Slave, IsolatedSlave(name, opened, isolation))
+            )
+        for slave in slaves:
+            if isinstance(slave, IsolatedSlave):
+                slave.begin()
     except BaseException:
         found.close()
-        for process in started.values():
-            process.end()
         raise
     return found
 

@@ -149,8 +149,6 @@ class _Guard:
         columns = len(bare.table.names)
         if self._file is not None:
             values = np.load(self._file, mmap_mode="r")
-        elif rows * columns == 0:
-            values = np.empty((rows, columns))
         else:
             block = mmap.mmap(self.memory, 0, access=mmap.ACCESS_COPY)
             values = np.frombuffer(block, count=rows * columns).reshape(rows, columns)
@@ -209,10 +207,9 @@ class Line:
 
     def block(self, rows: int, columns: int) -> Array:
         """Give memory for values, all NaN, that outlives this process."""
-        if rows * columns == 0:
-            return np.empty((rows, columns))
-        os.ftruncate(self._memory, 8 * rows * columns)
-        block = np.frombuffer(mmap.mmap(self._memory, 0)).reshape(rows, columns)
+        size = rows * columns
+        os.ftruncate(self._memory, 8 * max(size, 1))  # nothing cannot be mapped
+        block = np.frombuffer(mmap.mmap(self._memory, 0), count=size).reshape(rows, columns)
         block[:] = np.nan
         return block
 

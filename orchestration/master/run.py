@@ -16,7 +16,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
-from warmlink.orchestration.master.algorithms.parts import Retry
+from warmlink.orchestration.master.algorithms.parts import InParts, Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble, initialize
 from warmlink.orchestration.master.communication import Clock, CommunicationPoints
 from warmlink.orchestration.master.compiled.loop import CompiledLoop, Stepping, choose, obstacle
@@ -85,7 +85,7 @@ def simulate(
     else:
         points = CommunicationPoints.between(start_time, stop_time, step_size)
     algorithm = algorithm or Jacobi()
-    retrying = algorithm if algorithm.repeats_steps else Retry(algorithm)
+    retrying = algorithm if isinstance(algorithm, InParts) else Retry(algorithm)
     if isolation is not None or pacing is not None or statistics:
         if stepping == "compiled":
             raise InputError(
@@ -152,6 +152,7 @@ class Run:
     clock: Clock | None
     progress: Progress | None
     compiled: bool
+    _loop: CompiledLoop | None = None
 
     def result(self, *, check_stability: bool) -> Result:
         """Do the run and say how it went."""
@@ -212,53 +213,47 @@ class Run:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""
         recorder, checkpoints, last = self.recorder, self.checkpoints, self.recorder.points.count
         stride, first = max(1, last // 200), recorder.rows
-        loop: CompiledLoop | None = None
         while recorder.rows <= last:
             self.network.end_copies()
             if under_way.asked():
                 return False
-            if self.compiled and loop is None and recorder.rows > first:
-                loop = self._loop(recorder)
-            if loop is None:
-                self._step(recorder)
-            elif not loop.advance(
-                last if checkpoints is None else checkpoints.next_after(recorder.rows - 1, last)
-            ):
-                loop, self.compiled = None, False
-                continue
+            if self.compiled and self._loop is None and recorder.rows > first:
+                self._begin_loop(recorder)
+            until = last if checkpoints is None else checkpoints.next_after(recorder.rows - 1, last)
+            self._advance(recorder, until)
             point = recorder.rows - 1
             if self.clock is not None:
                 self.clock.wait(recorder.points.time(point) - recorder.points.start_time)
             if checkpoints is not None and checkpoints.due(point):
                 checkpoints.save(recorder, self.stepper)
-            if self.progress is not None and (loop is not None or point % stride == 0 or point == last):
+            if self.progress is not None and (self._loop or point % stride == 0 or point == last):
                 self.progress(point, last)
         return True
 
-    def _step(self, recorder: Recorder) -> None:
-        """Step once, plainly."""
-        point, points = recorder.rows - 1, recorder.points
-        self.stepper.step(points.time(point), points.step(point))
-        recorder.take()
+    def _advance(self, recorder: Recorder, until: int) -> None:
+        """Step once, or with the compiled loop to a point at most; not at all where that gives up."""
+        if self._loop is None:
+            point, points = recorder.rows - 1, recorder.points
+            self.stepper.step(points.time(point), points.step(point))
+            recorder.take()
+        elif not self._loop.advance(until):
+            self._loop, self.compiled = None, False
 
-    def _loop(self, recorder: Recorder) -> CompiledLoop | None:
-        """Give the compiled loop, unless the first step, a plain one, changed what FMUs share."""
-        if any(isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves):
-            self.compiled = False
-            return None
-        assert self.schedule is not None
-        # Copies of states that the stepper holds will be from long ago if it has to go on.
-        self.stepper.recall(self.stepper.memory())
-        return CompiledLoop(self.network, self.schedule, recorder)
+    def _begin_loop(self, recorder: Recorder) -> None:
+        """Go on with the compiled loop, unless the first step, a plain one, changed what FMUs share."""
+        watched = (isinstance(slave, FmiSlave) and slave.watched for slave in self.network.slaves)
+        self.compiled = self.compiled and not any(watched)
+        if self.compiled and self.schedule is not None:
+            # Copies of states that the stepper holds will be from long ago if it has to go on.
+            self.stepper.recall(self.stepper.memory())
+            self._loop = CompiledLoop(self.network, self.schedule, recorder)
 
     def _fill(self, recorder: Recorder) -> None:
         """Step until a recorder is full, once more after the run."""
-        loop = self._loop(recorder) if self.compiled else None
+        self._loop = None
+        self._begin_loop(recorder)
         while recorder.rows <= recorder.points.count:
-            if loop is None:
-                self._step(recorder)
-            elif not loop.advance(recorder.points.count):
-                loop = None
+            self._advance(recorder, recorder.points.count)
 
 
 def _memory() -> int:

@@ -120,7 +120,6 @@ def _attempts_chart(result: Reproduction) -> Any:
 
 
 def _printed(x: list[float], *quantities: str) -> list[dict[str, Any]]:
-    """Marks of what the paper prints for the moving case."""
     traces: list[dict[str, Any]] = []
     for kind, symbol in (("measured", "x"), ("predicted", "cross")):
         y = [PAPER["moving"][f"{quantity}_{kind}"].value for quantity in quantities]

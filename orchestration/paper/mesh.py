@@ -112,7 +112,6 @@ def paper_assembly(options: Assembly = AS_DESCRIBED, materials: Mapping[str, Mat
 
 
 def _boundaries(mesh: Any, options: Assembly) -> dict[str, Any]:
-    """Boundaries of the assembly, by where their facets lie."""
     g, outer = GEOMETRY, mesh.boundary_facets()
     middle = mesh.p[:, mesh.facets[:, outer]].mean(axis=1)
     on_shaft, on_link = (np.isin(mesh.f2t[0, outer], mesh.subdomains[name]) for name in ("shaft", "link"))
@@ -220,7 +219,6 @@ def _on_circle(circle: Circle, angle: Array) -> Array:
 
 
 def _ring(near: Array, far: Array) -> list[Array]:
-    """Quadrilaterals between an inner and an outer outline."""
     return [np.array([near[i], far[i], far[i + 1], near[i + 1]]) for i in range(8)]
 
 

@@ -32,9 +32,6 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 HEATER_LAG = 180.0
 """s; "several minutes" ([1] III.A) taken as the time constant of the heating pad; assumed."""
 
-CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
-"""m and 1/K, length and expansion coefficient of the camera's support, aluminium; assumed."""
-
 
 @dataclass(frozen=True)
 class Attempt:
@@ -72,11 +69,6 @@ def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], di
         progress(share)
         attempts += _attempts(Case.printed(case), gaps)
     return attempts, gaps
-
-
-def camera_warming(missing: float) -> float:
-    """Warming [K] of the camera's support that would hide so much elongation, `missing` [um]."""
-    return missing * 1e-6 / (CAMERA_EXPANSION * CAMERA_SUPPORT)
 
 
 def implied_by_temperatures(base_rise: float, tip_rise: float) -> float:

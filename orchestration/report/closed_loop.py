@@ -140,7 +140,6 @@ def _figures(outcome: ClosedLoop) -> Table:
 
 
 def _since(metrics: ErrorMetrics) -> str:
-    """From when on the error stays within tolerance."""
     if metrics.time_to_tolerance_s is None:
         return "never"
     return "start" if metrics.time_to_tolerance_s == 0 else f"{metrics.time_to_tolerance_s / 60:.1f} min"
@@ -181,7 +180,6 @@ def _settings(outcome: ClosedLoop) -> Table:
 
 
 def _of_the_arm(outcome: ClosedLoop) -> list[Section]:
-    """Sections of the arm: where the error comes from, the workspace, the chain."""
     errors, grid, result = ArmErrors(outcome.result), workspace(), outcome.result
     names = [axis.name for axis in axes()]
     uncompensated, left = (_maps(outcome, grid, growth) for growth in (errors.growth, errors.left))

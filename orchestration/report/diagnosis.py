@@ -140,7 +140,6 @@ def _ranking(diagnosis: Diagnosis) -> Table:
 
 
 def _reason(diagnosis: Diagnosis, fit: Fit) -> str:
-    """Why a set was not chosen, or that it was."""
     best = diagnosis.assessment.best
     if fit is best:
         found = diagnosis.causes or diagnosis.verdict == "adequate"
@@ -260,6 +259,5 @@ def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folde
 
 
 def _write_json(content: dict[str, Any], path: Path) -> None:
-    """Write a JSON file that people can read too."""
     text = json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False)
     path.write_text(text + "\n", encoding="utf-8")

@@ -79,7 +79,6 @@ def _with_code(text: object) -> Markup:
 
 
 def _versions() -> Table:
-    """Versions of what a result depends on."""
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:
         try:

@@ -120,7 +120,6 @@ def _line(x: Sequence[float], y: Sequence[float], shape: str, name: str) -> dict
 
 
 def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
-    """The objective over one parameter."""
     factor = axis.readable[1]
     x: dict[str, Any] = {"title": _label(axis)}
     if axis.log:

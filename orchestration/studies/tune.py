@@ -50,12 +50,11 @@ class Tuned(Searched):
 
     @property
     def gain(self) -> str:
-        """What polishing gave, in words."""
-        winner = best(self.found)
-        if winner is None or self.polished is None:
-            return "not polished, since the system is not joined" if winner is not None else ""
-        share = 100 * (1 - self.polished.objective / winner.objective)
-        return f"polished along its gradient from {winner.objective:.5g}, {share:.2g} % less"
+        """What polishing gave the winner, in words."""
+        if self.polished is None:
+            return "not polished, since the system is not joined"
+        before, after = self.found[self.polished.number].objective, self.polished.objective
+        return f"polished along its gradient from {before:.5g}, {100 * (1 - after / before):.2g} % less"
 
     @property
     def trials(self) -> list[Judged]:

@@ -135,11 +135,10 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
     alike: dict[object, list[int]] = {}
     for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
-    shares = []
-    for lane, places in alike.items():
-        most = 1 if isinstance(lane, int) else rollouts[cases[places[0]].law].lanes
-        shares += [places[first : first + most] for first in range(0, len(places), most)]
-    return sorted(shares, key=lambda share: -cases[share[0]].hours)
+    most = max((each.lanes for each in rollouts.values()), default=1)
+    return [
+        places[first : first + most] for places in alike.values() for first in range(0, len(places), most)
+    ]
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
@@ -169,17 +168,16 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         first = cases[places[0]]
         if lane_of(first, rollouts) is None:
             continue
-        rollout, results = rollouts[first.law], []
-        given, good = [cases[place].values for place in places], np.ones(len(places), dtype=bool)
+        rollout, runs = rollouts[first.law], []
+        names, units = rollout.recorded, dict.fromkeys(rollout.recorded)
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
-            values, well = rollout.run(given, points.count, points.step_size)
-            good &= well
-            units = dict.fromkeys(rollout.recorded)
-            tables = (Table(rollout.recorded, units, points, mine.T) for mine in values)
-            results.append([Result(table, "completed") for table in tables])
-        for i in np.flatnonzero(good).tolist():
-            yield places[i], *(each[i] for each in results)
+            given = [cases[place].values for place in places]
+            runs.append((points, *rollout.run(given, points.count, points.step_size)))
+        for i, place in enumerate(places):
+            if all(well[i] for *_, well in runs):
+                tables = (Table(names, units, points, values[i].T) for points, values, _ in runs)
+                yield place, *(Result(table, "completed") for table in tables)
 
 
 def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
@@ -197,10 +195,10 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
         names = recorded(first.setup)
         made_from = (*made_here(), *first.made_from, names, processor())
         try:
-            found[law] = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
-            loaded(found[law].library)
+            rollout = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
+            loaded(rollout.library)
+            found[law] = rollout
         except (InputError, OSError) as fault:
-            found.pop(law, None)
             remark(f"{law}: runs on its FMUs, since its system cannot be joined: {fault}")
     return found
 

@@ -120,7 +120,7 @@ def test_the_laws_recursion_ends_at_the_steady_kalman_gain(sensors: tuple[str, .
     decay, fade = np.exp(reduced.rate * step), np.exp(-step / np.array(values["disturbance_time"]))
     reach = (decay - 1) / reduced.rate
     F = np.zeros((9, 9))
-    F[:7, :7] = np.diag(decay + reach * speed * np.diag(reduced.M))
+    F[:7, :7] = np.diag(decay + reach * speed * np.diag(reduced.A_speed))
     F[:7, 7] = reach * reduced.B[:, 1]
     F[:7, 8] = reach * reduced.B[:, 2]
     F[7:, 7:] = np.diag(fade)

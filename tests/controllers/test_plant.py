@@ -95,7 +95,7 @@ def test_the_truncation_keeps_its_bound(plant: LinearPlant, order: int) -> None:
 def test_the_reduced_plant_is_stable_at_every_speed(plant: LinearPlant, order: int) -> None:
     reduced = reduce_plant(plant, order)
     for speed in (0.0, 3.43, 10.0):
-        values = np.linalg.eigvals(np.diag(reduced.rate) + speed * reduced.M)
+        values = np.linalg.eigvals(np.diag(reduced.rate) + speed * reduced.A_speed)
         assert values.real.max() < 0
         assert np.abs(values.imag).max() < 1e-12
 

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 import typer
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import command_named
-from warmlink.orchestration.command_line.arguments import for_typer, plain_values
+from warmlink.orchestration.command_line.arguments import for_typer, plain_values, settings_given
 
 GIVEN = (
     "run",
@@ -46,3 +47,16 @@ def test_plain_arguments_are_read_as_typer_reads_them(line: str) -> None:
 def test_what_is_unusual_is_left_to_typer(line: str) -> None:
     name, *given = shlex.split(line)
     assert plain_values(command_named(name), given) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("T", '--noise T: no value; write --noise "tip_temperature=0.1 K"'),
+        ("=1 K", '--noise =1 K: no name; write --noise "tip_temperature=0.1 K"'),
+    ],
+)
+def test_a_pair_is_refused_with_an_example_of_its_own_option(text: str, sentence: str) -> None:
+    with pytest.raises(InputError) as told:
+        settings_given([text], "--noise")
+    assert str(told.value) == sentence

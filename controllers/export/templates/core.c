@@ -9,7 +9,7 @@ ${own}    begin_of(inputs, own, law->states);
 
 void ${law}_step(${law} *law, const double inputs[])
 {
-    const double period = ${period}, time = (double)(law->samples + 1) * period;
+    const double period = ${step}, time = (double)(law->samples + 1) * period;
     double next[${states}];
     int i;
     sample_0_of(law->states, inputs, design, &time, &period, next);

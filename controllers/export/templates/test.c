@@ -19,7 +19,7 @@ int main(void)
         for (i = 0; i < ${upper}_INPUTS; i++)
             now[i] = (${law}_real)inputs[k][i];
         if (k == 0)
-            ${law}_init(&one, now${recalls});
+            ${law}_init(&one, now${nothing});
         else
             ${law}_step(&one, now);
         for (i = 0; i < ${compared}; i++)

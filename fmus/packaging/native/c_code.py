@@ -5,11 +5,12 @@ arguments as they are by pointing at them. A choice is one expression, which bec
 what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
 """
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
-from itertools import groupby
+from itertools import accumulate, groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from warmlink.fmus.calls import written
 from warmlink.fmus.errors import InputError
@@ -17,6 +18,12 @@ from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
 DECLARED = ("settle", "margins", "begin", "begin_tangent", "advance", "rates", "rates_tangent", "tangent")
 """Functions that `model.h` declares; others are for the generated file alone."""
+
+_OF_ONE = (
+    "sqrt exp expm1 log log1p erf fabs floor ceil sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh"
+)
+_OF_TWO = "pow fmod remainder atan2 hypot copysign fmin fmax"
+"""Functions of C, which CasADi calls alike."""
 
 _LANES = Path(__file__).parent / "sources" / "lanes.h"
 """Vectors and their functions, of so many `LANES`."""
@@ -40,46 +47,16 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     return "\n".join([header, *writer.texts])
 
 
-class _Number(NamedTuple):
-    """A number where it lies: in a vector at a place, or under a name, or as it is written."""
-
-    name: str
-    place: int | None = None
-
-    def __str__(self) -> str:
-        return self.name if self.place is None else f"{self.name}[{self.place}]"
-
-    @property
-    def pointer(self) -> str:
-        """Where it and what lies beside it begins."""
-        return f"{self.name}+{self.place}" if self.place else self.name
-
-
-_Numbers = list[_Number]
-
-
-class _Dialect(NamedTuple):
-    """How C is written: type of a number, and the forms of what is done, by CasADi's number of it."""
-
-    real: str
-    constant: str
-    choice: str
-    asked: str
-    operations: Mapping[int, str]
-
-    def literal(self, value: float) -> _Number:
-        """A number that is written out, with a point."""
-        mantissa, e, exponent = repr(value).partition("e")
-        if "n" in mantissa:
-            text = f"(double){mantissa.replace('inf', 'INFINITY').replace('nan', 'NAN')}"
-        else:
-            text = (mantissa if "." in mantissa else f"{mantissa}.") + e + exponent
-        return _Number(self.constant.format(f"({text})" if text[0] == "-" else text))
+_PLACED = re.compile(r"(\w+)\[(\d+)\]")
+"""A number that lies in a vector: in which, and where."""
 
 
 @cache
-def _dialect(lanes: bool) -> _Dialect:
-    """C for numbers, or for the vectors of `lanes.h`."""
+def _dialect(lanes: bool) -> Mapping[int | str, str]:
+    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's number, and more.
+
+    Beside them the type of a number, a constant, a choice, and the question whether a condition holds.
+    """
     import casadi
 
     asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
@@ -87,47 +64,43 @@ def _dialect(lanes: bool) -> _Dialect:
     forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
     forms |= {"ADD": "({0}+{1})", "SUB": "({0}-{1})", "MUL": "({0}*{1})", "DIV": "({0}/{1})"}
     forms |= {"NEG": "(-{0})", "SQ": "({0}*{0})", "TWICE": "({0}+{0})", "INV": "(1./{0})"}
-    own = "lanes_" if lanes else ""
-    for names, given in (
-        (("SQRT", "EXP", "EXPM1", "LOG", "LOG1P", "ERF", "FABS", "FLOOR", "CEIL"), "({0})"),
-        (("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"), "({0})"),
-        (("SINH", "COSH", "TANH", "ASINH", "ACOSH", "ATANH"), "({0})"),
-        (("POW", "FMOD", "REMAINDER", "ATAN2", "HYPOT", "COPYSIGN", "FMIN", "FMAX"), "({0},{1})"),
-    ):
-        forms |= {name: f"{own}{name.lower()}{given}" for name in names}
+    prefix = "lanes_" if lanes else ""
+    forms |= {name.upper(): f"{prefix}{name}({{0}})" for name in _OF_ONE.split()}
+    forms |= {name.upper(): f"{prefix}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
     forms["CONSTPOW"] = forms["POW"]
     forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
     forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
-    operations = {getattr(casadi, f"OP_{name}"): form for name, form in forms.items()}
-    if lanes:
-        return _Dialect("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})", operations)
-    return _Dialect("double", "{0}", "({0}?{1}:{2})", "{0}!=0", operations)
+    own = ("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})")
+    usual = ("double", "{0}", "({0}?{1}:{2})", "{0}!=0")
+    return {
+        **{getattr(casadi, f"OP_{name}"): form for name, form in forms.items()},
+        **dict(zip(("type", "constant", "choice", "asked"), own if lanes else usual, strict=True)),
+    }
 
 
 class _Writer:
     """C of functions, each of them once and after those that it calls."""
 
-    def __init__(self, dialect: _Dialect) -> None:
-        self.dialect = dialect
+    def __init__(self, forms: Mapping[int | str, str]) -> None:
+        self.forms, self.type = forms, forms["type"]
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
 
     def write(self, head: str, function: Any, alone: bool) -> None:
         """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
         alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
-        one, paired, _ = written(function)
-        paired = paired or [False] * len(alones)
+        whole, paired, _ = written(function)
         with unsimplified():
-            numbers = one.expand() if one.is_a("MXFunction") else one
-        lines, used = _Body(self, numbers, alones, paired).lines()
+            numbers = whole.expand() if whole.is_a("MXFunction") else whole
+        lines = _Body(self, numbers, alones, paired or [False] * len(alones)).lines()
         if any(paired):
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        unused = [f"x{k}" for k in range(len(alones)) if f"x{k}" not in used]
-        unused += [f"y{k}" for k in range(function.n_out()) if not function.nnz_out(k)]
-        lines = [f"(void){name};" for name in unused] + lines
-        real = self.dialect.real
-        parameters = [f"{real} x{k}" if a else f"const {real} *restrict x{k}" for k, a in enumerate(alones)]
-        parameters += [f"{real} *restrict y{k}" for k in range(function.n_out())]
+        one, many = f"{self.type} ", f"{self.type} *restrict "
+        declared = {f"x{k}": one if single else f"const {many}" for k, single in enumerate(alones)}
+        declared |= {f"y{k}": many for k in range(function.n_out())}
+        used = set(re.findall(r"\w+", " ".join(lines)))
+        lines = [f"(void){name};" for name in declared if name not in used] + lines
+        parameters = (kind + name for name, kind in declared.items())
         text = "".join(f"  {line}\n" for line in lines)
         self.texts.append(f"{head}({', '.join(parameters)})\n{{\n{text}}}\n")
 
@@ -155,75 +128,72 @@ class _Body:
     def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
         import casadi
 
-        self.writer, self.dialect, self.name = writer, writer.dialect, function.name()
-        self._statements: list[tuple[str, Sequence[str], _Numbers]] = []
-        """C, the names that it makes (none: results of the function), and what it uses."""
-        self._sizes: dict[str, int] = {}  # of vectors that are declared, by name
-        self._placed: dict[str, str] = {}  # where in a result vectors lie that are a part of it
-        self._made: dict[_Number, tuple[int, _Numbers]] = {}  # by which operation, of what
-        self._gathered: dict[tuple[_Number, ...], _Number] = {}
-        self._handed: list[tuple[int, int, _Number]] = []  # what of results lies in vectors: which, where
-        held: dict[int, _Number] = {}  # in CasADi's places
+        self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
+        self._statements: list[tuple[str, Sequence[str]]] = []
+        """C, and the names that it makes; none: results of the function."""
+        self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
+        self._needed: set[str] = set()  # names of vectors that are a part of a result
+        self._made: dict[str, tuple[int, list[str]]] = {}  # by which operation, of what
+        self._gathered: dict[str, str] = {}
+        handed: list[tuple[int, int, str, int]] = []  # what of results lies in vectors: of which, where
+        held: dict[int, str] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
             kind = function.instruction_id(k)
             given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == casadi.OP_INPUT:
                 which, place = given
-                name = f"x{which}[{2 * place}+i]" if paired[which] else f"x{which}"
-                held[taken[0]] = _Number(name, None if alone[which] or paired[which] else place)
+                index = f"{2 * place}+i" if paired[which] else place
+                held[taken[0]] = f"x{which}" if alone[which] else f"x{which}[{index}]"
             elif kind == casadi.OP_CONST:
-                held[taken[0]] = self.dialect.literal(function.instruction_constant(k))
+                held[taken[0]] = self._literal(function.instruction_constant(k))
             elif kind == casadi.OP_CALL:
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
             elif kind != casadi.OP_OUTPUT:
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
-            elif any(paired) or held[given[0]].place is None:
-                place = f"{2 * taken[1]}+i" if any(paired) else taken[1]
-                self._add(f"y{taken[0]}[{place}]={held[given[0]]};", (), [held[given[0]]])
+            elif any(paired):
+                self._add(f"y{taken[0]}[{2 * taken[1]}+i]={held[given[0]]};")
+            elif placed := _PLACED.fullmatch(held[given[0]]):
+                handed.append((*taken, placed[1], int(placed[2])))
             else:
-                self._handed.append((*taken, held[given[0]]))
-        self._hand_over()
+                self._add(f"y{taken[0]}[{taken[1]}]={held[given[0]]};")
+        self._hand_over(sorted(handed))
 
-    def lines(self) -> tuple[list[str], set[str]]:
-        """Lines of what any result needs, and the names that they use."""
-        needed: set[str] = set()
-        lines: list[str] = []
-        for text, makes, uses in reversed(self._statements):
+    def lines(self) -> list[str]:
+        """Lines of what any result needs."""
+        needed, lines = {*self._needed}, list[str]()
+        for text, makes in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
-                needed.update(each.name.partition("[")[0] for each in uses)
-                lines += [text, *(self._declared(name) for name in makes if name in self._sizes)]
-        return [line for line in reversed(lines) if line], needed
+                needed.update(re.findall(r"\w+", text))
+                lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
+        return lines[::-1]
 
-    def _declared(self, name: str) -> str:
-        if name in self._placed:
-            return f"{self.dialect.real} *{name}={self._placed[name]};"
-        return f"{self.dialect.real} {name}[{self._sizes[name]}];"
+    def _add(self, text: str, *makes: str) -> None:
+        self._statements.append((text, makes))
 
-    def _add(self, text: str, makes: Sequence[str], uses: _Numbers) -> None:
-        self._statements.append((text, makes, uses))
-
-    def _hand_over(self) -> None:
+    def _hand_over(self, handed: list[tuple[int, int, str, int]]) -> None:
         """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
-        handed = sorted(self._handed)
-        keys = [
-            (of, place - i, each.name, (each.place or 0) - i) for i, (of, place, each) in enumerate(handed)
-        ]
+        keys = [(of, place - i, name, at - i) for i, (of, place, name, at) in enumerate(handed)]
         for _, places in groupby(range(len(handed)), keys.__getitem__):
             run = [handed[i] for i in places]
-            which, first, start = run[0]
-            text = f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={start.name}[{start.place}+i];"
-            if self._sizes.get(start.name) == len(run) and start.name not in self._placed:
-                self._placed[start.name] = _Number(f"y{which}", first).pointer
-                text = ""
-            self._add(text, (), [start])
+            which, first, name, at = run[0]
+            if self._vectors.get(name, (0, ""))[0] == len(run):
+                self._vectors[name] = 0, f"{self.type} *{name}=&y{which}[{first}];"
+                self._needed.add(name)
+            else:
+                self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
 
-    def _operation(self, kind: int, given: _Numbers) -> _Number:
+    def _literal(self, value: float) -> str:
+        """A number that is written out, with a point."""
+        text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
+        return self.forms["constant"].format(f"({text})" if text[0] == "-" else text)
+
+    def _operation(self, kind: int, given: list[str]) -> str:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         import casadi
 
-        form = self.dialect.operations.get(kind)
+        form = self.forms.get(kind)
         if form is None:
             name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
             raise InputError(
@@ -233,57 +203,40 @@ class _Body:
         if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
             if self._made.get(other) == (casadi.OP_NOT, [one]):
-                form, given = self.dialect.choice, [one, then, otherwise]
-            elif self._made.get(one) == (casadi.OP_NOT, [other]):
-                form, given = self.dialect.choice, [other, otherwise, then]
-        found = _Number(f"a{len(self._statements)}")
-        self._add(f"const {self.dialect.real} {found}={form.format(*given)};", [found.name], given)
+                form, given = self.forms["choice"], [one, then, otherwise]
+        found = f"a{len(self._statements)}"
+        self._add(f"const {self.type} {found}={form.format(*given)};", found)
         self._made[found] = kind, given
         return found
 
-    def _beside(self, numbers: _Numbers) -> _Number:
-        """The first of numbers that lie side by side, or are put there."""
+    def _beside(self, numbers: list[str]) -> str:
+        """Pointer to numbers that lie side by side, or are put there."""
         if not numbers:
-            return _Number("0")
-        first, key = numbers[0], tuple(numbers)
-        if first.place is not None and key == tuple(
-            _Number(first.name, first.place + i) for i in range(len(key))
-        ):
-            return first
-        if key not in self._gathered:
-            first = self._gathered[key] = _Number(f"g{len(self._gathered)}", 0)
-            listed = ", ".join(map(str, numbers))
-            text = f"const {self.dialect.real} {first.name}[{len(numbers)}]={{{listed}}};"
-            self._add(text, [first.name], numbers)
-        return self._gathered[key]
+            return "0"
+        first, listed = _PLACED.fullmatch(numbers[0]), ", ".join(numbers)
+        if first and numbers == [f"{first[1]}[{int(first[2]) + i}]" for i in range(len(numbers))]:
+            return f"&{numbers[0]}"
+        if listed not in self._gathered:
+            name = self._gathered[listed] = f"g{len(self._gathered)}"
+            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};", name)
+        return self._gathered[listed]
 
-    def _called(self, function: Any, numbers: _Numbers) -> _Numbers:
+    def _called(self, function: Any, numbers: list[str]) -> list[str]:
         """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
-        first, given = 0, []
-        for size in (function.nnz_in(k) for k in range(function.n_in())):
-            first, part = first + size, numbers[first : first + size]
-            given.append(part[0] if size == 1 else self._beside(part))
+        sizes = [function.nnz_in(k) for k in range(function.n_in())]
+        parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
+        given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
         how = written(function)
-        run = how.function if how.idle else None
-        names = []
-        for k in range(function.n_out()):
-            names.append(f"t{len(self._sizes)}")
-            self._sizes[names[-1]] = max(function.nnz_out(k), 1)
-        handed = [
-            each.pointer if function.nnz_in(k) != 1 else str(each)
-            for k, each in enumerate(given)
-            if k or not run
-        ]
-        call = f"{self.writer.named(run or function)}({', '.join([*handed, *names])});"
-        if run is None:
-            self._add(call, names, given)
-            return [_Number(name, i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
-        left = [self._beside([each]) if each.place is None else each for each in given[1 : len(names) + 1]]
-        pointers = [f"p{name}" for name in names]
-        lines = [
-            f"const {self.dialect.real} *{p}={each.pointer};" for p, each in zip(pointers, left, strict=True)
-        ]
-        moved = " ".join(f"{pointer}={name};" for pointer, name in zip(pointers, names, strict=True))
-        lines.append(f"if ({self.dialect.asked.format(given[0])}) {{ {call} {moved} }}")
-        self._add("\n  ".join(lines), [*names, *pointers], [*given, *left])
-        return [_Number(f"p{name}", i) for k, name in enumerate(names) for i in range(function.nnz_out(k))]
+        found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
+        self._vectors |= {t: (size, f"{self.type} {t}[{size or 1}];") for t, size in found.items()}
+        name, made = self.writer.named(how.function if how.idle else function), [*found]
+        call = f"{name}({', '.join([*given[how.idle :], *found])});"
+        if how.idle:
+            left = map(self._beside, parts[1 : len(found) + 1])
+            lines = [f"const {self.type} *p{t}={place};" for t, place in zip(found, left, strict=True)]
+            moved = " ".join(f"p{t}={t};" for t in found)
+            lines.append(f"if ({self.forms['asked'].format(given[0])}) {{ {call} {moved} }}")
+            call, found = "\n  ".join(lines), {f"p{t}": size for t, size in found.items()}
+            made += found
+        self._add(call, *made)
+        return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]

@@ -42,7 +42,7 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     starting = header + functions_text(_starting_functions(component))
     running = header + functions_text(_running_functions(component, groups))
     if component.continuous.size:
-        running += choice_of_step(component, ("x", "u", "later", "d", "time", "step"))
+        running += choice_of_step(component)
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {

@@ -45,10 +45,9 @@ def loaded(library: bytes) -> ctypes.CDLL:
 @cache
 def processor() -> tuple[int, str | None]:
     """Lanes worth their while on this machine, and the level of its processor as compilers name it."""
-    try:
+    flags = set[str]()
+    with contextlib.suppress(OSError):
         flags = set(Path("/proc/cpuinfo").read_text("utf-8").partition("flags")[2].partition("\n")[0].split())
-    except OSError:
-        flags = set()
     if {"avx512f", "avx512dq", "avx512vl", "avx512bw", "avx512cd"} <= flags:
         return 8, "x86-64-v4"
     return 4, "x86-64-v3" if {"avx2", "fma", "bmi2"} <= flags else None

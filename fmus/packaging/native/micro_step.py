@@ -3,7 +3,7 @@
 Most runs want nothing of what the rare parameters bring, which can take a fifth of a step.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -92,18 +92,19 @@ def _eliminate(
 _CHOICE = """
 #include <string.h>
 
-void WL(advance)({declared}, double *result)
-{{
-    static const int rare[] = {{{rare}}};
+void WL(advance)(const double *x, const double *u, const double *later, const double *d, \
+const double *time, const double *step, double *result)
+{
+    static const int rare[] = {RARE};
     static const double zero;
     int i;
     for (i=0; i < (int)(sizeof rare / sizeof *rare); i++)
-        if (memcmp(d + rare[i], &zero, sizeof zero)) {{
-            advance_with_all_of({given}, result);
+        if (memcmp(d + rare[i], &zero, sizeof zero)) {
+            advance_with_all_of(x, u, later, d, time, step, result);
             return;
-        }}
-    advance_without_of({given}, result);
-}}
+        }
+    advance_without_of(x, u, later, d, time, step, result);
+}
 """
 
 
@@ -130,16 +131,10 @@ def stepping(component: Component, s: Symbols, later: Expression | None = None) 
         yield "advance_without", arguments, _micro_step(component, without, at_end)
 
 
-def choice_of_step(component: Component, arguments: Sequence[str]) -> str:
-    """C function `advance` that takes the step without what is rare while that is all 0; empty: none is rare.
-
-    The names are those of the arguments of `stepping`, among them `d`.
-    """
+def choice_of_step(component: Component) -> str:
+    """C function `advance`, which leaves out what is rare while that is all 0; empty if nothing is rare."""
     rare = rare_places(component)
-    if not rare:
-        return ""
-    declared = ", ".join(f"const double *{each}" for each in arguments)
-    return _CHOICE.format(declared=declared, rare=", ".join(map(str, rare)), given=", ".join(arguments))
+    return _CHOICE.replace("RARE", ", ".join(map(str, rare))) if rare else ""
 
 
 def rare_places(component: Component) -> list[int]:

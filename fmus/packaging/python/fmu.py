@@ -49,28 +49,22 @@ class {name}(Fmi2Slave):
 
 
 def build_python_fmus(
-    entries: Iterable[Entry], out: Path, progress: Callable[[str], None] = lambda name: None
+    entries: Iterable[Entry], folder: Path, progress: Callable[[str], None] = lambda name: None
 ) -> list[Path]:
     """Write the Python FMUs of components and return their paths, in the order of the components.
 
     Parameters
     ----------
     entries : from `catalogue()`, or of one's own
-    out : `dist`, say; the FMUs are put into its folder `python`, as `<Name>.fmu`
+    folder : where `<Name>.fmu` is written, `dist/python`, say
     progress : called with the name of each FMU that is done
     """
     built = []
     for entry in entries:
-        built.append(build_python_fmu(entry, out / "python"))
+        built.append(folder / f"{entry.component.name}.fmu")
+        write_archive(built[-1], python_fmu_files(entry))
         progress(entry.component.name)
     return built
-
-
-def build_python_fmu(entry: Entry, folder: Path) -> Path:
-    """Write `<Name>.fmu` of a component into a folder and return its path."""
-    target = folder / f"{entry.component.name}.fmu"
-    write_archive(target, python_fmu_files(entry))
-    return target
 
 
 def python_fmu_files(entry: Entry) -> dict[str, bytes]:

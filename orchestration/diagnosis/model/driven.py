@@ -121,7 +121,7 @@ class _Log:
 
     def __init__(self, run: Driven) -> None:
         self._run = run
-        self.variables = {
+        self.variables: Mapping[str, Variable] = {
             target: Variable(target, i, "Real", "Real", "output", "continuous")
             for i, target in enumerate(run.signals)
         }
@@ -141,7 +141,7 @@ class _Log:
         return getattr(library(), {"DoStep": "log_step"}.get(name, "log_get"))
 
     def batches(self, names: Names) -> list[Batch]:
-        return sorted_by_type(LOG, self.variables, names, lambda variable: ("Real", ctypes.c_double))
+        return sorted_by_type(LOG, self.prefix, self.variables, names, {})
 
     def get(self, names: Names) -> list[Value]:
         return [float(self._run.signals[name][self._laid.point]) for name in names]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from collections.abc import Sequence
 
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -37,27 +37,23 @@ class Stepper(ABC):
         """Forget what says nothing of the next step, before which a parameter has changed."""
 
 
+STEP, READ, WRITE = range(3)
+"""What is done with a slave: it is stepped, its outputs are read, its inputs are written."""
+
+
 @dataclass(frozen=True)
 class Schedule:
     """Order of work in a communication step that steps each slave once, with inputs that are known already.
 
-    The slaves in the order of stepping: `at_once`, before any value is exchanged, else each value is handed
-    on as soon as it is there. Those `again` are read once more after the exchange, which no compiled loop
-    does.
+    The `jobs` say what is done with which slave; `at_once` is whether all step before any value is exchanged.
     """
 
-    slaves: tuple[int, ...]
+    jobs: Sequence[tuple[int, int]]
     at_once: bool
-    again: tuple[int, ...] = ()
 
 
 class Algorithm(ABC):
-    """A master algorithm, as chosen by a user; it does nothing until it is bound to a network.
-
-    Some do by themselves what `Retry` does around others: `repeats_steps` in parts that a slave discards.
-    """
-
-    repeats_steps: ClassVar[bool] = False
+    """A master algorithm, as chosen by a user; it does nothing until it is bound to a network."""
 
     @property
     @abstractmethod

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.records import dataclass
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
+from warmlink.orchestration.master.algorithms.algorithm import READ, STEP, WRITE, Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.network import Network
@@ -41,8 +41,12 @@ class Jacobi(Explicit):
 
     def schedule(self, network: Network) -> Schedule:
         """All slaves at once."""
-        again = feedthrough_order(network) if self.settled else ()
-        return Schedule(tuple(range(len(network.slaves))), at_once=True, again=again)
+        every = range(len(network.slaves))
+        jobs = [(deed, k) for deed in (STEP, READ, WRITE) for k in every]
+        if self.settled:
+            jobs += [(deed, k) for k in feedthrough_order(network) for deed in (WRITE, READ)]
+            jobs += [(WRITE, k) for k in every]
+        return Schedule(jobs, at_once=True)
 
 
 @dataclass(frozen=True)
@@ -56,14 +60,14 @@ class GaussSeidel(Explicit):
 
     def schedule(self, network: Network) -> Schedule:
         """One slave after the other; InputError where the sequence does not name each once."""
-        if self.sequence is None:
-            return Schedule(feedthrough_order(network), at_once=False)
-        if sorted(self.sequence) != sorted(network.index):
+        if self.sequence is not None and sorted(self.sequence) != sorted(network.index):
             raise InputError(
                 f"order of slaves: {', '.join(self.sequence)} is not an order of {', '.join(network.index)}; "
                 "name each of them once"
             )
-        return Schedule(tuple(network.index[name] for name in self.sequence), at_once=False)
+        given = [network.index[name] for name in self.sequence or ()]
+        order = given or feedthrough_order(network)
+        return Schedule([(deed, k) for k in order for deed in (WRITE, STEP, READ)], at_once=False)
 
 
 class ScheduledStepper(Stepper):
@@ -71,24 +75,13 @@ class ScheduledStepper(Stepper):
 
     def __init__(self, network: Network, schedule: Schedule) -> None:
         self.network = network
-        self.schedule = schedule
+        exchanges = {READ: network.read, WRITE: network.write}
+        self._jobs = [(exchanges.get(deed), k) for deed, k in schedule.jobs]
 
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves by one communication step."""
-        network, slaves, again = self.network, self.schedule.slaves, self.schedule.again
-        if not self.schedule.at_once:
-            for k in slaves:
-                network.write(k)
-                network.step(k, time, step_size)
-                network.read(k)
-            return
-        for k in slaves:
-            network.step(k, time, step_size)
-        for exchange in (network.read, network.write):
-            for k in slaves:
+        for exchange, k in self._jobs:
+            if exchange is None:
+                self.network.step(k, time, step_size)
+            else:
                 exchange(k)
-        for k in again:
-            network.write(k)
-            network.read(k)
-        for k in slaves if again else ():
-            network.write(k)

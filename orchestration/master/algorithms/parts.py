@@ -30,7 +30,6 @@ class InParts(Algorithm):
 
     inner: Algorithm
     minimum_step: float | None = field(default=None, kw_only=True)
-    repeats_steps: ClassVar[bool] = True
 
     @property
     def order(self) -> int:

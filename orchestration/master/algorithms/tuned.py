@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import cast
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -44,14 +43,8 @@ class Tuned(Algorithm):
         """Prepare for one network."""
         for change in self.changes:
             where = f"{change.slave}.{change.parameter}"
-            if change.slave not in network.index:
-                raise InputError(
-                    f"{where}: there is no such component; {instead(change.slave, network.index)}"
-                )
-            known = network.slaves[network.index[change.slave]].variables
-            if change.parameter not in known:
-                raise InputError(f"{where}: there is no such variable; {instead(change.parameter, known)}")
-            variable = known[change.parameter]
+            k, name = network.locate(where)
+            variable = network.slaves[k].variables[name]
             if variable.variability != "tunable":
                 raise InputError(f"{where}: is {variable.variability}, not tunable; set it before the run")
             checked_value(variable, change.value, where)

@@ -16,8 +16,9 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import loaded, made_here
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule
+from warmlink.orchestration.master.algorithms.algorithm import STEP, WRITE, Algorithm, Schedule
 from warmlink.orchestration.master.recording.recorder import Recorder
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
@@ -31,8 +32,8 @@ Stepping = Literal["auto", "preferred", "plain", "compiled"]
 PAYS_FROM_SLAVE_STEPS = 5_000
 CHUNK_SECONDS = 0.05
 _DISCARD = 2
-_NOTHING, _STEP, _GET, _SET, _NOT_FINITE, _TERMINATE = range(6)
-"""What failed, as the loop notes in the first cell of `under_way`."""
+_NOTHING, _NOTE = -1, 3
+"""Nothing failed; and what is done beside `STEP`, `READ` and `WRITE`: the recorder's variables are got."""
 
 
 def stepping_named(name: str) -> Stepping:
@@ -73,14 +74,10 @@ def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, 
     `auto` takes it where it can be had and so many steps of slaves pay for laying out its tables, `preferred`
     wherever it can be had, as one run of many does; InputError where `compiled` cannot be had.
     """
-    compiles = schedule is not None and not schedule.again
-    if stepping == "compiled" and not compiles:
-        raise InputError(
-            f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi with held inputs "
-            "or Gauss-Seidel"
-        )
+    if stepping == "compiled" and schedule is None:
+        raise InputError(f"compiled stepping: {algorithm} cannot be compiled; choose Jacobi or Gauss-Seidel")
     short = stepping == "auto" and slave_steps < PAYS_FROM_SLAVE_STEPS
-    if stepping == "plain" or short or not compiles:
+    if stepping == "plain" or short or schedule is None:
         return False
     try:
         prepare()
@@ -135,11 +132,12 @@ class Layout:
 
     def __init__(self, network: Network, schedule: Schedule, recorder: Recorder) -> None:
         self.network, points = network, recorder.points
+        self._slaves = cast("list[Addressed]", network.slaves)  # as `obstacle` found
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
         self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
-        self._kept: list[Batch] = []  # whose value references are in the tables
-        slaves = range(len(network.slaves))
+        self.batches: list[Batch] = []  # in the order of their table, which holds their value references
+        slaves, count = range(len(network.slaves)), len(network.slaves)
         reads, self.outputs = self._laid(network.reads, "Get")
         writes, self.inputs = self._laid(network.writes, "Set")
         late, late_places = self._laid(recorder.late, "Get")
@@ -153,19 +151,18 @@ class Layout:
             for k, name, position in recorder.sources
         ]
         factors = [each for w in chain(*network.wires) for each in (w.factor, w.offset)]
-        ranges = [
-            [0, *accumulate(len(of_slave) for of_slave in each)] for each in (reads, writes, wires, checks)
-        ]
-        read_rows = [*chain(*reads), *chain(*late)]
+        batches = [*reads, *writes, *late]
+        ends = _ends(batches)
+        ranges = [_ends(wires), *(ends[first : first + count + 1] for first in (0, count, 2 * count))]
+        jobs = [*schedule.jobs, *((_NOTE, k) for k in slaves if late[k])]
+        rows = jobs, [self._row(k) for k in slaves], *([*chain(*each)] for each in (batches, wires, checks))
         self._arrays: list[Any] = [
-            *(_whole(rows) for rows in (schedule.slaves, [self._row(k) for k in slaves], read_rows)),
-            *(_whole(rows) for rows in ([*chain(*writes)], [*chain(*wires)], [*chain(*checks)], columns)),
-            _whole(ranges),
+            *(np.array(each, dtype=np.int64) for each in (*rows, columns, [*ranges, _ends(checks)])),
             np.array(factors),
             np.array([points.start_time, points.step_size, *points.uneven]),
             *self.buffers,
         ]
-        sizes = len(slaves), len(read_rows), len(columns), schedule.at_once, len(points.uneven)
+        sizes = count, len(columns), len(jobs), len(points.uneven)
         self.tables = np.array([*sizes, *(array.ctypes.data for array in self._arrays)], dtype=np.int64)
 
     def load(self) -> None:
@@ -184,23 +181,21 @@ class Layout:
         return bool(value) if kind == 2 else value
 
     def _row(self, k: int) -> list[int]:
-        slave = self._slave(k)
-        bytes_at, doubles_at = self.buffers[2].ctypes.data, self.buffers[0].ctypes.data
-        version = int(slave.prefix[-1])
+        slave = self._slaves[k]
         step = _address(slave.function("DoStep"))
-        return [slave.component.value, step, version, bytes_at, doubles_at, slave.stepping]
+        return [slave.component.value, step, int(slave.prefix[-1]), slave.stepping]
 
     def _laid(self, names: Sequence[Names], verb: str) -> tuple[list[list[list[int]]], list[list[Place]]]:
         """Give for each slave the rows of the table of batches, and where each variable lies."""
         rows: list[list[list[int]]] = [[] for _ in names]
         places: list[list[Place]] = [[(0, 0)] * len(each) for each in names]
         for k, of_slave in enumerate(names):
-            slave = self._slave(k)
+            slave = self._slaves[k]
             for batch in slave.batches(of_slave) if of_slave else ():
                 kind = _KINDS[slave.prefix, batch.base]
                 start, buffer = self._used[kind], self.buffers[kind]
                 self._used[kind] += batch.count
-                self._kept.append(batch)
+                self.batches.append(batch)
                 for i, position in enumerate(batch.positions):
                     places[k][position] = (kind, start + i)
                 function, references = slave.function(verb + batch.base), ctypes.addressof(batch.references)
@@ -209,18 +204,14 @@ class Layout:
                 rows[k].append([_address(function), component, references, batch.count, values, version])
         return rows, places
 
-    def _slave(self, k: int) -> Addressed:
-        slave = self.network.slaves[k]
-        assert isinstance(slave, Addressed)
-        return slave
-
 
 def _address(function: Any) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
-def _whole(rows: Any) -> Any:
-    return np.array(rows, dtype=np.int64)
+def _ends(rows: Sequence[Sequence[Any]]) -> list[int]:
+    """Where each slave's rows begin in the table of all, and the last one's end."""
+    return [0, *accumulate(map(len, rows))]
 
 
 class CompiledLoop:
@@ -251,7 +242,7 @@ class CompiledLoop:
         if self._restores:
             self._keyframe = network.snapshot(reuse=self._keyframe)
         failure = self._cells
-        failure[:3] = 0
+        failure[:3] = _NOTHING, 0, 0
         began = time.perf_counter()
         assert row.dtype == np.float64 and row.flags.c_contiguous  # noqa: PT018
         ends = ctypes.c_int64(first), ctypes.c_int64(last)
@@ -262,25 +253,26 @@ class CompiledLoop:
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
-        if failure[0] == _STEP and failure[2] == _DISCARD and self._keyframe is not None:
+        if failure[0] == STEP and failure[2] == _DISCARD and self._keyframe is not None:
             network.rewind(self._keyframe)
             return False
         self.layout.unload()
         network.time = self._points.time(reached)
         network.steps += (reached - first) * len(network.slaves)
         recorder.filled(reached)
-        if failure[0]:
+        if failure[0] != _NOTHING:
             self._raise(reached, *(int(f) for f in failure[:3]))
         return True
 
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
         """Raise what plain stepping would have raised."""
         network = self.network
-        slave = cast("FmiSlave", network.slaves[max(k, 0)])  # nothing else fails in compiled code
+        slave = cast("FmiSlave", network.slaves[k])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
-        if what == _NOT_FINITE:
+        if what == STEP:
+            slave.stop(detail)
+        if detail <= 1:  # it was got, but is not finite
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
-        if what in (_STEP, _TERMINATE):
-            slave.stop(detail)
-        slave.fail("Get" if what == _GET else "Set", detail)
+        batch = self.layout.batches[int(self._cells[under_way.BATCH])]
+        slave.fail_exchange("Set" if what == WRITE else "Get", batch, detail)

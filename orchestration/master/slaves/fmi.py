@@ -8,9 +8,8 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 from weakref import WeakValueDictionary
@@ -20,13 +19,12 @@ from warmlink.orchestration.master.slaves.library import (
     Batch,
     Library,
     Surroundings,
-    exchanged_as,
     held_from_start,
     sorted_by_type,
 )
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo
-from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.model import Value, Variable
 
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _FAILURES: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
@@ -75,9 +73,9 @@ class FmiSlave(ABC):
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
         self.info = info
-        self.variables = info.variables
+        self.variables: Mapping[str, Variable] = info.variables
         self.capabilities = info.capabilities
-        self.dependencies = {output: info.feedthrough(output) for output in info.outputs}
+        self.dependencies: Mapping[str, frozenset[str]] = {o: info.feedthrough(o) for o in info.outputs}
         self.accepts_nan = info.accepts_nan
         self.time = 0.0
         self.log = FmuLog()
@@ -188,7 +186,7 @@ class FmiSlave(ABC):
         for batch in self.batches(names):
             status = batch.get(*batch.arguments)
             if status > 1:
-                self.fail("Get" + batch.base, status, self._only(batch))
+                self.fail_exchange("Get", batch, status)
             if batch.count == len(names):
                 return batch.values[:] if batch.plain else batch.unload()
             for position, value in zip(batch.positions, batch.unload(), strict=True):
@@ -204,15 +202,14 @@ class FmiSlave(ABC):
                 batch.load(values)
             status = batch.set(*batch.arguments)
             if status > 1:
-                self.fail("Set" + batch.base, status, self._only(batch))
+                self.fail_exchange("Set", batch, status)
 
     def batches(self, names: Names) -> list[Batch]:
         """Give a set of variables sorted by type, which is done once."""
         self._under_way[under_way.CALL] = self._exchanging
         batches = self._sorted.get(names)
         if batches is None:
-            base_type = partial(exchanged_as, self.prefix)
-            batches = sorted_by_type(self.name, self.variables, names, base_type, self._held)
+            batches = sorted_by_type(self.name, self.prefix, self.variables, names, self._held)
             for batch in batches:
                 batch.get, batch.set = (self.function(verb + batch.base) for verb in ("Get", "Set"))
                 references, values = batch.references, batch.values
@@ -222,10 +219,10 @@ class FmiSlave(ABC):
             self._sorted[names] = batches
         return batches
 
-    def _only(self, batch: Batch) -> str | None:
-        """Name the variable of a batch that has but one."""
+    def fail_exchange(self, verb: str, batch: Batch, status: int) -> NoReturn:
+        """Raise because a batch was not got or set; the variable is named where it is but one."""
         known = (v.name for v in self.variables.values() if v.value_reference == batch.references[0])
-        return next(known) if batch.count == 1 else None
+        self.fail(verb + batch.base, status, next(known) if batch.count == 1 else None)
 
     def directional_derivative(self, output: str, known: str) -> float:
         """Get the derivative of an output by an input, the state held fixed."""

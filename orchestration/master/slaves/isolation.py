@@ -86,21 +86,17 @@ class OtherProcess:
         `ProcessEndedError` where it has ended.
         """
         end = time.monotonic() + limit
-        while not self._has_answered(min(0.1, limit)):
-            if hurried():
-                end = min(end, time.monotonic() + PATIENCE)
-            if time.monotonic() > end:
-                self._process.kill()
-                raise TimeoutError
         try:
+            while not self.pipe.poll(min(0.1, limit)):
+                if hurried():
+                    end = min(end, time.monotonic() + PATIENCE)
+                if time.monotonic() > end:
+                    self._process.kill()
+                    raise TimeoutError
             return self.pipe.recv()
+        except TimeoutError:
+            raise
         except (EOFError, OSError):  # a plain OSError where it died while it wrote
-            raise self._ended() from None
-
-    def _has_answered(self, limit: float) -> bool:
-        try:
-            return self.pipe.poll(limit)
-        except OSError:
             raise self._ended() from None
 
     def end(self, patience: float = 0.0) -> None:
@@ -163,26 +159,27 @@ def print_to_standard_error() -> None:
     sys.stdout = sys.stderr = open(2, "w", buffering=1, closefd=False, errors="replace")  # noqa: SIM115
 
 
-def start(name: str, opener: Opener, isolation: Isolation) -> OtherProcess:
-    """Start a process in which a slave is opened (picklable), without waiting, so that many start at once."""
-    return OtherProcess(name, _serve, name, opener, isolation.memory_limit)
-
-
 class IsolatedSlave:
     """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
-    Every method may raise SlaveError: a `crash`, or the `time limit` where the process does not answer.
+    The process, in which the slave is opened (picklable), is started at once, but waited for in `begin`, so
+    that many start at the same time. Every method may raise SlaveError: a `crash`, or the `time limit` where
+    the process does not answer.
     """
 
-    def __init__(self, name: str, process: OtherProcess, isolation: Isolation) -> None:
+    def __init__(self, name: str, opener: Opener, isolation: Isolation) -> None:
         self.name = name
         self.isolation = isolation
         self._time = 0.0
-        self._failure: SlaveError | None = None
-        self._process = process
+        self._failure: SlaveError | None = SlaveError(name, "error", 0.0, "it has not begun")
+        self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
         self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
+
+    def begin(self) -> None:
+        """Wait until the slave is open."""
         self._answer("starting", START_LIMIT)
-        vars(self).update(self._answer("instantiating", isolation.time_limit))
+        vars(self).update(self._answer("instantiating", self.isolation.time_limit))
+        self._failure = None
 
     def __getattr__(self, method: str) -> Callable[..., Any]:
         if method not in vars(Slave):

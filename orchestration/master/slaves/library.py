@@ -7,7 +7,7 @@ import locale
 import os
 import platform
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import accumulate
@@ -133,30 +133,25 @@ class Batch:
 
 
 def sorted_by_type(
-    slave: str,
-    variables: Mapping[str, Variable],
-    names: Names,
-    base_type: Callable[[Variable], tuple[str, Any] | None],
-    held: Held | None = None,
+    slave: str, prefix: str, variables: Mapping[str, Variable], names: Names, held: Held
 ) -> list[Batch]:
     """Sort variables into batches of one base type; InputError where one is unknown or cannot be exchanged.
 
-    `base_type` gives the name and ctypes type by which a variable is exchanged, or None where it cannot be;
-    `held` keeps what arrays were set to.
+    `prefix` is that of the slave's FMI version; `held` keeps what arrays were set to.
     """
     found: dict[tuple[str, Any], dict[int, Variable]] = {}
     for position, name in enumerate(names):
         variable = variables.get(name)
         if variable is None:
             raise InputError(f"{slave}.{name}: the FMU has no such variable; {instead(name, variables)}")
-        base = None if variable.dimensions else base_type(variable)
+        base = None if variable.dimensions else exchanged_as(prefix, variable)
         if base is None:
             raise InputError(
                 f"{slave}.{name}: {variable.type} values of this shape cannot be exchanged; "
                 "choose a scalar number, Boolean or String"
             )
         found.setdefault(base, {})[position] = variable
-    return [Batch(*base, chosen, held or {}) for base, chosen in found.items()]
+    return [Batch(*base, chosen, held) for base, chosen in found.items()]
 
 
 class Library:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
@@ -109,8 +110,8 @@ class Network:
             variable = name.removeprefix(f"{slave.name}.")
             if variable != name and variable in slave.variables:
                 return k, variable
-        told = "no slave has such a variable; give slave.variable as the system names them"
-        raise InputError(f"{name}: {told}")
+        known = (f"{slave.name}.{variable}" for slave in self.slaves for variable in slave.variables)
+        raise InputError(f"{name}: no slave has such a variable; {instead(name, known)}")
 
     def _end(self, link: Connection, end: int) -> int:
         """Give the slave at one end of a connection, 0 or 1."""

@@ -56,16 +56,12 @@ class Slave(Protocol):
     answers discard, error or fatal.
     """
 
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def variables(self) -> Mapping[str, Variable]: ...  # noqa: D102
-    @property
-    def capabilities(self) -> Capabilities: ...  # noqa: D102
-    @property
-    def dependencies(self) -> Mapping[str, frozenset[str]]: ...  # noqa: D102
-    @property
-    def accepts_nan(self) -> frozenset[str]: ...  # noqa: D102
+    name: str
+    variables: Mapping[str, Variable]
+    capabilities: Capabilities
+    dependencies: Mapping[str, frozenset[str]]
+    accepts_nan: frozenset[str]
+
     @property
     def remarks(self) -> Sequence[str]: ...  # noqa: D102
 

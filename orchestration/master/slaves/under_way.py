@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-# Places of the figures. The first three are for the compiled loop: what failed, which slave, its status.
-CALL, ROWS, ASKED = 3, 4, 5
-CELLS = 6
+# Places of figures. The compiled loop has the first three, what failed, which slave, its status, and BATCH.
+CALL, ROWS, ASKED, BATCH = 3, 4, 5, 6
+CELLS = 7
 NAMES_FROM = 8 * CELLS
 SIZE = 1 << 16
 

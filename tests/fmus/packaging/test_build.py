@@ -34,7 +34,7 @@ def test_validation_finds_nothing_in_any_fmu(python_fmus: dict[str, Path]) -> No
 
 def test_builds_are_equal_byte_for_byte(python_fmus: dict[str, Path], tmp_path: Path) -> None:
     told: list[str] = []
-    built = build_python_fmus(catalogue(), tmp_path, told.append)
+    built = build_python_fmus(catalogue(), tmp_path / "python", told.append)
     assert told == list(python_fmus)
     for path in built:
         assert path.parent == tmp_path / "python"

@@ -19,7 +19,7 @@ from variants import failing_motor, other_motor
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component, Input
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.packaging.python.fmu import build_python_fmu
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
 HOSTS = ("fmpy", "libcosim", "ecos")
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
@@ -93,7 +93,7 @@ def test_all_fmus_twice_in_one_process_do_not_see_each_other(
 ) -> None:
     runs = [(python_fmus[name], c, share) for name, c in COMPONENTS.items() for share in (0.2, 0.9)]
     other = other_motor(tmp_path)
-    runs.append((build_python_fmu(other, tmp_path), other.component, 0.9))
+    runs.append((build_python_fmus([other], tmp_path)[0], other.component, 0.9))
     outcome = run_apart("run_fmpy", jobs=[job(*run) for run in runs])
     for result, (fmu, component, share) in zip(outcome.result, runs, strict=True):
         assert result["rows"] == expected(component, share), (fmu, share)
@@ -108,7 +108,7 @@ def test_versions_of_one_component_have_their_own_modules_and_guid(
 ) -> None:
     from fmpy import read_model_description
 
-    built = build_python_fmu(other_motor(tmp_path / "again"), tmp_path)
+    built = build_python_fmus([other_motor(tmp_path / "again")], tmp_path)[0]
     guids = {read_model_description(str(path)).guid for path in (built, python_fmus["MotorHeatSource"])}
     assert len(guids) == 2
 
@@ -194,7 +194,7 @@ def test_hosts_survive_what_goes_wrong(tmp_path: Path, host: str, kind: str) -> 
     require(host)
     misuse = MISUSES[kind]
     entry = failing_motor(tmp_path)
-    fmu = build_python_fmu(entry, tmp_path)
+    fmu = build_python_fmus([entry], tmp_path)[0]
     asked = job(fmu, entry.component, 0.7)
     asked["set"] |= misuse.values
     outcome = run_apart(f"run_{host}", jobs=[asked])
@@ -219,4 +219,4 @@ def test_an_entry_of_ones_own_needs_no_readme(tmp_path: Path) -> None:
     entry = other_motor(tmp_path / "own")
     assert isinstance(entry, Entry)
     assert not entry.readme.exists()
-    assert build_python_fmu(entry, tmp_path).is_file()
+    assert build_python_fmus([entry], tmp_path)[0].is_file()

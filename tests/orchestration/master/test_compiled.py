@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ WIRES = (
     wire("b.off -> c.on"),
 )
 
+ALGORITHMS = [Jacobi(), Jacobi(settled=True), GaussSeidel(), GaussSeidel(("c", "a", "b"))]
 STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
 
 
@@ -41,8 +43,12 @@ def loop(*fmus: Path, **values: dict[str, Value]) -> System:
     return System("loop", components, WIRES)
 
 
-def both(system: System, algorithm: Algorithm, stop: float = 300.0) -> tuple[Result, Result]:
-    record = ["a.y", "b.y", "c.z", "c.u", "c.off", "c.switched", "b.steps", "a.rate"]
+RECORDED = ("a.y", "b.y", "c.z", "c.u", "c.off", "c.switched", "b.steps", "a.rate")
+
+
+def both(
+    system: System, algorithm: Algorithm, stop: float = 300.0, record: Sequence[str] = RECORDED
+) -> tuple[Result, Result]:
     plain, compiled = (
         simulate(system, stop, 0.1, algorithm, record=record, stepping=stepping) for stepping in STEPPINGS
     )
@@ -50,7 +56,7 @@ def both(system: System, algorithm: Algorithm, stop: float = 300.0) -> tuple[Res
     return plain, compiled
 
 
-@pytest.mark.parametrize("algorithm", [Jacobi(), GaussSeidel(), GaussSeidel(("c", "a", "b"))], ids=str)
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=str)
 @pytest.mark.parametrize("versions", ["222", "333", "232"])
 def test_the_same_bits(trivial2: Path, trivial3: Path, versions: str, algorithm: Algorithm) -> None:
     system = loop(*({"2": trivial2, "3": trivial3}[v] for v in versions))
@@ -131,6 +137,18 @@ def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, 
     assert compiled.error is not None
     for name in ("slave", "status", "variable", "time"):
         assert getattr(plain.error, name) == getattr(compiled.error, name)
+    np.testing.assert_array_equal(plain.table.values, compiled.table.values)
+
+
+def test_what_gives_no_more_of_what_is_only_recorded_is_named(trivial2: Path) -> None:
+    components = {
+        "a": Component("a", trivial2, {}, {"y": 1.0}),
+        "b": Component("b", trivial2, {}, {"fail_at": 100.05, "fail_status": 15}),
+    }
+    plain, compiled = both(System("pair", components, WIRES[:1]), Jacobi(), record=["a.y", "b.rate"])
+    assert plain.reason is not None
+    assert plain.reason.startswith("b.rate: error at 100 s: fmi2GetReal answered error")
+    assert plain.reason == compiled.reason
     np.testing.assert_array_equal(plain.table.values, compiled.table.values)
 
 

@@ -250,7 +250,8 @@ def test_without_a_compiler_for_browsers_the_page_says_what_to_install(
 
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(fmu, "native_sources", lambda whole, speaker: ({}, ""))
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    found = importlib.util.find_spec  # which finds the controllers, too
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "ziglang" else found(name))
     with pytest.raises(InputError, match=r"needs zig: pip install \"warmlink\[live\]\""):
         live("windshield_wiper", controller=["none"], out=tmp_path / "page.html")
     assert not list(tmp_path.glob("*.html"))

@@ -7,7 +7,7 @@ import pytest
 from warmlink.controllers.own import Law, component_of
 from warmlink.fmus.component import State
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.catalogue import load_own_law
+from warmlink.orchestration.catalogue import controllers, load_own_law
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
@@ -46,6 +46,11 @@ def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
         {**fmus.files(), **load_own_law(EXAMPLE).files(FmuStore("native", tmp_path))},
     )
     assert none.max_abs_um == native.max_abs_um
+
+
+def test_it_has_the_connectors_of_every_controller() -> None:
+    own, shipped = load_own_law(EXAMPLE).component, controllers()["lag"]
+    assert (own.inputs, own.outputs, own.terminals) == (shipped.inputs, shipped.outputs, shipped.terminals)
 
 
 def test_it_becomes_a_row_of_compare(

@@ -1,10 +1,7 @@
 /* A web page around the shared model part: one instance. */
-#include "identity.h"
-#include "model.h"
+#include "model_instance.h"
 
-#include <string.h>
-
-#define EXPORTED(name) __attribute__((export_name(#name))) name
+#define EXPORTED(name) __attribute__((export_name(#name))) exported_##name
 
 static Model model;
 static char reported[1024];
@@ -25,7 +22,6 @@ const char *EXPORTED(fault)(void)
 void EXPORTED(reset)(void)
 {
     model.name = WL_NAME;
-    model.report = report;
     memset(reported, 0, sizeof reported);
     model_reset(&model);
 }

@@ -1,38 +1,31 @@
 /* FMI 2.0 around the shared model part: co-simulation, and model exchange where there is nothing sampled. */
 #include "fmi2Functions.h"
-#include "identity.h"
-#include "model.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include "model_instance.h"
 
 typedef struct {
-    Model model;
     fmi2CallbackFunctions callbacks;
-    char *name;
-} Instance;
+    const char *name;
+} Host;
 
-static void *allocated(const fmi2CallbackFunctions *callbacks, size_t size)
+static void *allocate(const Host *host, size_t size)
 {
-    return callbacks->allocateMemory ? callbacks->allocateMemory(1, size) : calloc(1, size);
+    return host->callbacks.allocateMemory ? host->callbacks.allocateMemory(1, size) : calloc(1, size);
 }
 
-static void release(const Instance *instance, void *memory)
+static void release(const Host *host, void *memory)
 {
-    const fmi2CallbackFunctions *callbacks = &instance->callbacks;
-    if (callbacks->allocateMemory && callbacks->freeMemory)
-        callbacks->freeMemory(memory);
-    else if (!callbacks->allocateMemory)
+    if (host->callbacks.allocateMemory && host->callbacks.freeMemory)
+        host->callbacks.freeMemory(memory);
+    else if (!host->callbacks.allocateMemory)
         free(memory);
 }
 
 /* The host takes the message for a printf format. */
-static void report(void *host, Severity severity, const char *sentence)
+static void report(void *to, Severity severity, const char *sentence)
 {
     static const fmi2Status statuses[] = {fmi2Warning, fmi2Discard, fmi2Error};
     static const char *const categories[] = {"logStatusWarning", "logStatusDiscard", "logStatusError"};
-    Instance *instance = host;
+    const Host *host = to;
     char message[1024];
     size_t used = 0;
     for (; *sentence && used + 2 < sizeof message; sentence++) {
@@ -41,12 +34,11 @@ static void report(void *host, Severity severity, const char *sentence)
             message[used++] = '%';
     }
     message[used] = 0;
-    if (instance->callbacks.logger)
-        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name, statuses[severity],
-                                   categories[severity], message);
+    if (host->callbacks.logger)
+        host->callbacks.logger(host->callbacks.componentEnvironment, host->name, statuses[severity],
+                               categories[severity], message);
 }
 
-#define allocate(instance, size) allocated(&(instance)->callbacks, size)
 #define F(two, three) two
 #define SIZED(values, size) values
 #include "fmi_answers.h"
@@ -59,32 +51,11 @@ const char *fmi2GetTypesPlatform(void)
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
-    const char *problem = NULL;
-    Instance *instance = NULL;
-    if (!callbacks)
-        return NULL;
-    if (!name || !*name)
-        problem = WL_NAME ": an instance needs a name";
-    else if (type != fmi2CoSimulation && !WL_EXCHANGES)
-        problem = WL_NAME ": is for co-simulation, not for model exchange";
-    else if (!guid || strcmp(guid, WL_TOKEN) != 0)
-        problem = WL_NAME ": the GUID is not that of this FMU; take it from its modelDescription.xml";
-    else if (!(instance = allocated(callbacks, sizeof *instance + strlen(name) + 1)))
-        problem = WL_NAME ": no memory for an instance";
-    if (problem) {
-        if (callbacks->logger)
-            callbacks->logger(callbacks->componentEnvironment, name ? name : "", fmi2Error, "logStatusError",
-                              problem);
-        return NULL;
-    }
-    instance->name = (char *)(instance + 1);
-    strcpy(instance->name, name);
-    instance->callbacks = *callbacks;
-    instance->model.name = instance->name;
-    instance->model.report = report;
-    instance->model.host = instance;
-    instance->model.exchanges = type == fmi2ModelExchange;
-    model_reset(&instance->model);
+    int exchanges = type != fmi2CoSimulation;
+    const char *problem = exchanges && !WL_EXCHANGES ? ONLY_STEPS : NULL;
+    Instance *instance = callbacks ? instantiated((Host){*callbacks, name ? name : ""}, guid, problem) : NULL;
+    if (instance)
+        instance->model.exchanges = exchanges;
     return instance;
 }
 
@@ -94,13 +65,13 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
                                fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
 {
     Instance *instance = component;
-    return status(in_phase(instance, INSTANTIATED, "fmi2SetupExperiment")
+    return status(in_phase(instance, INSTANTIATED, __func__)
                   && set_times(&instance->model, start, stop_defined ? stop : HUGE_VAL));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component)
 {
-    return entered(component, INSTANTIATED, INITIALIZATION, "fmi2EnterInitializationMode");
+    return entered(component, INSTANTIATED, INITIALIZATION, __func__);
 }
 
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
@@ -115,36 +86,25 @@ fmi2Status fmi2CancelStep(fmi2Component component)
     return unsupported(component, "steps are not asynchronous; there is none to cancel");
 }
 
-fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
-{
-    Instance *instance = component;
-    if (!instance || !value)
-        return unsupported(instance, "there is nowhere to put the time reached");
-    if (kind != fmi2LastSuccessfulTime)
-        return fmi2Discard;
-    *value = instance->model.memory.time;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
-{
-    if (!component || !value)
-        return unsupported(component, "there is nowhere to put the answer");
-    if (kind != fmi2Terminated)
-        return fmi2Discard;
-    *value = fmi2False;
-    return fmi2OK;
-}
-
-#define NO_STATUS(name, type)                                                            \
-    fmi2Status name(fmi2Component component, const fmi2StatusKind kind, type *value) \
-    {                                                                                    \
-        return component ? fmi2Discard : fmi2Error;                                      \
+/* Of steps that are never asynchronous, what is known of one kind. */
+#define STATUS(name, type, known, answer)                                                    \
+    fmi2Status name(fmi2Component component, const fmi2StatusKind kind, type *value)         \
+    {                                                                                        \
+        Instance *instance = component;                                                      \
+        if (!there(instance, value != NULL, __func__))                                       \
+            return fmi2Error;                                                                \
+        if (kind == (known))                                                                 \
+            *value = answer;                                                                 \
+        return kind == (known) ? fmi2OK : fmi2Discard;                                       \
     }
 
-NO_STATUS(fmi2GetStatus, fmi2Status)
-NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
-NO_STATUS(fmi2GetStringStatus, fmi2String)
+#define NO_KIND (fmi2StatusKind)-1
+
+STATUS(fmi2GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, instance->model.memory.time)
+STATUS(fmi2GetBooleanStatus, fmi2Boolean, fmi2Terminated, fmi2False)
+STATUS(fmi2GetStatus, fmi2Status, NO_KIND, fmi2OK)
+STATUS(fmi2GetIntegerStatus, fmi2Integer, NO_KIND, 0)
+STATUS(fmi2GetStringStatus, fmi2String, NO_KIND, NULL)
 
 /* ---- values and states ---- */
 
@@ -174,14 +134,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueR
 
 #include "fmi_exchange.h"
 
-#if WL_EXCHANGES
 fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info)
 {
-    if (!in_phase(component, EVENTS, "fmi2NewDiscreteStates"))
+    if (!in_phase(component, EVENTS, __func__) || !there(component, info != NULL, __func__))
         return fmi2Error;
-    if (!info)
-        return unsupported(component, "there is nowhere to put what is new");
     *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, fmi2False, fmi2False, 0};
     return fmi2OK;
 }
-#endif

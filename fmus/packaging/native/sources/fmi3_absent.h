@@ -14,38 +14,15 @@
     }
 
 #define ASKED fmi3Instance instance, const fmi3ValueReference r[], size_t n
-#define ONLY_COSIMULATION WL_NAME " is for co-simulation alone"
-#define NO_EVENTS WL_NAME " has no event mode"
 #define NO_STRUCTURE WL_NAME " has no structural parameters"
 #define DESCRIBED "dependencies are in modelDescription.xml"
 
 NOT_HERE(EnterStepMode, (fmi3Instance instance), WL_NAME " has no event mode to leave")
 NOT_HERE(EnterConfigurationMode, (fmi3Instance instance), NO_STRUCTURE)
 NOT_HERE(ExitConfigurationMode, (fmi3Instance instance), NO_STRUCTURE)
-NOT_HERE(EvaluateDiscreteStates, (fmi3Instance instance), NO_EVENTS)
-
-/* Hosts look for the functions of the other interface types too. */
-#if !WL_EXCHANGES
-NOT_HERE(EnterEventMode, (fmi3Instance instance), NO_EVENTS)
-NOT_HERE(UpdateDiscreteStates,
-         (fmi3Instance instance, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *c, fmi3Boolean *d, fmi3Boolean *e,
-          fmi3Float64 *f),
-         NO_EVENTS)
-NOT_HERE(EnterContinuousTimeMode, (fmi3Instance instance), ONLY_COSIMULATION)
-NOT_HERE(CompletedIntegratorStep, (fmi3Instance instance, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *c),
-         ONLY_COSIMULATION)
-NOT_HERE(SetTime, (fmi3Instance instance, fmi3Float64 t), ONLY_COSIMULATION)
-NOT_HERE(GetNumberOfEventIndicators, (fmi3Instance instance, size_t *n), ONLY_COSIMULATION)
-NOT_HERE(GetNumberOfContinuousStates, (fmi3Instance instance, size_t *n), ONLY_COSIMULATION)
-
-#define NO_VECTOR(name, type) NOT_HERE(name, (fmi3Instance instance, type x[], size_t n), ONLY_COSIMULATION)
-NO_VECTOR(SetContinuousStates, const fmi3Float64)
-NO_VECTOR(GetContinuousStates, fmi3Float64)
-NO_VECTOR(GetContinuousStateDerivatives, fmi3Float64)
-NO_VECTOR(GetNominalsOfContinuousStates, fmi3Float64)
-NO_VECTOR(GetEventIndicators, fmi3Float64)
-#endif
-NOT_HERE(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t), ONLY_COSIMULATION)
+NOT_HERE(EvaluateDiscreteStates, (fmi3Instance instance), WL_NAME " has no event mode")
+NOT_HERE(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference r, fmi3Float64 t),
+         WL_NAME " has no clocks")
 
 #define NO_TYPE(type)                                                                                               \
     NONE_HERE(Get##type, (ASKED, fmi3##type v[], size_t m), WL_NAME " has no variables of type " #type)             \
@@ -63,20 +40,17 @@ NONE_HERE(GetBinary, (ASKED, size_t s[], fmi3Binary v[], size_t m), WL_NAME " ha
 NONE_HERE(SetBinary, (ASKED, const size_t s[], const fmi3Binary v[], size_t m),
           WL_NAME " has no variables of type Binary")
 
-#define NO_CLOCK(name, first) NONE_HERE(name, (ASKED, first a[]), WL_NAME " has no clocks")
-#define NO_CLOCK_OF_TWO(name, first, second) \
-    NONE_HERE(name, (ASKED, first a[], second b[]), WL_NAME " has no clocks")
-NO_CLOCK(GetClock, fmi3Clock)
-NO_CLOCK(SetClock, const fmi3Clock)
-NO_CLOCK(GetShiftDecimal, fmi3Float64)
-NO_CLOCK(SetShiftDecimal, const fmi3Float64)
-NO_CLOCK(SetIntervalDecimal, const fmi3Float64)
-NO_CLOCK_OF_TWO(GetIntervalDecimal, fmi3Float64, fmi3IntervalQualifier)
-NO_CLOCK_OF_TWO(GetShiftFraction, fmi3UInt64, fmi3UInt64)
-NO_CLOCK_OF_TWO(SetShiftFraction, const fmi3UInt64, const fmi3UInt64)
-NO_CLOCK_OF_TWO(SetIntervalFraction, const fmi3UInt64, const fmi3UInt64)
-NONE_HERE(GetIntervalFraction, (ASKED, fmi3UInt64 c[], fmi3UInt64 s[], fmi3IntervalQualifier q[]),
-          WL_NAME " has no clocks")
+#define NO_CLOCK(name, ...) NONE_HERE(name, (ASKED, __VA_ARGS__), WL_NAME " has no clocks")
+NO_CLOCK(GetClock, fmi3Clock a[])
+NO_CLOCK(SetClock, const fmi3Clock a[])
+NO_CLOCK(GetShiftDecimal, fmi3Float64 a[])
+NO_CLOCK(SetShiftDecimal, const fmi3Float64 a[])
+NO_CLOCK(SetIntervalDecimal, const fmi3Float64 a[])
+NO_CLOCK(GetIntervalDecimal, fmi3Float64 a[], fmi3IntervalQualifier b[])
+NO_CLOCK(GetShiftFraction, fmi3UInt64 a[], fmi3UInt64 b[])
+NO_CLOCK(SetShiftFraction, const fmi3UInt64 a[], const fmi3UInt64 b[])
+NO_CLOCK(SetIntervalFraction, const fmi3UInt64 a[], const fmi3UInt64 b[])
+NO_CLOCK(GetIntervalFraction, fmi3UInt64 a[], fmi3UInt64 b[], fmi3IntervalQualifier c[])
 
 NOT_HERE(GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference r, size_t *n), DESCRIBED)
 NOT_HERE(GetVariableDependencies,

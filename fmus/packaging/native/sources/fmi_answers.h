@@ -1,9 +1,9 @@
 /* How FMI 2.0 and FMI 3.0 answer alike; a part of fmi2_cs.c and of fmi3_cs.c.
 
-   F(a, b) is a in FMI 2.0 and b in 3.0; Instance is that of the file around. */
+   F(a, b) is a in FMI 2.0 and b in 3.0; Host is that of the file around, as are allocate(), whose memory is 0, and
+   release(). */
 
 #define FUNCTION(name) WL_JOIN(F(fmi2, fmi3), name)
-#define NAME_OF(name) F("fmi2", "fmi3") name
 typedef FUNCTION(Status) Answer;
 typedef FUNCTION(Boolean) Truth;
 typedef FUNCTION(Byte) Byte;
@@ -11,12 +11,41 @@ typedef FUNCTION(ValueReference) Reference;
 typedef FUNCTION(F(FMUstate, FMUState)) State;
 typedef FUNCTION(F(Integer, Int32)) Whole;
 
+typedef struct {
+    Model model;
+    Host host;
+} Instance;
+
+#define ONLY_STEPS WL_NAME ": is for co-simulation, not for model exchange"
+
+/* An instance of the host's name, unless there is a problem, which is reported. */
+static Instance *instantiated(Host host, const char *token, const char *problem)
+{
+    Instance *instance = NULL;
+    if (!*host.name)
+        problem = WL_NAME ": an instance needs a name";
+    else if (!problem && (!token || strcmp(token, WL_TOKEN) != 0))
+        problem = WL_NAME ": the " F("GUID", "instantiation token") " is not that of this FMU; take it from its "
+                          "modelDescription.xml";
+    else if (!problem && !(instance = allocate(&host, sizeof *instance + strlen(host.name) + 1)))
+        problem = WL_NAME ": no memory for an instance";
+    if (problem) {
+        report(&host, FAILURE, problem);
+        return NULL;
+    }
+    instance->host = host;
+    instance->host.name = instance->model.name = strcpy((char *)(instance + 1), host.name);
+    instance->model.host = &instance->host;
+    model_reset(&instance->model);
+    return instance;
+}
+
 static Answer status(int well)
 {
     return well == DISCARDED ? FUNCTION(Discard) : well ? FUNCTION(OK) : FUNCTION(Error);
 }
 
-/* Whether an instance is in the phase that a function belongs in. */
+/* Whether an instance is in the phase that a function, by its name, belongs in. */
 static int in_phase(Instance *instance, Phase phase, const char *function)
 {
     static const char *const phases[] = {"instantiation", "initialization mode", "step mode", "the end of the run",
@@ -33,6 +62,13 @@ static int given(Instance *instance, size_t count, const void *first, const void
     return count == 0 || (first && second)
            || model_report(&instance->model, ": a null pointer in place of an array; give arrays of %lu elements",
                            (unsigned long)count);
+}
+
+/* Whether the host gave what a function works on. */
+static int there(Instance *instance, int given, const char *function)
+{
+    return instance && (given || model_report(&instance->model, ": %s of a null pointer; give what it is to read "
+                                                                "or to fill", function));
 }
 
 static Answer unsupported(Instance *instance, const char *what)
@@ -77,7 +113,7 @@ const char *FUNCTION(GetVersion)(void)
 void FUNCTION(FreeInstance)(void *instance)
 {
     if (instance)
-        release(instance, instance);
+        release(&((Instance *)instance)->host, instance);
 }
 
 /* There is nothing to switch: an instance speaks of errors alone, and of those always. */
@@ -89,7 +125,7 @@ Answer FUNCTION(SetDebugLogging)(void *instance, Truth logging, size_t count, co
 Answer FUNCTION(ExitInitializationMode)(void *handle)
 {
     Instance *instance = handle;
-    return status(in_phase(instance, INITIALIZATION, NAME_OF("ExitInitializationMode"))
+    return status(in_phase(instance, INITIALIZATION, __func__)
                   && model_initialize(&instance->model));
 }
 
@@ -97,14 +133,13 @@ Answer FUNCTION(Terminate)(void *handle)
 {
     Instance *instance = handle;
     Phase present = instance ? (Phase)instance->model.memory.phase : STEPPING;
-    return entered(instance, present == EVENTS || present == CONTINUOUS ? present : STEPPING, TERMINATED,
-                   NAME_OF("Terminate"));
+    return entered(instance, present == EVENTS || present == CONTINUOUS ? present : STEPPING, TERMINATED, __func__);
 }
 
 Answer FUNCTION(Reset)(void *handle)
 {
     Instance *instance = handle;
-    if (!between_steps(instance, NAME_OF("Reset")))
+    if (!between_steps(instance, __func__))
         return status(0);
     model_reset(&instance->model);
     return status(1);

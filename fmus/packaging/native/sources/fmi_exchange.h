@@ -1,22 +1,29 @@
 /* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c. */
-#if WL_EXCHANGES
-/* Whether the host gave room for as many numbers as there are states. */
+/* Whether there are states that a host may integrate. */
+static int exchanges(Instance *instance)
+{
+    return instance && (WL_EXCHANGES || model_report(&instance->model, ": " WL_NAME " is for co-simulation alone"));
+}
+
+/* Whether there are, and the host gave room for as many numbers. */
 static int sized(Instance *instance, size_t count, const double *numbers)
 {
-    if (instance && count != WL_STATES)
+    if (!exchanges(instance))
+        return 0;
+    if (count != WL_STATES)
         return model_report(&instance->model, ": %lu numbers for %d states; give one each", (unsigned long)count,
                             WL_STATES);
-    return instance && given(instance, count, numbers, numbers);
+    return given(instance, count, numbers, numbers);
 }
 
 Answer FUNCTION(EnterEventMode)(void *instance)
 {
-    return entered(instance, CONTINUOUS, EVENTS, "entering event mode");
+    return entered(instance, CONTINUOUS, EVENTS, __func__);
 }
 
 Answer FUNCTION(EnterContinuousTimeMode)(void *instance)
 {
-    return entered(instance, EVENTS, CONTINUOUS, "entering continuous-time mode");
+    return entered(instance, EVENTS, CONTINUOUS, __func__);
 }
 
 /* No step of the host's solver makes an event. */
@@ -26,13 +33,13 @@ Answer FUNCTION(CompletedIntegratorStep)(void *instance, Truth keep, Truth *even
         *event = 0;
     if (end)
         *end = 0;
-    return status(in_phase(instance, CONTINUOUS, "the end of a solver's step"));
+    return status(in_phase(instance, CONTINUOUS, __func__));
 }
 
 Answer FUNCTION(SetTime)(void *handle, double time)
 {
     Instance *instance = handle;
-    if (instance && instance->model.memory.phase != EVENTS && !in_phase(instance, CONTINUOUS, "setting the time"))
+    if (instance && instance->model.memory.phase != EVENTS && !in_phase(instance, CONTINUOUS, __func__))
         return status(0);
     if (!instance || !(fabs(time) < HUGE_VAL && time >= instance->model.memory.start_time))
         return unsupported(instance, "a time that is not finite, or before the start; give a later one");
@@ -44,7 +51,7 @@ Answer FUNCTION(SetTime)(void *handle, double time)
 Answer FUNCTION(SetContinuousStates)(void *handle, const double states[], size_t count)
 {
     Instance *instance = handle;
-    int well = sized(instance, count, states) && in_phase(instance, CONTINUOUS, "setting the states");
+    int well = sized(instance, count, states) && in_phase(instance, CONTINUOUS, __func__);
     return status(well ? model_set_states(&instance->model, states) : REFUSED);
 }
 
@@ -52,8 +59,8 @@ Answer FUNCTION(GetContinuousStates)(void *handle, double states[], size_t count
 {
     Instance *instance = handle;
     int well = sized(instance, count, states);
-    for (unsigned i = 0; well && i < WL_STATES; i++)
-        well = model_get(&instance->model, FIRST_STATE + i, REAL, &states[i]);
+    for (int i = 0; well && i < WL_STATES; i++)
+        well = model_get(&instance->model, (unsigned)(FIRST_STATE + i), REAL, &states[i]);
     return status(well);
 }
 
@@ -75,4 +82,3 @@ Answer FUNCTION(GetEventIndicators)(void *instance, double indicators[], size_t 
 {
     return count ? unsupported(instance, WL_NAME " has no event indicators") : status(instance != NULL);
 }
-#endif

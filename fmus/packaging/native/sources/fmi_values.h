@@ -1,5 +1,4 @@
-/* Values, derivatives and states, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c, whose allocate() and
-   release() are for states too.
+/* Values, derivatives and states, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c.
 
    In FMI 3.0 the size of an array goes with it, SIZED(values, size); in FMI 2.0 it is the number of references. */
 
@@ -141,7 +140,7 @@ Answer FUNCTION(GetDirectionalDerivative)(void *handle, const Reference unknowns
 static Answer kept(Instance *instance, const Memory *memory, State *state)
 {
     if (!*state)
-        *state = allocate(instance, sizeof *memory);
+        *state = allocate(&instance->host, sizeof *memory);
     if (!*state)
         return unsupported(instance, "no memory for a state");
     memcpy(*state, memory, sizeof *memory);
@@ -151,18 +150,14 @@ static Answer kept(Instance *instance, const Memory *memory, State *state)
 Answer FUNCTION(F(GetFMUstate, GetFMUState))(void *handle, State *state)
 {
     Instance *instance = handle;
-    if (!instance || !state)
-        return unsupported(instance, "there is nowhere to put the state");
-    return between_steps(instance, F("fmi2GetFMUstate", "fmi3GetFMUState"))
-               ? kept(instance, &instance->model.memory, state) : status(0);
+    int well = there(instance, state != NULL, __func__) && between_steps(instance, __func__);
+    return well ? kept(instance, &instance->model.memory, state) : status(0);
 }
 
 Answer FUNCTION(F(SetFMUstate, SetFMUState))(void *handle, State state)
 {
     Instance *instance = handle;
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to go back to");
-    if (!between_steps(instance, F("fmi2SetFMUstate", "fmi3SetFMUState")))
+    if (!there(instance, state != NULL, __func__) || !between_steps(instance, __func__))
         return status(0);
     model_restore(&instance->model, state);
     return status(1);
@@ -171,7 +166,7 @@ Answer FUNCTION(F(SetFMUstate, SetFMUState))(void *handle, State state)
 Answer FUNCTION(F(FreeFMUstate, FreeFMUState))(void *instance, State *state)
 {
     if (instance && state && *state) {
-        release(instance, *state);
+        release(&((Instance *)instance)->host, *state);
         *state = NULL;
     }
     return status(instance != NULL);
@@ -179,17 +174,17 @@ Answer FUNCTION(F(FreeFMUstate, FreeFMUState))(void *instance, State *state)
 
 Answer FUNCTION(F(SerializedFMUstateSize, SerializedFMUStateSize))(void *instance, State state, size_t *size)
 {
-    if (!instance || !state || !size)
-        return unsupported(instance, "there is no state to serialise, or nowhere to put its size");
+    if (!there(instance, state && size, __func__))
+        return status(0);
     *size = model_serialized_size();
     return status(1);
 }
 
 Answer FUNCTION(F(SerializeFMUstate, SerializeFMUState))(void *instance, State state, Byte bytes[], size_t size)
 {
-    if (!instance || !state)
-        return unsupported(instance, "there is no state to serialise");
-    if (!bytes || size < model_serialized_size())
+    if (!there(instance, state && bytes, __func__))
+        return status(0);
+    if (size < model_serialized_size())
         return unsupported(instance, "too few bytes for the serialised state; ask for its size");
     model_serialize(state, (unsigned char *)bytes);
     return status(1);
@@ -199,8 +194,7 @@ Answer FUNCTION(F(DeSerializeFMUstate, DeserializeFMUState))(void *handle, const
 {
     Instance *instance = handle;
     Memory memory;
-    if (!instance || !bytes || !state)
-        return unsupported(instance, "no serialised state is given, or nowhere to put the state");
-    int well = model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory);
+    int well = there(instance, bytes && state, __func__)
+               && model_deserialize(&instance->model, (const unsigned char *)bytes, size, &memory);
     return well ? kept(instance, &memory, state) : status(0);
 }

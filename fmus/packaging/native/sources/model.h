@@ -1,7 +1,8 @@
 /* The part of a native FMU that FMI 2.0 and FMI 3.0 share.
 
    starting.c, running.c and variables.c, generated from the component's declaration, give what is declared
-   below under WL(...); model.c with its parts runs it; fmi2_cs.c and fmi3_cs.c speak with the host. */
+   below under WL(...); model_instance.h with its parts runs it, within fmi2_cs.c or fmi3_cs.c, which speaks with
+   the host. */
 #ifndef WARMLINK_MODEL_H
 #define WARMLINK_MODEL_H
 
@@ -66,7 +67,7 @@ void WL(begin_tangent)(const double *u, const double *d, const double *du, doubl
 void WL(advance)(const double *x, const double *u, const double *later, const double *d, const double *time,
                  const double *step, double *next);
 #endif
-#if WL_CONTINUOUS && !WL_CLOCKS
+#if WL_EXCHANGES
 void WL(rates)(const double *x, const double *u, const double *d, const double *time, double *slope);
 void WL(rates_tangent)(const double *x, const double *u, const double *d, const double *time, const double *dx,
                        const double *du, const double *dtime, double *dslope);
@@ -106,7 +107,6 @@ typedef struct {
 
 typedef enum { WARNING, DISCARD, FAILURE } Severity;
 typedef enum { REFUSED, DONE, DISCARDED } Outcome; /* DISCARDED: another step, or other inputs, may do */
-typedef void (*Report)(void *host, Severity severity, const char *sentence);
 
 typedef struct {
     Memory memory;
@@ -118,7 +118,6 @@ typedef struct {
     Severity severity;                            /* of what is reported next */
     int exchanges;                                /* the host integrates */
     const char *name;
-    Report report;
     void *host;
 } Model;
 
@@ -131,51 +130,5 @@ typedef struct {
 
 /* Called within a step, before a micro step to `time` and after it; the host may bring `*until` forward. */
 typedef void (*Between)(void *host, double time, int finished, double *until);
-
-/* Several components may be linked into one program. */
-#define model_reset WL(model_reset)
-#define model_set WL(model_set)
-#define model_get WL(model_get)
-#define model_initialize WL(model_initialize)
-#define model_step WL(model_step)
-#define model_set_derivative WL(model_set_derivative)
-#define model_output_derivative WL(model_output_derivative)
-#define model_seed WL(model_seed)
-#define model_sensitivity WL(model_sensitivity)
-#define model_serialized_size WL(model_serialized_size)
-#define model_serialize WL(model_serialize)
-#define model_deserialize WL(model_deserialize)
-#define model_restore WL(model_restore)
-#define model_whole WL(model_whole)
-#define model_report WL(model_report)
-#define model_rates WL(model_rates)
-#define model_set_states WL(model_set_states)
-
-/* Each returns whether it succeeded; if not, a sentence has been reported and nothing has changed. */
-void model_reset(Model *model);
-int model_set(Model *model, unsigned reference, Kind kind, double value);
-int model_get(Model *model, unsigned reference, Kind kind, double *value);
-int model_initialize(Model *model);
-Outcome model_step(Model *model, double time, double step, Between between, double *reached);
-int model_set_derivative(Model *model, unsigned reference, int order, double value);
-int model_output_derivative(Model *model, unsigned reference, int order, double *value);
-int model_seed(Model *model, unsigned reference, double seed, Direction *direction);
-int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value);
-
-#if WL_EXCHANGES
-Outcome model_rates(Model *model, double *rates);
-Outcome model_set_states(Model *model, const double *states);
-#endif
-
-size_t model_serialized_size(void);
-void model_serialize(const Memory *memory, unsigned char *bytes);
-int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory);
-void model_restore(Model *model, const Memory *memory);
-
-/* An integer's value; the nearest that an integer may have, 0 for none. */
-int model_whole(double value);
-
-/* Tells the host, and returns 0. */
-int model_report(Model *model, const char *format, ...);
 
 #endif

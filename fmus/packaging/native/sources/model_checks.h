@@ -1,11 +1,12 @@
-/* What may be wrong with values, and the sentence for it; a part of model.c. */
+/* What may be wrong with values, and the sentence for it; a part of model_instance.h. */
 
 /* Share of its nominal value by which an input may miss a bound, as sums and means of hosts do. */
 #define BOUND_TOLERANCE 1e-9
 
 #define SENTENCE_SIZE 512
 
-int model_report(Model *model, const char *format, ...)
+/* Tells the host, and returns 0. */
+static int model_report(Model *model, const char *format, ...)
 {
     char sentence[SENTENCE_SIZE];
     int used = snprintf(sentence, sizeof sentence, "%s", model->name);
@@ -14,7 +15,7 @@ int model_report(Model *model, const char *format, ...)
     if (used >= 0 && (size_t)used < sizeof sentence)
         vsnprintf(sentence + used, sizeof sentence - (size_t)used, format, arguments);
     va_end(arguments);
-    model->report(model->host, model->severity, sentence);
+    report(model->host, model->severity, sentence);
     return 0;
 }
 

@@ -1,7 +1,7 @@
 /* Derivatives: of inputs and outputs by time, of outputs and rates in a direction, of states for hosts that
-   integrate; a part of model.c. */
+   integrate; a part of model_instance.h. */
 
-int model_set_derivative(Model *model, unsigned reference, int order, double value)
+static int model_set_derivative(Model *model, unsigned reference, int order, double value)
 {
     Memory *memory = &model->memory;
     const Variable *variable = variable_of(model, reference, REAL);
@@ -19,7 +19,7 @@ int model_set_derivative(Model *model, unsigned reference, int order, double val
     return 1;
 }
 
-int model_output_derivative(Model *model, unsigned reference, int order, double *value)
+static int model_output_derivative(Model *model, unsigned reference, int order, double *value)
 {
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
@@ -31,9 +31,7 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
 #if !WL_CLOCKS && WL_OUTPUTS
     Memory *memory = &model->memory;
     double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
-#if WL_CONTINUOUS
-    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, slopes);
-#endif
+    rates_of(model, slopes);
     WL(tangent)(memory->states, memory->inputs, model->settled, &memory->time, slopes, memory->input_slopes,
                 &dtime, derivatives);
     *value = derivatives[reference - FIRST_OUTPUT];
@@ -41,7 +39,7 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     return 1;
 }
 
-int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
+static int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
 {
     const Variable *variable = NULL;
     if (reference == VARIABLES)
@@ -75,7 +73,7 @@ static void compute(Model *model, Direction *direction)
     direction->computed = 1;
 }
 
-int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
+static int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
 {
     const Variable *variable = NULL;
     int rate = IS_RATE(reference);
@@ -89,8 +87,7 @@ int model_sensitivity(Model *model, unsigned reference, Direction *direction, do
     return 1;
 }
 
-#if WL_EXCHANGES
-Outcome model_rates(Model *model, double *rates)
+static Outcome model_rates(Model *model, double *rates)
 {
     Memory *memory = &model->memory;
     if (!model->begun)
@@ -98,7 +95,7 @@ Outcome model_rates(Model *model, double *rates)
     model->severity = DISCARD;
     int well = inputs_are_well(model, memory->inputs);
     if (well)
-        WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+        rates_of(model, rates);
     for (int i = 0; well && i < WL_STATES; i++)
         if (!(fabs(rates[i]) < HUGE_VAL))
             well = model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
@@ -107,7 +104,7 @@ Outcome model_rates(Model *model, double *rates)
     return well ? DONE : DISCARDED;
 }
 
-Outcome model_set_states(Model *model, const double *states)
+static Outcome model_set_states(Model *model, const double *states)
 {
     int wild = wild_state(states);
     model->severity = DISCARD;
@@ -119,4 +116,3 @@ Outcome model_set_states(Model *model, const double *states)
     model->fresh = 0;
     return wild < 0 ? DONE : DISCARDED;
 }
-#endif

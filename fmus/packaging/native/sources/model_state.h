@@ -1,4 +1,4 @@
-/* The state of an instance as bytes, and back; a part of model.c. */
+/* The state of an instance as bytes, and back; a part of model_instance.h. */
 
 /* A serialised state: which component and version it belongs to, the numbers, and a digest of both; least byte
    first. */
@@ -35,12 +35,12 @@ static Word digest(const unsigned char *bytes, size_t size)
     return hash;
 }
 
-size_t model_serialized_size(void)
+static size_t model_serialized_size(void)
 {
     return DIGEST_AT + 8;
 }
 
-void model_serialize(const Memory *memory, unsigned char *bytes)
+static void model_serialize(const Memory *memory, unsigned char *bytes)
 {
     memcpy(bytes, STAMP, STAMP_SIZE);
     for (size_t i = 0; i < NUMBERS; i++) {
@@ -97,7 +97,7 @@ static const char *contradiction(Model *model, const Memory *memory)
     return NULL;
 }
 
-int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory)
+static int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Memory *memory)
 {
     if (size != model_serialized_size() || memcmp(bytes, STAMP, STAMP_SIZE) != 0)
         return model_report(model, ": the serialised state is not of this version of " WL_NAME
@@ -111,7 +111,7 @@ int model_deserialize(Model *model, const unsigned char *bytes, size_t size, Mem
     return !damage || model_report(model, ": the serialised state is damaged: %s; serialise it anew", damage);
 }
 
-void model_restore(Model *model, const Memory *memory)
+static void model_restore(Model *model, const Memory *memory)
 {
     int settled = model->begun
                   && !memcmp(model->memory.parameters, memory->parameters, sizeof memory->parameters);

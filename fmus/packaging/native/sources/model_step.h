@@ -1,4 +1,4 @@
-/* A communication step: samples, micro steps, inputs that change within it; a part of model.c. */
+/* A communication step: samples, micro steps, inputs that change within it; a part of model_instance.h. */
 
 /* Share of a sample time, or of a micro step, by which a communication point may miss it. */
 #define TICK_TOLERANCE 1e-9
@@ -221,7 +221,7 @@ static int go(Model *model, double time, double step, Between between, double *r
     return states_are_well(model, time);
 }
 
-Outcome model_step(Model *model, double time, double step, Between between, double *reached)
+static Outcome model_step(Model *model, double time, double step, Between between, double *reached)
 {
     /* All but the parameters, which no step changes. */
     Memory *memory = &model->memory;

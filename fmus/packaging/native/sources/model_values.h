@@ -1,6 +1,7 @@
-/* Parameters, inputs and outputs by value reference; a part of model.c. */
+/* Parameters, inputs and outputs by value reference; a part of model_instance.h. */
 
-int model_whole(double value)
+/* An integer's value; the nearest that an integer may have, 0 for none. */
+static int model_whole(double value)
 {
     if (isnan(value))
         return 0;
@@ -33,7 +34,7 @@ static int tune(Model *model, unsigned reference, double value)
     return well;
 }
 
-int model_set(Model *model, unsigned reference, Kind kind, double value)
+static int model_set(Model *model, unsigned reference, Kind kind, double value)
 {
     Memory *memory = &model->memory;
     const Variable *variable = variable_of(model, reference, kind);
@@ -72,28 +73,31 @@ static double output(Model *model, const Variable *variable)
     return model->outputs[variable->position];
 }
 
+static void rates_of(const Model *model, double *rates)
+{
 #if WL_EXCHANGES
+    const Memory *memory = &model->memory;
+    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+#endif
+}
+
 static double of_state(Model *model, unsigned reference)
 {
-    const Memory *memory = &model->memory;
-    double rates[WL_STATES];
+    double rates[AT_LEAST_1(WL_STATES)];
     if (!model->begun)
         begin(model);
     if (IS_STATE(reference))
-        return memory->states[reference - FIRST_STATE];
-    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
+        return model->memory.states[reference - FIRST_STATE];
+    rates_of(model, rates);
     return rates[reference - FIRST_RATE];
 }
-#endif
 
-int model_get(Model *model, unsigned reference, Kind kind, double *value)
+static int model_get(Model *model, unsigned reference, Kind kind, double *value)
 {
-#if WL_EXCHANGES
     if (kind == REAL && (IS_STATE(reference) || IS_RATE(reference))) {
         *value = of_state(model, reference);
         return 1;
     }
-#endif
     const Variable *variable = variable_of(model, reference, kind);
     if (!variable)
         return 0;

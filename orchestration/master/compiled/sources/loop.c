@@ -5,16 +5,20 @@
 #include <stdint.h>
 
 enum { FLOAT64, INT32, UINT8, INT64 };                 /* kinds of values, as buffers hold them */
-enum { NOTHING, STEP, GET, SET, NOT_FINITE, TERMINATE }; /* what failed */
-enum { READS, WRITES, WIRES, CHECKS };                 /* rows of the ranges */
+enum { NOTHING = -1, STEP, READ, WRITE, NOTE };        /* what is done with a slave, and what failed */
+enum { WIRES = STEP, CHECKS = NOTE + 1 };              /* rows of the ranges beside those deeds' */
 
 typedef struct {
-    int64_t component, step, version, flags, last_time, stepping;
+    int64_t component, step, version, stepping;
 } Slave;
 
 typedef struct {
     int64_t function, component, references, count, values, version;
 } Batch;
+
+typedef struct {
+    int64_t deed, slave;
+} Job;
 
 typedef struct {
     int64_t kind, index;
@@ -33,7 +37,7 @@ typedef struct {
 
 /* What failed at which slave and how, then the call under way and the rows recorded: see under_way.py. */
 typedef struct {
-    int64_t what, slave, detail, call, rows;
+    int64_t what, slave, detail, call, rows, asked, batch;
 } Cells;
 
 typedef int Exchange2(void *, const uint32_t *, size_t, void *);
@@ -52,11 +56,12 @@ static double value_at(const Buffers *held, Place place)
     return place.kind == INT32 ? held->ints[place.index] : held->octets[place.index] != 0;
 }
 
-/* Gets or sets batches; gives the worst status. */
-static int exchange(const Batch *batches, int64_t first, int64_t last)
+/* Gets or sets batches; gives the worst status, and notes the batch that it is of. */
+static int exchange(const Batch *batches, int64_t first, int64_t last, Cells *cells)
 {
     int status = 0;
     for (const Batch *each = batches + first; each < batches + last && status <= 1; each++) {
+        cells->batch = each - batches;
         void *component = POINTER(void, each->component), *values = POINTER(void, each->values);
         const uint32_t *references = POINTER(const uint32_t, each->references);
         size_t count = (size_t)each->count;
@@ -86,22 +91,22 @@ static void pass_on(const Wire *wires, const double *factors, const Buffers *hel
     }
 }
 
-static int do_step(const Slave *slave, double time, double step)
+static int do_step(const Slave *slave, const Buffers *held, double time, double step)
 {
     void *component = POINTER(void, slave->component);
-    bool *flags = POINTER(bool, slave->flags);
+    bool *flags = (bool *)held->octets;
     if (slave->version == 2)
         return POINTER(Step2, slave->step)(component, time, step, 0);
     return POINTER(Step3, slave->step)(component, time, step, false, flags, flags + 1, flags + 2,
-                                       POINTER(double, slave->last_time));
+                                       held->doubles);
 }
 
 /* Sizes and tables, as loop.py lays them out: all of eight bytes. */
 typedef struct {
-    int64_t count, all_reads, width, at_once, uneven;
-    const int64_t *sequence;
+    int64_t count, width, count_of_jobs, uneven;
+    const Job *jobs;
     const Slave *slaves;
-    const Batch *reads, *writes;
+    const Batch *batches;
     const Wire *wires;
     const int64_t *checks;
     const Place *columns;
@@ -110,56 +115,39 @@ typedef struct {
     Buffers held;
 } Tables;
 
-/* Steps from communication point `first` to `last` and gives the point reached. A step is a list of jobs, one
-   for each slave: Jacobi (at once) steps all, reads all, writes all; Gauss-Seidel writes, steps and reads one
-   after another in the sequence. Each point fills a row, from `row` on. */
+/* Steps from communication point `first` to `last` by the jobs of the schedule and gives the point reached.
+   Each point fills a row, from `row` on. */
 __attribute__((visibility("default"))) int64_t advance(
     const Tables *t, int64_t first, int64_t last, double *row, Cells *cells)
 {
-    const int64_t count = t->count, *ranges = t->ranges;
+    const int64_t size = t->count + 1;
     const Slave *slaves = t->slaves;
     for (int64_t point = first; point < last; point++) {
         double time = t->uneven ? t->times[2 + point] : t->times[0] + (double)point * t->times[1];
         double length = t->uneven ? t->times[3 + point] - t->times[2 + point] : t->times[1];
-        for (int64_t job = 0; job < 3 * count; job++) {
-            int64_t k = t->at_once ? job % count : t->sequence[job / 3];
-            int64_t deed = t->at_once ? job / count : (job % 3 + 2) % 3;
-            const int64_t *range = ranges + k, size = count + 1;
+        for (int64_t j = 0; j < t->count_of_jobs; j++) {
+            int64_t deed = t->jobs[j].deed, k = t->jobs[j].slave;
+            const int64_t *range = t->ranges + k;
             int status = 0;
-            cells->call = slaves[k].stepping + (deed != 0);
+            bool wrong = false;
+            cells->call = slaves[k].stepping + (deed != STEP);
+            cells->what = deed;
             cells->slave = k;
-            if (deed == 0) {
-                cells->what = STEP;
-                status = do_step(&slaves[k], time, length);
-                if (status <= 1 && slaves[k].version == 3 && t->held.octets[1]) {
-                    cells->what = TERMINATE;
-                    cells->detail = status;
-                    return point;
-                }
-            } else if (deed == 1) {
-                cells->what = GET;
-                status = exchange(t->reads, range[READS * size], range[READS * size + 1]);
-                for (int64_t c = range[CHECKS * size]; status <= 1 && c < range[CHECKS * size + 1]; c++)
-                    if (!isfinite(t->held.doubles[t->checks[c]])) {
-                        cells->what = NOT_FINITE;
-                        cells->detail = c;
-                        return point;
-                    }
+            if (deed == STEP) {
+                status = do_step(&slaves[k], &t->held, time, length);
+                wrong = slaves[k].version == 3 && t->held.octets[1]; /* it wants to end */
             } else {
-                cells->what = SET;
-                pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
-                status = exchange(t->writes, range[WRITES * size], range[WRITES * size + 1]);
+                if (deed == WRITE)
+                    pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
+                status = exchange(t->batches, range[deed * size], range[deed * size + 1], cells);
+                for (int64_t c = range[CHECKS * size]; deed == READ && c < range[CHECKS * size + 1]; c++)
+                    wrong |= !isfinite(t->held.doubles[t->checks[c]]);
             }
-            if (status > 1) {
-                cells->detail = status;
+            cells->detail = status;
+            if (status > 1 || wrong)
                 return point;
-            }
         }
         cells->what = NOTHING;
-        if (exchange(t->reads, ranges[count], t->all_reads) > 1) {
-            *cells = (Cells){GET, -1, 3, cells->call, cells->rows};
-            return point;
-        }
         for (int64_t c = 0; c < t->width; c++)
             *row++ = value_at(&t->held, t->columns[c]);
         cells->rows = point + 2;

@@ -35,7 +35,7 @@ def compile_sanitized(
     for file, text in sources.items():
         (home / file).write_text(text, encoding="utf-8")
     headers = [each.read_bytes() for each in sorted(header_folder().glob("*.h"))]
-    units = {**dict.fromkeys(_GENERATED, _ARITHMETIC), "model.c": (), f"fmi{version[0]}_cs.c": ()}
+    units = {**dict.fromkeys(_GENERATED, _ARITHMETIC), f"fmi{version[0]}_cs.c": ()}
     for unit, more in units.items():
         made_from = _needed(unit, sources), headers
         built([*command, *more, "-c", unit], made_from, home / f"{unit}.o", _judge)

@@ -109,7 +109,6 @@ static void proceed(void)
         CALL(1, F(Reset, Reset)(driven));
 }
 
-#if WL_EXCHANGES
 /* What a host that integrates calls; of an instance that steps each is refused. */
 static void integrate(void)
 {
@@ -137,7 +136,6 @@ static void integrate(void)
 #endif
     free(numbers);
 }
-#endif
 
 static void act(void)
 {
@@ -149,9 +147,7 @@ static void act(void)
     case 3: states(); break;
     case 4: proceed(); break;
     case 5: one_in(10) ? strings() : step(); break;
-#if WL_EXCHANGES
     case 6: integrate(); break;
-#endif
     default: step();
     }
 }

@@ -38,7 +38,7 @@ static void serialised(void)
     } else if (read) {
         Memory *memory = (Memory *)read;
         damage(memory);
-        model_serialize(memory, (unsigned char *)bytes);
+        FAULTY(F(SerializeFMUstate, SerializeFMUState)(driven, read, bytes, size) != OK, "a state is not serialised");
         long before = sentences;
         status = F(DeSerializeFMUstate, DeserializeFMUState)(driven, bytes, size, place);
         judge(status, before, 1);

@@ -1,5 +1,6 @@
 /* Values and derivatives, right and wrong; a part of random_calls.c. */
 
+#include <limits.h>
 #include <stdint.h>
 
 #if FMI == 2
@@ -7,6 +8,11 @@
 #else
 #define ARRAY(values, count) values, count
 #endif
+
+static int whole(double value)
+{
+    return value > -2e9 && value < 2e9 ? (int)value : INT_MAX;
+}
 
 static void values(int set)
 {
@@ -27,9 +33,9 @@ static void values(int set)
         if (reals)
             reals[i] = value;
         if (integers)
-            integers[i] = model_whole(value);
+            integers[i] = whole(value);
         if (wide)
-            wide[i] = model_whole(value);
+            wide[i] = whole(value);
         if (truths)
             truths[i] = draw(2);
     }

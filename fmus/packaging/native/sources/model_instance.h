@@ -1,4 +1,6 @@
-/* An instance from its reset to its end. Its other parts are headers, so that a compiler sees all at once. */
+/* An instance from its reset to its end; a part of what speaks with the host, so that a compiler sees all at once.
+
+   What returns an int tells whether it succeeded; if not, a sentence has been reported and nothing has changed. */
 #include "identity.h"
 #include "model.h"
 
@@ -9,9 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Tells the host a sentence, in the way of the standard that is spoken. */
+static void report(void *host, Severity severity, const char *sentence);
+
 #include "model_checks.h"
 
-void model_reset(Model *model)
+static void model_reset(Model *model)
 {
     Memory *memory = &model->memory;
     memset(memory, 0, sizeof *memory);
@@ -40,7 +45,7 @@ static void begin(Model *model)
     model->fresh = 0;
 }
 
-int model_initialize(Model *model)
+static int model_initialize(Model *model)
 {
     if (!parameters_are_well(model, model->memory.parameters))
         return 0;
