@@ -151,8 +151,8 @@ def _build(
         built += _build_native(components, platforms, out, arrays)
         shipped = [with_flags(WARMUP_CELL.joined(law)), with_flags(arm.joined())]
         if own is not None:  # as one component, called as the scenario is; none where others' FMUs are in it
-            name, foreign = re.sub(r"\W", "_", own.name), own.setup.blueprint.foreign
-            shipped = [] if foreign else [replace(own.joined(), name=name)]
+            name, apart = re.sub(r"\W", "_", own.name), own.setup.blueprint.never_joined
+            shipped = [] if apart else [replace(own.joined(), name=name)]
         built += _build_native([Entry(each, JOINED_HOME) for each in shipped], platforms, out, arrays)
     fmus = {path.stem: path for path in built}
     if own is not None:

@@ -33,24 +33,23 @@ def live(
     Parameters
     ----------
     controller : Controller that the page compares. Repeatable. Default: the one that the scenario names, and
-        `observer`.
+        `observer` where it has the start values that are given.
     out : Page to write. Default: SCENARIO.html.
     """
     from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.report.live.content import Asked
-    from warmlink.orchestration.report.live.page import BESIDE, write_live_page
+    from warmlink.orchestration.report.live.page import usual_laws, write_live_page
     from warmlink.orchestration.scenarios.scenario import changed
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")
     given = values_given(parameters, set_)
     asked = changed(load_scenario(scenario), parameters=given)
-    names = controller or [asked.controller.name, BESIDE]
-    laws = [controller_named(name) for name in dict.fromkeys(names)]
+    named = [controller_named(name) for name in dict.fromkeys(controller or ())]
     path = out or Path(f"{asked.name}.html")
     with spinner("compiling the system for the browser"), fresh_file(path) as target:
-        write_live_page(target, asked, laws, Asked(scenario, given))
+        write_live_page(target, asked, named or usual_laws(asked), Asked(scenario, given))
     advise(asked)
     answer(f"page  {path}    open it in a browser")
 

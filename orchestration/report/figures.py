@@ -70,6 +70,8 @@ def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
     """Figure in the reports' common look; on a page narrower than `least_width` [pixels] it is scrolled."""
     figure.update_layout(
         template="plotly_white",
+        paper_bgcolor="rgba(0,0,0,0)",
+        plot_bgcolor="rgba(0,0,0,0)",
         height=height,
         meta=least_width,
         margin={"l": 70, "r": 20, "t": 30, "b": 50},

@@ -28,13 +28,13 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.written import Table
-from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.replacement import Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
-from warmlink.orchestration.system.units import Unit
+from warmlink.orchestration.system.units import Conversion, Unit
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Result
@@ -193,9 +193,12 @@ def blueprint_of(system: System, controllers: Collection[str] = ()) -> Blueprint
         if components[name] and not own:
             foreign[components[name]] = held.fmu
     wires = tuple((each.source, each.target) for each in system.connections)
+    plain = {each.target: each for each in connected(system.components, wires)}
+    changed = (each for each in system.connections if plain[each.target] != each)
+    scaled = {each.target: Conversion(each.factor, each.offset) for each in changed}
     proposed = system.default_experiment
     stop_time, step_size = proposed.stop_time or 3600.0, proposed.step_size or 1.0
-    return Blueprint(system.name, "", components, wires, stop_time, step_size, foreign=foreign)
+    return Blueprint(system.name, "", components, wires, stop_time, step_size, foreign=foreign, scaled=scaled)
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:

@@ -229,8 +229,8 @@ def plant_of(system: System) -> Plant:
 def plant_in(scenario: Scenario) -> Plant:
     """Motors and links of a scenario's system, and what its controller sees of them.
 
-    InputError where it has none of ours, others act among them, or the score is no weighted sum of what they
-    grow by.
+    InputError where it has none of ours, others act among them, a connection scales what it carries, or the
+    score is no weighted sum of what they grow by.
     """
     setup = scenario.setup
     declared = scenario.declared
@@ -239,6 +239,11 @@ def plant_in(scenario: Scenario) -> Plant:
         raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
     paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)
     plant = [*motors, *links, *paths]
+    if setup.blueprint.scaled:
+        raise InputError(
+            f"{setup.name}: {setup.blueprint.never_joined}, which no model of a design knows; take "
+            "--law regression, which learns from a run"
+        )
     wires = {target: source for source, target in setup.blueprint.wires}
     among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
     joined = join(setup.name, {name: declared[name] for name in plant}, among)

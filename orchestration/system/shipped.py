@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import asdict, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, StartValues, System
+from warmlink.orchestration.system.units import Conversion
 from warmlink.orchestration.system.write import Ports
 
 COMPENSATOR = "compensator"
@@ -43,6 +44,7 @@ class Blueprint:
     shown_drive : start values of inputs with which the shipped SSP does something by itself
     ports : what a larger system that holds this one exchanges with it
     foreign : FMUs that came with the system, by what `components` calls them
+    scaled : what a wire does besides converting units, by the input that it feeds
     """
 
     name: str
@@ -56,6 +58,7 @@ class Blueprint:
     shown_drive: StartValues = field(default_factory=dict)
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
+    scaled: Mapping[str, Conversion] = field(default_factory=dict)
 
     @property
     def kinds(self) -> set[str]:
@@ -95,17 +98,21 @@ class Blueprint:
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
         return replace(self, components=components, wires=wires)
 
+    @property
+    def never_joined(self) -> str:
+        """Why the system cannot be one component; empty where it can."""
+        if self.foreign:
+            return f"contains foreign FMUs ({', '.join(self.foreign)}), whose equations are not known"
+        return f"a connection scales what it carries ({', '.join(self.scaled)})" if self.scaled else ""
+
     def joined(self, controller: Component | None = None, values: StartValues | None = None) -> Component:
         """The system as one component.
 
         The component of the compensator is chosen with the controller; start values are by instance and
-        variable, in SI units. InputError if FMUs that came with the system are in it.
+        variable, in SI units. InputError where that cannot be.
         """
-        if self.foreign:
-            raise InputError(
-                f"{self.name}: contains foreign FMUs ({', '.join(self.foreign)}), whose equations are not "
-                "known; run it with a master instead"
-            )
+        if self.never_joined:
+            raise InputError(f"{self.name}: {self.never_joined}; run it with a master instead")
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
         parts = {name: kinds[kind] for name, kind in self.components.items()}
         joined = join(self.name, parts, self.wires, self.about)
@@ -130,7 +137,12 @@ class Blueprint:
         ends = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
         wires = with_flag_wires(self.wires, ends)
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)
-        return replace(assemble(self.name, files, wires, values or {}), default_experiment=experiment)
+        whole = assemble(self.name, files, wires, values or {})
+        links = tuple(
+            replace(link, **asdict(self.scaled[link.target])) if link.target in self.scaled else link
+            for link in whole.connections
+        )
+        return replace(whole, connections=links, default_experiment=experiment)
 
 
 def _fan(source: str, *targets: str) -> tuple[Wire, ...]:

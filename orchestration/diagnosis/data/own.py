@@ -65,7 +65,7 @@ def rig_of_own(own: Own, looped: bool = False) -> Rig:
         if kind in blueprint.foreign:
             foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
         values[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
-    return Rig(blueprint, values=values, foreign=foreign, looped=looped, own=own)
+    return Rig(blueprint, values=values, foreign=foreign, looped=looped or bool(blueprint.scaled), own=own)
 
 
 def _declaration(info: ModelInfo) -> Component:

@@ -18,6 +18,7 @@ from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
+from warmlink.orchestration.scenarios.overrides import settable
 from warmlink.orchestration.scenarios.scenario import Scenario
 
 SCRIPTS = ("engine", "figures", "measured", "model", "controls", "share", "page")
@@ -30,6 +31,14 @@ MODULES = "modules"
 """Folder of the compiled systems below the cache."""
 
 _MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
+
+
+def usual_laws(scenario: Scenario) -> list[Controller]:
+    """The scenario's law, and `observer` where the start values that controllers are given are for it too."""
+    split = (name.rpartition(".") for name in scenario.parameters)
+    given = {name for instance, _, name in split if instance in scenario.setup.controllers}
+    laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}.values()
+    return [law for law in laws if law is scenario.controller or given <= settable(law.component).keys()]
 
 
 def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> None:
@@ -54,12 +63,11 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
 def kept_live_page(scenario: Scenario, asked: Asked) -> str:
     """The page of a scenario whose system `write_live_page` has compiled before; empty where it has not.
 
-    The law beside the scenario's is the one that `warmlink live` adds, where it is compiled too.
+    Of the laws that `warmlink live` shows, those are on it whose systems are compiled.
     """
-    laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}
     systems = []
-    for one in (replace(scenario, controller=law) for law in laws.values()):
-        module = None if scenario.setup.blueprint.foreign else kept_before(MODULES, _made_from(one))
+    for one in (replace(scenario, controller=law) for law in usual_laws(scenario)):
+        module = None if scenario.setup.blueprint.never_joined else kept_before(MODULES, _made_from(one))
         if module is not None:
             systems.append(Whole(one, one.joined({}), module))
         elif not systems:

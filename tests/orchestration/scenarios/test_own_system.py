@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,8 @@ from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.assemble import component, connected
+from warmlink.orchestration.studies.design import plant_in
+from warmlink.orchestration.system.assemble import component, connected, read_system
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
 
@@ -94,6 +96,28 @@ def warmlink(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Warmlink:
         return int(ended.value.code or 0)
 
     return run
+
+
+def test_a_connection_that_scales_what_it_carries_does_so_in_every_run(warmlink: Warmlink) -> None:
+    whole = read_system("chain.ssp")
+    scaled = tuple(
+        replace(each, factor=-0.5) if each.target == "link1.tip_heat_flow" else each
+        for each in whole.connections
+    )
+    write_ssp(replace(whole, connections=scaled), Path("scaled.ssp"))
+    text = Path("chain.toml").read_text("utf-8").replace("chain.ssp", "scaled.ssp")
+    Path("scaled.toml").write_text(text, "utf-8")
+    scenario = load_scenario("scaled.toml")
+    system = scenario.system(scenario.files(FmuStore("native")))
+    assert {each.target: each.factor for each in system.connections if each.factor != 1} == {
+        "link1.tip_heat_flow": -0.5
+    }
+    for refused in (scenario.joined, lambda: plant_in(scenario)):
+        with pytest.raises(InputError, match=r"a connection scales what it carries \(link1\.tip_heat_flow\)"):
+            refused()
+    assert warmlink("save", "scaled.toml", "--out", "saved.ssp") == 0
+    saved = {each.target: each.factor for each in read_system("saved.ssp").connections}
+    assert saved["link1.tip_heat_flow"] == -0.5
 
 
 def test_the_chain_is_run_and_scored(warmlink: Warmlink) -> None:
