@@ -64,12 +64,12 @@ GROWTHS = (
     Derived("flattest_rise", "1", size=SENSORS),
 )
 """Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone. The
-innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes. Rise of
-each, beside the others', where heat in the shaft has lasted at standstill, as flat as a wrong model leaves it."""
+innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes.
+Rise of each beside the others' where heat in the shaft has lasted, as flat as a wrong model leaves it."""
 
 FLATTER = 0.4
-"""Power of the model's own rise: 2/3 is a link that loses a fifth less and conducts a fifth more; one that cools
-is flatter still."""
+"""Power of the model's own rise: 2/3 is a link that loses a fifth less and conducts a fifth more; a link
+that cools is flatter still."""
 
 
 class Duty(NamedTuple):
