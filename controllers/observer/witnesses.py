@@ -184,11 +184,10 @@ def _weighed(
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     contradicted = total(sensors.there - sensors.trusted)
     low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
-    low_s, high_s = _allowed(sensed, SENSED_SHARE, margin)
     # Until it is known how warm the cell is, no thermometer outvotes another.
     largest, least = extremes(by_duty + p.growth_by_one * excess, sensors.there)
-    low_s = where(known > 0, low_s, _allowed(largest, SENSED_SHARE, margin)[0])
-    high_s = where(known > 0, high_s, _allowed(least, SENSED_SHARE, margin)[1])
+    low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)
+    _, high_s = _allowed(where(known > 0, sensed, least), SENSED_SHARE, margin)
     lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)
     beyond_duty = where(count > 0, lasting, known)
     limit = p.correction_limit
