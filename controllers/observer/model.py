@@ -61,9 +61,15 @@ GROWTHS = (
     Derived("growth_by_one", "m/K", size=SENSORS),
     Derived("contrast", "1", size=SENSORS),
     Derived("contrast_row", "1", size=MODES),
+    Derived("flattest_rise", "1", size=SENSORS),
 )
 """Growth in m for a rise of each sensor: where all sensors in use are there, and by each of them alone. The
-innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes."""
+innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes.
+Rise of each beside the others' where heat in the shaft has lasted, as flat as a wrong model leaves it."""
+
+FLATTER = 0.4
+"""Power of the model's own rise: 2/3 is a link that loses a fifth less and conducts a fifth more; a link
+that cools is flatter still."""
 
 
 class Duty(NamedTuple):
@@ -166,11 +172,13 @@ def _growths(p: Record) -> Values:
         spread = spread - outer(k, across)
     by_all = gain.T @ p.elongation_row
     contrast = _contrast(by_all / p.elongation_per_kelvin, p)
+    steady = matrix(p.sensor_rows, SENSORS) @ (p.shaft_heat_gain / -p.mode_rate)
     return {
         "growth_by_all": by_all,
         "growth_by_one": stack(*alone),
         "contrast": contrast,
         "contrast_row": matrix(p.sensor_rows, SENSORS).T @ contrast,
+        "flattest_rise": maximum(steady, 1e-9) ** FLATTER,
     }
 
 

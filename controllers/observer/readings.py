@@ -99,7 +99,7 @@ def compared(
     lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
 
     # Thermometers left out are heard all the same where all are off alike, or none is left.
-    largest, least = _range(excess, there)
+    largest, least = extremes(excess, there)
     noise = total(p.sensor_std) / maximum(total(used), 1.0)
     alike = truth(largest - least < ALIKE * maximum(largest, -least) + 3.0 * noise)
     called = where(alike + where(total(trusted) > 0, 0.0, 1.0) > 0, there, trusted)
@@ -120,33 +120,34 @@ def shape_of(sensors: Compared, known: Number, early: Number, heated: Number, p:
     heated : 1 while heat flows that no model's error explains, as a pad's: less of it need have reached out
     """
     excess = sensors.excess
-    flattest = FLATTEST_LEFT + known * (FLATTEST - FLATTEST_LEFT)
     doubtful = (1.0 - known) / 3.0 * absolute(sensors.rise)
     # It must have reached the next one, or may still be there.
     left = where(known > 0, sensors.lagged, excess)
     reach = LEAST_REACH - heated * (LEAST_REACH - BURST_REACH)
     falls: Number = 1.0
-    alike, inner, earlier, noise, inside = 0.0, 0.0, 0.0, 0.0, 0.0
+    alike, inner, earlier, noise, inside, further = 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
     for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
         called = sensors.called[i]
         slack = 0.25 * (p.sensor_std[i] + noise)
+        flattest = where(known > 0, minimum(p.flattest_rise[i] / further, FLATTEST), FLATTEST_LEFT)
         flat = truth(excess[i] > flattest * maximum(inner, known * maximum(earlier, 0.0)) + slack)
         steep = truth(excess[i] < reach * maximum(earlier, 0.0) - 4.0 * slack)
         falls = where(called * inside * maximum(flat, steep) > 0, 0.0, falls)
         side = where(excess[i] > 0, 1.0, -1.0)
         here, further_in = side * excess[i], side * inner
-        same = where(here > flattest * maximum(further_in, side * earlier), minimum(here, further_in), 0.0)
+        same = where(here > FLATTEST * maximum(further_in, side * earlier), minimum(here, further_in), 0.0)
         alike = maximum(alike, called * inside * same)
         inner = where(called > 0, excess[i] - doubtful[i], inner)
         earlier = where(called > 0, left[i], earlier)
         noise = where(called > 0, p.sensor_std[i], noise)
+        further = where(called > 0, p.flattest_rise[i], further)
         inside = maximum(inside, called)
     gap = sensors.rise[WINDING] - sensors.rise[BASE]
     as_winding = truth(absolute(excess[BASE] - gap) < WINDING_SHARE * gap)
     return Shape(falls * (1.0 - known * early * as_winding), known * alike)
 
 
-def _range(values: Number, there: Number) -> tuple[Number, Number]:
+def extremes(values: Number, there: Number) -> tuple[Number, Number]:
     """Largest and least of the values that are there; 0 where none is."""
     largest: Number = -FAR
     least: Number = FAR

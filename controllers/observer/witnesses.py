@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
-from warmlink.controllers.observer.readings import Compared, Shape, shape_of
+from warmlink.controllers.observer.readings import Compared, Shape, extremes, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
@@ -63,10 +63,18 @@ def first_states(readings: Number, told: Told, known: Number) -> dict[str, Numbe
 
 
 class Look(NamedTuple):
-    """What a camera says: the elongation in m, and 1 where it says anything."""
+    """What a camera says.
+
+    Attributes
+    ----------
+    elongation : in m
+    there : 1 where it says anything
+    denies : by how much in m that was beyond what the filter made of the temperatures then
+    """
 
     elongation: Number = 0.0
     there: Number = 0.0
+    denies: Number = 0.0
 
 
 class Verdict(NamedTuple):
@@ -176,12 +184,22 @@ def _weighed(
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     contradicted = total(sensors.there - sensors.trusted)
     low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
-    low_s, high_s = _allowed(sensed, SENSED_SHARE, margin)
+    # Until it is known how warm the cell is, no thermometer outvotes another.
+    largest, least = extremes(by_duty + p.growth_by_one * excess, sensors.there)
+    low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)
+    _, high_s = _allowed(where(known > 0, sensed, least), SENSED_SHARE, margin)
     lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)
     beyond_duty = where(count > 0, lasting, known)
     limit = p.correction_limit
     lower = maximum(low_d, where(count > 0, low_s, -limit))
     upper = minimum(where(beyond_duty > 0, limit, high_d), where(count > 0, high_s, limit))
+    # Where duty and thermometers are apart, neither outvotes a camera that denies what the filter made.
+    low_c, high_c = _allowed(camera.elongation, SENSED_SHARE, margin)
+    denied = truth(absolute(camera.denies) > margin + SENSED_SHARE * absolute(camera.elongation))
+    most = maximum(absolute(by_duty), absolute(sensed))
+    third = where(absolute(by_duty - sensed) > margin + SENSED_SHARE * most, denied * camera.there, 0.0)
+    lower = where(third > 0, maximum(lower, low_c), lower)
+    upper = where(third > 0, minimum(upper, high_c), upper)
     # Where they disagree, the camera is followed as far as duty or thermometers bear it out.
     apart = [absolute(camera.elongation - each) - SENSED_SHARE * absolute(each) for each in (by_duty, sensed)]
     second = where(minimum(apart[0], where(count > 0, apart[1], limit)) < margin, camera.there, 0.0)

@@ -64,6 +64,7 @@ class Camera(NamedTuple):
     free_for : time in s that no limit has held the correction back
     evidence : how strong what it teaches is seen to be, as in `filters.evidence`
     says, said : elongation in m that it last told while no limit acted, and 1 once it did
+    denies : by how much in m that was beyond what the temperatures made then
     """
 
     last: Number
@@ -74,10 +75,11 @@ class Camera(NamedTuple):
     evidence: Number
     says: Number
     said: Number
+    denies: Number
 
 
 CAMERA_UNITS = Camera(
-    last="m", age="s", calm_for="s", out="1", free_for="s", evidence="1", says="m", said="1"
+    last="m", age="s", calm_for="s", out="1", free_for="s", evidence="1", says="m", said="1", denies="m"
 )
 """Units of the states that hold it."""
 
@@ -86,7 +88,7 @@ def begin(u: Record, p: Record) -> Values:
     """States at the start: those of the observer, and no reading of the camera yet."""
     filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
-    return {**states, **_named(Camera(drift, *[0.0] * 7)), "elongation": elongation(filters.quiet.mean, p)}
+    return {**states, **_named(Camera(drift, *[0.0] * 8)), "elongation": elongation(filters.quiet.mean, p)}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
@@ -99,7 +101,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     by_temperature = model.elongation(filters.quiet.mean, p)
     learnt = taught(filters.quiet.mean, by_temperature)
     valid = truth(u.drift_valid > 0.5)
-    witness = Look(camera.says, valid * watching(camera, p))
+    witness = Look(camera.says, valid * watching(camera, p), camera.denies)
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
     free = where(absolute(wanted - states["correction"]) < p.camera_std, camera.free_for + step, 0.0)
     shown = maximum(valid * absolute(camera.last), absolute(learnt) / LARGEST_LEARNT)
@@ -136,7 +138,8 @@ def update_from_camera(
     looked = news * truth(x.camera_free_for > p.camera_delay + 2.0 * step)
     measured = u.measured_drift + x.correction
     before = filters, x.camera_calm_for, x.camera_out
-    filters, calm_for, out = _looked(before, filters_of(x).mean, measured, age, p, looked)
+    expected = filters_of(x).mean
+    filters, calm_for, out = _looked(before, expected, measured, age, p, looked)
     return filters._replace(mean=bounded(filters.mean, p)), Camera(
         last=where(news > 0, u.measured_drift, x.camera_last),
         age=where(news > 0, 0.0, age),
@@ -146,6 +149,7 @@ def update_from_camera(
         evidence=x.camera_evidence,
         says=where(looked > 0, measured, x.camera_says),
         said=where(looked > 0, 1.0, x.camera_said),
+        denies=where(looked > 0, measured - model.elongation(side(1, expected), p), x.camera_denies),
     )
 
 

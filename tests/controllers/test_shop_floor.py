@@ -127,6 +127,47 @@ def test_before_the_first_picture_nothing_is_learnt_from_a_camera(name: str) -> 
     assert found["observer_drift"].worse_by <= found["observer"].worse_by + 0.1e-6
 
 
+@pytest.mark.parametrize(
+    ("name", "duty", "plant", "seed"),
+    [
+        ("both drifts +20 K/h while it runs", "stop_and_go", 776956, 24085669),
+        ("both drifts +20 K/h while it runs", "still_with_pad", 776956, 24085669),
+        ("both delayed 60 min while it runs", "overnight_stop_and_warm_restart", 947278, 29365651),
+        ("ambient +20 K from the start", "still_with_pad", 776956, 24085664),
+    ],
+)
+def test_a_camera_bounds_what_duty_and_thermometers_leave_open(
+    name: str, duty: str, plant: int, seed: int
+) -> None:
+    """The error was 35 to 65 um larger than without correction, while a sound camera showed it."""
+    assert trial("observer_drift", KINDS[name], duty, plant, seed).worse_by <= ALLOWED
+
+
+@pytest.mark.parametrize(
+    ("name", "duty", "plant", "seed"),
+    [
+        ("ambient +10 K from the start", "moving_with_pad", 744255, 990925149),
+        ("base +5 K from the start", "overnight_stop_and_warm_restart", 459385, 14240959),
+        ("ambient +20 K from the start", "still_with_pad", 0, 28),
+        ("ambient +20 K from the start", "still_with_pad", 776956, 24085664),
+    ],
+)
+def test_until_warmth_is_known_no_thermometer_outvotes_another(
+    name: str, duty: str, plant: int, seed: int
+) -> None:
+    """The surroundings contradicted the tip, it was left out, and the base alone told 5 to 39 um more."""
+    assert trial("observer", KINDS[name], duty, plant, seed).worse_by <= ALLOWED
+
+
+@pytest.mark.parametrize(
+    ("duty", "plant", "seed"), [("emergency_stop", 776956, 24085669), ("pick_and_place_fast", 31, 994)]
+)
+def test_a_common_drift_is_flatter_than_heat_from_the_shaft(duty: str, plant: int, seed: int) -> None:
+    """A wrong model's share fell outwards far enough for the sum to pass as heat: 59 and 20 um worse."""
+    found = trial("observer", KINDS["both drifts +20 K/h while it runs"], duty, plant, seed)
+    assert found.worse_by <= ALLOWED
+
+
 @pytest.mark.parametrize("duty", ["still_with_pad", "moving_with_pad"])
 def test_a_link_that_conducts_less_than_it_should_leaves_a_pad_what_it_is(duty: str) -> None:
     """The heat reached the tip too late for what the model expects: 50 um of 60 remained for ten minutes."""
