@@ -12,14 +12,21 @@ from typing import NamedTuple
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper
 from warmlink.controllers.observer import witnesses
-from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, temperature
+from warmlink.controllers.observer.model import (
+    HEATS,
+    MODES,
+    SENSORS,
+    STATES,
+    Told,
+    decay_and_reach,
+    temperature,
+)
 from warmlink.controllers.observer.readings import FASTEST, SMOOTHING
 from warmlink.fmus.component import Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
     clip,
-    exp,
     finite,
     maximum,
     minimum,
@@ -95,7 +102,7 @@ def recalled(told: Told, p: Record) -> Recalled:
     fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
     valid = where(p.recalled_for >= 0, truth(fits), 0.0)
     cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
-    left = exp(p.mode_rate * clip(p.recalled_for, 0.0, 1e6))
+    left, _ = decay_and_reach(p, _passed(p))
     modes, duty_modes = (
         cold + valid * left * (held[first : first + MODES] - cold) for first in (2, 2 + MODES)
     )
@@ -108,7 +115,8 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
 
     Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
     first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
-    with the temperature profiles that heat in the shaft leaves behind.
+    with the temperature profiles that heat in the shaft leaves behind. Where all is recalled, the cell may
+    have gone on: unknown heat (`disturbance_std`) may have flowed into the shaft all the time since.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
     cold = p.uniform_profile * (start - p.linearisation_temperature)
@@ -121,6 +129,8 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
     profile = diagonal(p.profile_std**2)
     warm = symmetric(p.warm_spread, MODES) * warmth**2
+    heated = recalled.valid * decay_and_reach(p, _passed(p))[1] * p.shaft_heat_gain * p.disturbance_std[0]
+    possible = uniform + warm + outer(heated, heated)
     rest = stack(*[0.0] * (size - MODES))
     doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
     none = outer(p.uniform_profile, rest) * 0.0
@@ -128,15 +138,20 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     mean = stack(modes, *[0.0] * HEATS, *taught)
     return Belief(
         mean,
-        upper(blocks(uniform + warm + profile, none, doubt)),
-        upper(blocks(uniform + warm, none, 0.0 * doubt)),
+        upper(blocks(possible + profile, none, doubt)),
+        upper(blocks(possible, none, 0.0 * doubt)),
     )
 
 
 def _warmest(recalled: Recalled, warmth: Number, p: Record) -> Number:
     """Warmth in K that first readings may reveal: where all is recalled, what can have come meanwhile."""
-    reach = FASTEST * (clip(p.recalled_for, 0.0, 1e6) + SMOOTHING)
+    reach = FASTEST * (_passed(p) + SMOOTHING)
     return where(recalled.valid > 0, minimum(warmth, reach), warmth)
+
+
+def _passed(p: Record) -> Number:
+    """Time in s since all was kept."""
+    return clip(p.recalled_for, 0.0, 1e6)
 
 
 def _check(held: Number) -> Number:

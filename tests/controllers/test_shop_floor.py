@@ -251,21 +251,24 @@ def test_a_wild_estimate_holds_the_correction_warns_and_recovers(component: Comp
 # restarts -------------------------------------------------------------------------------------------------
 
 HOT = 3600
-"""s into the windshield wiper's run, at 75.8 um."""
+"""s into a run; the windshield wiper's is at 75.8 um."""
 
 
-def restarted(off: float, retained: bool | str, plant: int = 0) -> Outcome:
-    told = truth_of("windshield_wiper", plant)
+def restarted(off: float, retained: bool | str, plant: int = 0, duty: str = "windshield_wiper") -> Outcome:
+    told = truth_of(duty, plant)
     return rig("observer").run(replace(told, restarts=(Restart(HOT, off, retained),)))
 
 
-@pytest.mark.parametrize("plant", [0, 31])
-@pytest.mark.parametrize("off", [1.0, 60.0, 1200.0])
-def test_a_restart_goes_on_where_it_was(off: float, plant: int) -> None:
+@pytest.mark.parametrize(
+    ("duty", "plant"),
+    [("windshield_wiper", 0), ("windshield_wiper", 31), ("continuous", 0), ("moving_with_pad", 0)],
+)
+@pytest.mark.parametrize("off", [1.0, 60.0, 300.0, 600.0, 1200.0])
+def test_a_restart_goes_on_where_it_was(off: float, duty: str, plant: int) -> None:
     """The correction does not leap, and the error is within tolerance in a minute; the cell had gone on."""
-    found = restarted(off, True, plant)
+    found = restarted(off, True, plant, duty)
     again = HOT + round(off)
-    assert found.correction[again] == found.correction[HOT - 1]
+    assert found.correction[again] == pytest.approx(found.correction[HOT - 1], rel=1e-15)  # kept in um
     assert np.abs(np.diff(found.correction[again:])).max() <= 2e-6 * (1 + 1e-9)
     assert np.abs(found.error[again + 60 :]).max() < 5e-6
     assert found.ready_wrong() <= ALLOWED_READY
