@@ -67,7 +67,7 @@ GROWTHS = (
 innermost of them beside the outermost, as the growth follows either, by the sensors and by the modes.
 Rise of each beside the others' where heat in the shaft has lasted, as flat as a wrong model leaves it."""
 
-FLATTER = 0.3
+FLATTER = 0.36
 """Power of the model's own rise: 2/3 is a link that loses a fifth less and conducts a fifth more; a link
 that cools is flatter still."""
 
