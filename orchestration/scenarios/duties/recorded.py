@@ -62,8 +62,8 @@ def _places(sheet: Sheet) -> dict[str, Place]:
     for column, header in enumerate(sheet.headers):
         written, unit = name_and_unit(header)
         unit = unit or sheet.units[column]
-        ends = [] if unit else [each for each in with_suffix(written) if _known(each[0])]
-        name, unit = (ends or [(written, unit)])[0]
+        forms: list[tuple[str, str | None]] = [(written, unit), *(() if unit else with_suffix(written))]
+        name, unit = next((form for form in forms if _known(form[0])), forms[0])
         variable = _known(name)
         if not variable:
             known = instead(plain(name), (*RECORDED, *MEASURED), "or remove it")
