@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, answer, answer_json, remark
-from warmlink.orchestration.files import fresh_folder, write_files
+from warmlink.orchestration.files import write_files
+from warmlink.orchestration.results import results_folder
 
 LIVE_PAGE = "live.html"
 
@@ -73,7 +74,7 @@ def run(
 
         asked = Asked(scenario, given, wrong, {f"--{name}": told for name, told in how.items() if told})
     folder = out or Path("out") / own.name
-    with fresh_folder(folder) as target:
+    with results_folder(folder, "run") as target:
         outcome = run_in_closed_loop(
             own, controller, parameters=given, mismatches=wrong, **how, fmus=kind, statistics=statistics
         )

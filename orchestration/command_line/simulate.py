@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
-from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
+from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
+from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -58,7 +59,7 @@ def simulate(
     step : Communication step size, such as "1 s". Default: the one that the system proposes.
     stepping : How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which takes the
         faster one.
-    out : Folder for results. Default: out/SYSTEM.
+    out : Folder for results. Default: out/SYSTEM/simulate.
     isolate : Run each FMU in a process of its own, so that a crash of an FMU does not end this program.
     time_limit : Longest time that a call of an isolated FMU may take. Default: "60 s".
     memory_limit : Most memory that an isolated FMU may use. Default: "4 GB".
@@ -82,7 +83,8 @@ def simulate(
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
-    chosen, folder = algorithm(master), out or Path("out") / system.stem
+    chosen, folder = algorithm(master), out or Path("out") / system.stem / "simulate"
+    refuse_others(folder, "simulate")
     long_run = None
     if checkpoint is not None or resume:
         every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
@@ -111,7 +113,7 @@ def simulate(
         second = {"record": watch, "long_run": streamed, "check_stability": False}
         begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
         how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
-        with fresh_folder(folder) as target, progress_bar(read.name) as progress:
+        with results_folder(folder, "simulate") as target, progress_bar(read.name) as progress:
 
             def run(by: Algorithm, half: bool) -> Result:
                 given: dict[str, Any] = {**how, **(second if half else first)}

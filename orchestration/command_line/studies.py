@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
-from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
+from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -92,8 +92,9 @@ def compare(
     for first in {each.controller.name: each for each in plan.scenarios}.values():
         arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    refuse_others(folder, "compare")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
+    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
         write_csv(comparison, target / "compare.csv")
         if report:
             from warmlink.orchestration.report.studies import write_comparison
@@ -159,8 +160,9 @@ def tune(
 
     asked = load_study(study).lasting(trials)
     folder = out or Path("out") / asked.name / "tune"
+    refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), tuned(asked, means, folder) as found, _results(folder) as target:
+    with _interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
         found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
         if found.best is not None:
             write_winner(asked, found.best.point, target)
@@ -199,8 +201,9 @@ def sweep(
 
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
+    refuse_others(folder, "sweep")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), swept(asked, means, folder) as searched, _results(folder) as target:
+    with _interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
         write_parquet(asked, searched.found, target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
@@ -245,14 +248,14 @@ def _interruptible() -> Iterator[None]:
 
 
 @contextmanager
-def _results(folder: Path) -> Iterator[Path]:
+def _results(folder: Path, command: str) -> Iterator[Path]:
     """Yield a temporary folder to write results into; its files move to `folder` when all are written.
 
     InputError if the results cannot be written; the sentence says that the finished runs are kept.
     """
     kept = "every finished run is kept, and the same command writes the results"
     try:
-        with fresh_folder(folder) as target:
+        with results_folder(folder, command) as target:
             yield target
     except OSError as fault:
         raise InputError(
