@@ -68,7 +68,8 @@ def simulate(
     real_time : Keep pace with the clock: 1 is real time, 10 is ten times as fast.
     error_budget : Bound the coupling error by repeating the run with half the communication step. Default:
         yes, unless --checkpoint, --resume or --real-time is given.
-    watch : Variable whose coupling error is to be bounded. Repeatable. Default: every output.
+    watch : Variables whose coupling error is to be bounded, separated by commas. Repeatable. Default:
+        every output.
     """
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
@@ -78,11 +79,12 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.report.plot import series_writers
+    from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
+    watch = arguments.listed(",".join(watch or ())) or None
     chosen, folder = algorithm(master), out or Path("out") / system.stem / "simulate"
     refuse_others(folder, "simulate")
     long_run = None
@@ -106,7 +108,9 @@ def simulate(
             allowed = tolerances_of(read, tolerance, watch)
             step_size = largest_step(read, stop_time, step_size if step else None)
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
+        written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
+        refuse_unmatched(written, kept or outputs)
         first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
@@ -135,7 +139,7 @@ def simulate(
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, arguments.listed(record) or (), csv))
+                lost = write_files(target, series_writers(result.table, written, csv))
     summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from warmlink.orchestration.cli import command_named
-from warmlink.orchestration.command_line.arguments import for_typer, plain_values
+from warmlink.orchestration.command_line.arguments import for_typer, listed, plain_values
 
 GIVEN = (
     "run",
@@ -46,3 +46,15 @@ def test_plain_arguments_are_read_as_typer_reads_them(line: str) -> None:
 def test_what_is_unusual_is_left_to_typer(line: str) -> None:
     name, *given = shlex.split(line)
     assert plain_values(command_named(name), given) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("a.x, b.y,a.x", ["a.x", "b.y"]),
+        ("a.x[1],a.A[1,2],b.y", ["a.x[1]", "a.A[1,2]", "b.y"]),
+        ("a.A[1,2,3]", ["a.A[1,2,3]"]),
+    ],
+)
+def test_commas_part_names_and_no_indices(text: str, names: list[str]) -> None:
+    assert listed(text) == names
