@@ -8,6 +8,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.text_files import is_file
 
 RESULTS = {
     "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
@@ -28,7 +29,7 @@ def refuse_others(folder: Path, command: str) -> None:
     """Raise InputError where a folder holds results of another command, beside which its own would stand."""
     for other, names in RESULTS.items():
         for name in names:
-            if name not in RESULTS[command] and (folder / name).exists():
+            if name not in RESULTS[command] and is_file(folder / name):
                 raise InputError(
                     f"{folder}: holds {name} of warmlink {other}; choose another --out, or remove that, so "
                     "that results of two commands do not mix"
