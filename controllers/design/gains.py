@@ -212,7 +212,7 @@ def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:
     """Covariance of the states that past heat in the shaft leaves, shape (r, r).
 
     The stationary covariance under heat with a correlation time in s, scaled such that the shaft's
-    temperature has the variance 1 K2.
+    temperature has the variance 1 K2; where nobody reads it, the read one that varies most.
     """
     heat = reduced.B[:, INPUTS.index("shaft_heat")]
     size = reduced.order + 1
@@ -223,8 +223,8 @@ def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:
     drive = np.zeros((size, size))
     drive[-1, -1] = 2 / time
     covariance = linalg.solve_continuous_lyapunov(state, -drive)[:-1, :-1]
-    shaft = reduced.C[OUTPUTS.index("shaft_temperature")]
-    return covariance / (shaft @ covariance @ shaft)
+    variances = [float(row @ covariance @ row) for row in reduced.C[:-1]]
+    return covariance / (variances[OUTPUTS.index("shaft_temperature")] or max(variances))
 
 
 def sensor_stds(sensors: Sequence[str], sensor_std: float | Mapping[str, float]) -> list[float]:

@@ -104,8 +104,8 @@ _CHECKS = (
     _on_link("tip_position", lambda p: p.tip_position),
     Check(
         lambda p: p.tip_position - p.base_position - 1e-3 * p.length,
-        "base_position: {base_position} m leaves no length before tip_position ({tip_position} m); "
-        "put it nearer the proximal end",
+        "base_position: {base_position} m leaves no length before tip_position ({tip_position} m) "
+        "on a link of length {length} m; put it nearer the proximal end, or correct the others",
     ),
     *map(_sensor_on_link, range(SENSORS)),
 )

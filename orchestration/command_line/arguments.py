@@ -187,11 +187,15 @@ def values_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -
     return {name: value for each in sets_given(files, settings) for name, value in each.values.items()}
 
 
+_COMMA = re.compile(r",(?![^\[]*\])")
+"""A comma between names, none between the indices of `A[1,2]`."""
+
+
 def listed(text: str | None) -> list[str] | None:
     """Split names at their commas, and drop repetitions; None if the option was not given."""
     if text is None:
         return None
-    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    return list(dict.fromkeys(name.strip() for name in _COMMA.split(text) if name.strip()))
 
 
 def advise(scenario: Scenario) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import loaded, settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.results import refuse_others
 
 if TYPE_CHECKING:
     from warmlink.orchestration.arrays import Array
@@ -64,7 +65,7 @@ def diagnose(
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
     check : Show how the files are understood, without a diagnosis.
-    out : Folder for results. Default: out/RUN, or out/RUN+NEXT for two runs.
+    out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.columns import said
@@ -73,7 +74,9 @@ def diagnose(
     from warmlink.orchestration.diagnosis.diagnose import read
     from warmlink.orchestration.system.replacement import Replacements
 
-    folder = out or Path("out") / "+".join(path.stem for path in data)
+    folder = out or Path("out") / "+".join(path.stem for path in data) / "diagnose"
+    if not check:
+        refuse_others(folder, "diagnose")
     whole_arm = [path for path in data if is_arm_file(path)]
     if whole_arm and not check:
         run = f"{whole_arm[0]}: a run of the whole arm"

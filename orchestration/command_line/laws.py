@@ -107,18 +107,19 @@ def export(
 
     Parameters
     ----------
-    law : Controller, as `observer`.
+    law : Controller, as `observer`, or a law of your own, as `my_law.py:MyLaw`.
     design : Parameter set (SSV) from `warmlink design`. Default: the design that ships.
     precision : Of the arithmetic.
     out : Folder to write. Default: LAW.
     """
     from warmlink.controllers.export.core import Core, designed, export_files
     from warmlink.fmus.component import limits
-    from warmlink.orchestration.catalogue import controller
+    from warmlink.orchestration.catalogue import controller_named
     from warmlink.orchestration.scenarios.overrides import parameters_of
     from warmlink.orchestration.system.shipped import COMPENSATOR
 
-    component = controller(law)
+    found = controller_named(law)
+    law, component = found.name, found.component
     if not component.states:
         raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
     if design is not None:

@@ -8,7 +8,8 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar, spinner
-from warmlink.orchestration.files import fresh_file, fresh_folder
+from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.results import results_folder
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -104,7 +105,7 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
 
-    with fresh_folder(out) as target:
+    with results_folder(out, "reproduce") as target:
         with progress_bar("The paper, reproduced") as progress:
             result = reproduce_paper(progress)
         write_report(result, target / "report.html")

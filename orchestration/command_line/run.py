@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, answer, answer_json, remark
-from warmlink.orchestration.files import fresh_folder, write_files
+from warmlink.orchestration.files import write_files
+from warmlink.orchestration.results import results_folder
 
 LIVE_PAGE = "live.html"
 
 if TYPE_CHECKING:
     from warmlink.orchestration.closed_loop.outcome import ClosedLoop
+    from warmlink.orchestration.fmu_store import FmuKind
     from warmlink.orchestration.report.live.content import Asked
+    from warmlink.orchestration.scenarios.scenario import Scenario
 
 
 def run(
@@ -60,7 +63,8 @@ def run(
     from warmlink.orchestration.closed_loop.outcome import run as run_in_closed_loop
     from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.report.plot import series_writers
+    from warmlink.orchestration.report.plot import ERRORS, refuse_unmatched, series_writers
+    from warmlink.orchestration.scenarios.scenario import changed
     from warmlink.orchestration.scenarios.setup import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -72,8 +76,11 @@ def run(
         from warmlink.orchestration.report.live.content import Asked
 
         asked = Asked(scenario, given, wrong, {f"--{name}": told for name, told in how.items() if told})
+    written = arguments.listed(record) or ()
+    if written:
+        refuse_unmatched(written, [*_recorded(changed(own, controller, given, wrong), kind), *ERRORS])
     folder = out or Path("out") / own.name
-    with fresh_folder(folder) as target:
+    with results_folder(folder, "run") as target:
         outcome = run_in_closed_loop(
             own, controller, parameters=given, mismatches=wrong, **how, fmus=kind, statistics=statistics
         )
@@ -81,7 +88,7 @@ def run(
             remark(f"{outcome.cut_short}; there are no results")
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
-            series = series_writers(outcome.table, arguments.listed(record) or (), csv)
+            series = series_writers(outcome.table, written, csv)
             lost = _write(outcome, target, series, asked)
     if json:
         answer_json(outcome.to_dict())
@@ -93,6 +100,16 @@ def run(
     # Where a further run ended early, which only tells of the error, the figures are those of a whole one.
     part = () if outcome.result.reason is None else ("the figures above describe that part only",)
     arguments.finish(folder, lost, outcome.cut_short, *part)
+
+
+def _recorded(scenario: Scenario, kind: FmuKind | None) -> list[str]:
+    """Names of the variables that a run of a scenario records."""
+    from warmlink.orchestration.fmu_store import store
+    from warmlink.orchestration.master.recording.recorder import is_recorded
+    from warmlink.orchestration.simulation import variables
+
+    system = scenario.system(scenario.files(store(kind, sorted(scenario.kinds), remark)))
+    return [name for name, variable in variables(system).items() if is_recorded(variable)]
 
 
 def _write(

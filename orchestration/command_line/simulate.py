@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
-from warmlink.orchestration.files import fresh_folder, locked_folder, temporary_folder, write_files
+from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
+from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -58,7 +59,7 @@ def simulate(
     step : Communication step size, such as "1 s". Default: the one that the system proposes.
     stepping : How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which takes the
         faster one.
-    out : Folder for results. Default: out/SYSTEM.
+    out : Folder for results. Default: out/SYSTEM/simulate.
     isolate : Run each FMU in a process of its own, so that a crash of an FMU does not end this program.
     time_limit : Longest time that a call of an isolated FMU may take. Default: "60 s".
     memory_limit : Most memory that an isolated FMU may use. Default: "4 GB".
@@ -67,7 +68,8 @@ def simulate(
     real_time : Keep pace with the clock: 1 is real time, 10 is ten times as fast.
     error_budget : Bound the coupling error by repeating the run with half the communication step. Default:
         yes, unless --checkpoint, --resume or --real-time is given.
-    watch : Variable whose coupling error is to be bounded. Repeatable. Default: every output.
+    watch : Variables whose coupling error is to be bounded, separated by commas. Repeatable. Default:
+        every output.
     """
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
@@ -77,12 +79,14 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.report.plot import series_writers
+    from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
     from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
-    chosen, folder = algorithm(master), out or Path("out") / system.stem
+    watch = arguments.listed(",".join(watch or ())) or None
+    chosen, folder = algorithm(master), out or Path("out") / system.stem / "simulate"
+    refuse_others(folder, "simulate")
     long_run = None
     if checkpoint is not None or resume:
         every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
@@ -104,14 +108,16 @@ def simulate(
             allowed = tolerances_of(read, tolerance, watch)
             step_size = largest_step(read, stop_time, step_size if step else None)
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
+        written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
+        refuse_unmatched(written, kept or outputs)
         first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
         second = {"record": watch, "long_run": streamed, "check_stability": False}
         begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
         how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
-        with fresh_folder(folder) as target, progress_bar(read.name) as progress:
+        with results_folder(folder, "simulate") as target, progress_bar(read.name) as progress:
 
             def run(by: Algorithm, half: bool) -> Result:
                 given: dict[str, Any] = {**how, **(second if half else first)}
@@ -133,7 +139,7 @@ def simulate(
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, arguments.listed(record) or (), csv))
+                lost = write_files(target, series_writers(result.table, written, csv))
     summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)

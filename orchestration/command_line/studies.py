@@ -11,22 +11,15 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
+from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
-from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
+from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
-    from rich.text import Text
-
     from warmlink.orchestration.studies.at_work import Means
-    from warmlink.orchestration.studies.compare import Comparison, Row
     from warmlink.orchestration.studies.points import Searched
 
-BEST, BEYOND, HARM = "*", "!", "!!"
-LEGEND = (
-    f"{BEST} best in its row, or equal to it within the error budget   {BEYOND} beyond tolerance   "
-    f"{HARM} worse than no compensation"
-)
 WIDE = 240
 """Width in characters of the table where the output is not a terminal."""
 
@@ -58,21 +51,23 @@ def compare(
     command continues. Differences within the error budget count as equal. The table marks where an error is
     beyond the tolerance, and where a controller is worse than none.
 
-    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle.
+    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle,
+    and without --duty-cycles it is compared in its own.
 
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
 
     Parameters
     ----------
     controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
-    duty_cycles : Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all.
+    duty_cycles : Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all,
+        or that of the --scenario.
     mismatch : How the real cell differs from the one that the controllers were designed for: `nominal`,
         `thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`,
         `noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or TOML
         files, separated by commas. Default: nine of them.
     with_ : A controller of your own, as `my_law.py:MyLaw`. Repeatable.
     system : `WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.
-    scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold.
+    scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold, and its duty cycle.
     out : Folder for results. Default: out/compare.
     """
     from warmlink.orchestration.scenarios.overrides import reached_controllers
@@ -92,8 +87,9 @@ def compare(
     for first in {each.controller.name: each for each in plan.scenarios}.values():
         arguments.advise(first)
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    refuse_others(folder, "compare")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder) as target:
+    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
         write_csv(comparison, target / "compare.csv")
         if report:
             from warmlink.orchestration.report.studies import write_comparison
@@ -104,7 +100,7 @@ def compare(
     else:
         title = "largest error in µm, and the share of it removed"
         print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
-        answer(f"{LEGEND}\ntable   {folder / 'compare.csv'}")
+        answer(f"{legend(comparison)}\ntable   {folder / 'compare.csv'}")
         if report:
             answer(f"report  {folder / 'report.html'}")
     stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
@@ -159,8 +155,9 @@ def tune(
 
     asked = load_study(study).lasting(trials)
     folder = out or Path("out") / asked.name / "tune"
+    refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), tuned(asked, means, folder) as found, _results(folder) as target:
+    with _interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
         found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
         if found.best is not None:
             write_winner(asked, found.best.point, target)
@@ -199,8 +196,9 @@ def sweep(
 
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
+    refuse_others(folder, "sweep")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), swept(asked, means, folder) as searched, _results(folder) as target:
+    with _interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
         write_parquet(asked, searched.found, target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
@@ -245,14 +243,14 @@ def _interruptible() -> Iterator[None]:
 
 
 @contextmanager
-def _results(folder: Path) -> Iterator[Path]:
+def _results(folder: Path, command: str) -> Iterator[Path]:
     """Yield a temporary folder to write results into; its files move to `folder` when all are written.
 
     InputError if the results cannot be written; the sentence says that the finished runs are kept.
     """
     kept = "every finished run is kept, and the same command writes the results"
     try:
-        with fresh_folder(folder) as target:
+        with results_folder(folder, command) as target:
             yield target
     except OSError as fault:
         raise InputError(
@@ -260,46 +258,3 @@ def _results(folder: Path) -> Iterator[Path]:
         ) from None
     except InputError as fault:
         raise InputError(f"{fault}; {kept}") from None
-
-
-def table(comparison: Comparison) -> list[tuple[str | Text, ...]]:
-    """Rows of the table: a duty cycle each, with the cells of all controllers."""
-    from rich.text import Text
-
-    from warmlink.orchestration.scenarios.mismatch import NOMINAL
-
-    others = [name for name in comparison.mismatches if name != NOMINAL]
-    first = NOMINAL if NOMINAL in comparison.mismatches else others[0]
-    parts = {first: [first]} if first == NOMINAL else {}
-    if others:
-        parts[others[0] if len(others) == 1 else f"worst of {len(others)} mismatches"] = others
-    rows: list[tuple[str | Text, ...]] = []
-    for heading, mismatches in parts.items():
-        rows.append((Text(heading, "bold"),))
-        for duty in comparison.duty_cycles:
-            held = [comparison.worst(name, [duty], mismatches) for name in comparison.controllers]
-            best = min((row.outcome.max_abs_um for row in held if row.outcome.stopped is None), default=0.0)
-            rows.append((f"  {duty}", *(_cell(row, best) for row in held)))
-    won = [
-        sum(comparison.row(name, duty, first).minutes_won for duty in comparison.duty_cycles)
-        for name in comparison.controllers
-    ]
-    title = ("productive minutes won compared with warming up first", "bold"), f" ({first}, all rows)"
-    return [
-        *rows,
-        (Text.assemble(*title), *(f"{each:+.0f}{'   ' if i else ''}" for i, each in enumerate(won))),
-    ]
-
-
-def _cell(row: Row, best_um: float) -> str:
-    """Figures of one run with their marks; `best_um` is the smallest largest error of its row."""
-    from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-
-    if row.outcome.stopped is not None:
-        return f"stopped {HARM:<3}"
-    error = f"{row.outcome.max_abs_um:.1f}"
-    if row.controller == NO_CONTROLLER:
-        return error
-    removed = "" if row.removed_percent is None else f"{row.removed_percent:.0f} %"
-    mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
-    return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"

@@ -22,13 +22,13 @@ from warmlink.orchestration.diagnosis.answer.extension import extended_values, w
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.profile import calibration, profiles_of
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
+from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
-from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.results import results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -236,7 +236,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     Without FMUs from a `store` the extended model is the `.ssv` alone. Returns the paths by name of the file.
     """
     values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
-    with fresh_folder(folder) as work:
+    with results_folder(folder, "diagnose") as work:
         write_ssv(values, work / SSV, name="extended")
         if store is not None:
             write_ssp_of(diagnosis.experiment.rig, values, work / SSP, store)
@@ -245,8 +245,6 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         if diagnosis.proposed is not None and diagnosis.proposed.duty:
             write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
         names = [path.name for path in work.iterdir()]
-    for name in {SCENARIO, DUTY} - set(names):  # an older proposal would be taken for today's
-        (folder / name).unlink(missing_ok=True)
     return {name: folder / name for name in names}
 
 
@@ -254,7 +252,7 @@ def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folde
     """Write a folder for each part of a machine, and `diagnosis.json` with what is said of the whole."""
     for name, each in parts.items():
         write_diagnosis(each, folder / name)
-    with fresh_folder(folder) as work:
+    with results_folder(folder, "diagnose") as work:
         _write_json(whole, work / JSON)
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.console import remark
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.scenarios.entries import heading
@@ -114,22 +113,27 @@ def frame_of(results: Any) -> pandas.DataFrame:
     raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
 
 
+def refuse_unmatched(patterns: Sequence[str], names: Sequence[str]) -> None:
+    """Raise InputError where one of some patterns, as `link.*`, matches no name that is recorded."""
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise InputError(
+                f"--record {pattern}: nothing of this name is recorded; {instead(pattern, names)}"
+            )
+
+
 def series_writers(
     table: Table, patterns: Sequence[str] = (), csv: bool = True
 ) -> dict[str, Callable[[Path], object]]:
     """What writes `results.parquet`, and `results.csv`: a column for each variable, its unit in the name.
 
     Written block by block, so that a run whose values lie on disk never has to fit into the memory. Of
-    `patterns`, such as `link.*`, one without a match is remarked on, as the run is over; without patterns
-    every variable is written.
+    variables those are written that match one of `patterns`, such as `link.*`; without patterns all are.
     """
     import pyarrow
     import pyarrow.csv
     from pyarrow import parquet
 
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in table.names):
-            remark(f"--record {pattern}: nothing that was recorded; {instead(pattern, table.names)}")
     names = [name for name in table.names if any(fnmatchcase(name, p) for p in patterns)] or table.names
     headings = ["time [s]", *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]

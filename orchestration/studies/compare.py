@@ -115,8 +115,9 @@ def plan_on(
 ) -> Plan:
     """What to compare, by names and files; what is None is all that is usual for the system.
 
-    The system is that of a scenario, with its parameters and sensors, where one is given; `more` are
-    controllers beside the others. InputError if there is none of a name, or as `plan`.
+    The system is that of a scenario, with its parameters and sensors, where one is given, and its own duty
+    cycle is the usual one; `more` are controllers beside the others. InputError if there is none of a name,
+    or as `plan`.
     """
     cell = None if scenario is None else load_scenario(str(scenario))
     if cell is not None:
@@ -129,7 +130,8 @@ def plan_on(
             from warmlink.orchestration.arm.program import DESIGNED
 
             controllers = list(DESIGNED)
-    duty_cycles = names_on(system) if duty_cycles is None else duty_cycles
+    if duty_cycles is None:
+        duty_cycles = names_on(system) if scenario is None else [str(scenario)]
     mismatches = SYSTEMS[system] if mismatches is None else mismatches
     for option, names, example in (
         ("--duty-cycles", duty_cycles, "windshield_wiper,stop_and_go"),
@@ -259,7 +261,8 @@ def compare(
     controllers : names, or laws of one's own as `my_law.py:MyLaw`; all that are designed for the system
     duty_cycles, mismatches : names or files; all that are usual for the system
     system : WarmupCell or SixAxisArm
-    scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle
+    scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle; its
+        own is the usual one
     parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
     means : kind of FMU and number of processes
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -36,7 +36,7 @@ from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, with_replaced
+from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
@@ -172,6 +172,8 @@ def design(
     held = None if scenario is None else scenario.setup.blueprint
     foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
+    if scenario is not None and plant is not None:
+        _refuse_unread(scenario.setup, sensors, plant.read)
     if law == "regression":
         run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)
         values = {**fit_regression(run, list(sensors), noise), "sample_time": period}
@@ -205,11 +207,7 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
     (controller, *_) = setup.controllers
     fed = {target for _, target in setup.blueprint.wires}
     read = [name for name in SENSED if f"{controller}.{name}" in fed]
-    for name in sensors:
-        if f"{name.removesuffix('_temperature')}_temperature" not in read:
-            raise InputError(
-                f"--sensors: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
-            )
+    _refuse_unread(setup, sensors, read)
     quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
     system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
     record = [*(f"{controller}.{name}" for name in read), *setup.roles.uncompensated.variables]
@@ -219,6 +217,20 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
     still = np.full(run.times.size, ROOM_TEMPERATURE)
     temperatures = [run[f"{controller}.{name}"] if name in read else still for name in SENSED]
     return TrainingRun(np.column_stack(temperatures), setup.roles.uncompensated.value(run.__getitem__))
+
+
+def _refuse_unread(setup: Setup, sensors: Sequence[str], read: Collection[str]) -> None:
+    """Raise InputError where a controller reads none of a sensor that it is to go by, or no temperature."""
+    (controller, *_) = setup.controllers
+    if not read:
+        raise InputError(
+            f"{setup.name}: feeds no thermometer to {controller}; wire one to it, as base_temperature"
+        )
+    for name in sensors:
+        if f"{name.removesuffix('_temperature')}_temperature" not in read:
+            raise InputError(
+                f"--sensors: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
+            )
 
 
 def plant_of(system: System) -> Plant:

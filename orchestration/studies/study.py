@@ -164,8 +164,8 @@ class StudyFile(Table):
     """A study: what is varied, over which runs, and what is asked of them."""
 
     controller: Annotated[str, Text("lag")]
-    duty_cycles: Annotated[tuple[str, ...], Names("windshield_wiper")]
     parameters: Mapping[str, AxisTable]
+    duty_cycles: Annotated[tuple[str, ...] | None, Names("windshield_wiper")] = None
     title: Annotated[str | None, Text()] = None
     scenario: Annotated[str | None, Text("my_cell.toml")] = None
     mismatches: Annotated[tuple[str, ...], Names(NOMINAL)] = (NOMINAL,)
@@ -179,6 +179,8 @@ class StudyFile(Table):
     sweep: SweepSettings = SweepSettings()
 
     def __post_init__(self) -> None:
+        if self.duty_cycles is None and self.scenario is None:
+            raise InputError('duty_cycles is missing; write duty_cycles = ["windshield_wiper"]')
         if not self.parameters:
             raise InputError(
                 'varies nothing; write [parameters] and "compensator.gain" = { min = ..., max = ... }'
@@ -279,7 +281,8 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     file = read_table(StudyFile, given, name)
     controller = controller_named(_beside(file.controller, folder))
     cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
-    scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in file.duty_cycles)
+    duties = file.duty_cycles or (file.scenario or "",)
+    scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in duties)
     declared = scenarios[0].declared
     study = Study(
         name=name,

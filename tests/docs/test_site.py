@@ -21,7 +21,7 @@ from warmlink.orchestration.cli import COMMANDS, application
 from warmlink.orchestration.command_line.init import kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.rig import rig
-from warmlink.orchestration.scenarios.duties.duty_files import RECORDED
+from warmlink.orchestration.scenarios.duties.recorded import RECORDED
 from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit

@@ -10,7 +10,7 @@ import typer
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import command_named
-from warmlink.orchestration.command_line.arguments import for_typer, plain_values, settings_given
+from warmlink.orchestration.command_line.arguments import for_typer, listed, plain_values, settings_given
 
 GIVEN = (
     "run",
@@ -60,3 +60,15 @@ def test_a_pair_is_refused_with_an_example_of_its_own_option(text: str, sentence
     with pytest.raises(InputError) as told:
         settings_given([text], "--noise")
     assert str(told.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("a.x, b.y,a.x", ["a.x", "b.y"]),
+        ("a.x[1],a.A[1,2],b.y", ["a.x[1]", "a.A[1,2]", "b.y"]),
+        ("a.A[1,2,3]", ["a.A[1,2,3]"]),
+    ],
+)
+def test_commas_part_names_and_no_indices(text: str, names: list[str]) -> None:
+    assert listed(text) == names

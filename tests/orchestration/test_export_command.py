@@ -1,5 +1,7 @@
 """`warmlink export` with the parameter set that `warmlink design` writes."""
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 
+OWN_LAW = Path(__file__).parent / "studies" / "my_law.py"
 EXPORT = ["warmlink", "export", "lag", "--design", "lag.ssv", "--out", "plc"]
 
 
@@ -26,6 +29,20 @@ def test_the_values_of_a_design_are_those_of_the_core(
     wanted = Core(designed(controller("lag"), {"time_constant": 500.0}), "lag", "double").source()
     assert Path("plc/lag.c").read_text("utf-8") == wanted
     assert wanted != Core(controller("lag"), "lag", "double").source()
+
+
+def test_a_law_of_ones_own_is_exported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(OWN_LAW, "my_law.py")
+    monkeypatch.setattr("sys.argv", ["warmlink", "export", "my_law.py:MyLaw"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code, capsys.readouterr().err
+    name = capsys.readouterr().out.split()[1].removesuffix(".c")
+    assert Path(f"{name}.c").is_file()
+    subprocess.run(["cc", "-std=c99", "-fsyntax-only", f"{name}.c"], check=True)
 
 
 @pytest.mark.parametrize(

@@ -179,10 +179,35 @@ def test_parameter_sets_that_cannot_serve(
     assert not list(tmp_path.iterdir())
 
 
-def test_what_is_written_can_be_chosen(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("pattern", "sentence"),
+    [
+        ("zzz.*", "--record zzz.*: nothing of this name is recorded; choose"),
+        (
+            "error,link.elongatoin",
+            "link.elongatoin: nothing of this name is recorded; did you mean link.elong",
+        ),
+    ],
+)
+def test_what_is_not_recorded_cannot_be_chosen(
+    pattern: str,
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    chosen = ["--record", "link.elo*,motor.shaft_temperature,link.elongatoin", "--no-csv", "--no-report"]
+    monkeypatch.chdir(tmp_path)
+    assert run(["save", "stop_and_go", "--out", "cell.ssp"], monkeypatch) == 0
+    for arguments in (["run", "stop_and_go"], ["simulate", "cell.ssp", "--stop", "1 min"]):
+        capsys.readouterr()
+        chosen = pattern.replace("error,", "") if arguments[0] == "simulate" else pattern
+        assert run([*arguments, "--record", chosen, "--out", "o"], monkeypatch) == 2
+        assert sentence in capsys.readouterr().err
+        assert not Path("o").exists()
+
+
+def test_what_is_written_can_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen = ["--record", "link.elo*,motor.shaft_temperature", "--no-csv", "--no-report"]
     assert (
         run(["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch)
         == 0
@@ -191,5 +216,3 @@ def test_what_is_written_can_be_chosen(
     frame = pd.read_parquet(tmp_path / "o" / "results.parquet")
     assert list(frame) == ["time [s]", "motor.shaft_temperature [K]", "link.elongation [m]"]
     assert len(frame) == 61
-    told = " ".join(capsys.readouterr().err.split())
-    assert "--record link.elongatoin: nothing that was recorded; did you mean link.elongation?" in told

@@ -88,8 +88,11 @@ def test_the_error_budget_covers_the_true_error(fmu: Path, capsys: pytest.Captur
     assert not Path("o/values.npy").exists()
 
 
-def test_watched_variables_alone_are_bounded(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    answer, _ = simulate(oscillator(fmu), "--watch", "b.u", "--watch", "a.y", capsys=capsys)
+@pytest.mark.parametrize("watch", [("--watch", "b.u", "--watch", "a.y"), ("--watch", "b.u,a.y")])
+def test_watched_variables_alone_are_bounded(
+    fmu: Path, watch: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer, _ = simulate(oscillator(fmu), *watch, capsys=capsys)
     bounded = {name for name, figures in answer["outputs"].items() if "coupling_error" in figures}
     assert bounded == {"b.u", "a.y"}
     assert {"b.y", "a.z"} <= set(answer["outputs"])

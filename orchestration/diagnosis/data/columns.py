@@ -8,10 +8,10 @@ from difflib import get_close_matches
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data import layout
-from warmlink.orchestration.diagnosis.data.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.data.sheet import Sheet
+from warmlink.orchestration.scenarios.logged import layout
+from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
+from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 from warmlink.orchestration.system.replacement import Replacements
 
 _DATE = "date"
@@ -60,22 +60,6 @@ def said(
 
 def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
-
-
-@dataclass(frozen=True)
-class Place:
-    """A column that is used: its place, what its header or the user says, and the variable that it is.
-
-    The unit is None where nothing says it; `source` is where it stands: "header", "row of units", "name" or
-    "--unit". A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
-    """
-
-    column: int
-    name: str
-    unit: str | None
-    variable: str
-    source: str
-    chosen: bool
 
 
 class Assignment:

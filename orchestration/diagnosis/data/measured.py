@@ -13,17 +13,23 @@ from numpy.typing import NDArray
 from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS, times
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Place, Said
-from warmlink.orchestration.diagnosis.data.layout import TIME
-from warmlink.orchestration.diagnosis.data.sheet import Sheet, read_sheet
-from warmlink.orchestration.diagnosis.data.signals import Column, held, signal, without_repeats
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
+from warmlink.orchestration.diagnosis.data.signals import without_repeats
+from warmlink.orchestration.scenarios.logged.cells import Column, held, signal
+from warmlink.orchestration.scenarios.logged.clock import DAY, times
+from warmlink.orchestration.scenarios.logged.layout import TIME
+from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from warmlink.orchestration.diagnosis.data.rig import Rig
 
+FEWEST_ROWS = 20
+"""Rows with a reading; fewer say nothing about noise."""
+
+MOST_DAYS = 100.0
+"""That a run may last; each step of a longer one would have to be simulated."""
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
@@ -149,7 +155,9 @@ def read_run(
     sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
     extra = covariates or {}
     assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
-    time, taken = times(sheet, *assigned.time())
+    clock, date = assigned.time()
+    time, taken = times(sheet, clock, date)
+    _refuse_too_short_or_long(sheet, clock, time)
     found: dict[str, dict[str, Array]] = {"input": {}, "reading": {}, "covariate": {}}
     columns: dict[str, list[Column]] = {kind: [] for kind in found}
     remarks: list[str] = []
@@ -180,6 +188,18 @@ def read_run(
         form=f"{sheet.form}; times as {taken}",
     )
     return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
+
+
+def _refuse_too_short_or_long(sheet: Sheet, clock: Place, time: Array) -> None:
+    """Raise InputError where there are too few rows, or the run lasts too long; `clock` is its column."""
+    if time.size < FEWEST_ROWS:
+        raise InputError(f"{sheet.name}: only {time.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
+    days = time[-1] / DAY
+    if not days <= MOST_DAYS:
+        raise InputError(
+            f"{sheet.of(clock.column)}: the run lasts {days:.4g} days; at most {MOST_DAYS:g} can be "
+            "simulated, so correct the unit or give a part of it"
+        )
 
 
 def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:

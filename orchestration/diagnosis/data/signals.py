@@ -1,164 +1,18 @@
-"""Columns of cells as signals in SI: numbers, what stands for no reading, sensors that stick."""
+"""Readings that only repeat or lie between jumps: sensors that stick, and the step they are rounded to."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from warmlink.fmus.component import Scalar
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.columns import Place
-from warmlink.orchestration.diagnosis.data.layout import NUMBER, conversion_to
-from warmlink.orchestration.diagnosis.data.sheet import DECIMALS, Sheet
-from warmlink.orchestration.text_files import shown
-
-Rows = NDArray[np.intp]
-
-MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
-"""Range of a credible temperature or growth by SI unit; beyond it the sensor errs, or the unit is wrong."""
-
-OVERRANGE = 1e30
-"""From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
-
-_MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
-_FAR = 3.0
-"""Numbers that stand for "no reading" where they are so many times larger than all others in the column."""
+from warmlink.orchestration.scenarios.logged.cells import Rows
+from warmlink.orchestration.scenarios.logged.sheet import Sheet
 
 _FEWEST_CHANGES = 5
 """Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
 
 _LEAP, _LASTING = 4.0, 3
 """Change from row to row that is a jump, as a multiple of those that noise makes; rows that make a level."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column that was read: its name and unit as people read them, and the variable that it is.
-
-    Its `header` as written, where its unit stands, how many cells have a reading of how many, and the least
-    and largest reading, in its unit.
-    """
-
-    name: str
-    unit: str
-    variable: str
-    header: str = ""
-    unit_from: str = "header"
-    filled: int = 0
-    cells: int = 0
-    least: float | None = None
-    largest: float | None = None
-
-
-def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, Rows]:
-    """A column's values in SI, NaN where there is no reading, and the rows whose cells hold something else.
-
-    Without a `scalar`, the variable that it is, it is a covariate: a temperature. InputError is raised
-    where nothing says its unit, that is of another quantity, or a cell cannot be understood.
-    """
-    si_unit = "K" if scalar is None else scalar.variable.unit
-    temperature = scalar is None or scalar.is_temperature
-    header = sheet.headers[place.column]
-    if place.unit is None:
-        shorter = place.name if " " not in place.name else header
-        usual = "degC" if temperature else {"m": "um"}.get(si_unit, si_unit)
-        raise InputError(
-            f"{sheet.of(place.column)} has no unit; head it as '{shorter} [{usual}]', or give --unit "
-            f'"{shorter}={usual}"'
-        )
-    conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
-    read, lost = numbers(sheet, place.column)
-    values = conversion.factor * read + conversion.offset
-    if scalar is None or temperature or scalar.variable.display == "um":
-        low, high = MOST_PLAUSIBLE[si_unit]
-        beyond = np.flatnonzero((values < low) | (values > high))
-        if 2 * beyond.size > values.size:
-            raise InputError(
-                f"{sheet.of(place.column)}: half of the values lie about {np.nanmedian(values):.4g} "
-                f"{si_unit}, outside {low:g} to {high:g} {si_unit}; the unit in the header seems wrong"
-            )
-        lost = np.union1d(lost, beyond)
-        values[beyond] = np.nan
-    seen = read[np.isfinite(values)]
-    ends = (float(seen.min()), float(seen.max())) if seen.size else (None, None)
-    column = Column(place.name, unit, place.variable, header, place.source, seen.size, read.size, *ends)
-    return column, values, lost
-
-
-def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
-    """Values with the last one in each empty cell; those of a pad stay empty, which is off.
-
-    InputError is raised where there is no value at all, or none in the first row.
-    """
-    filled = np.isfinite(values)
-    if place.variable.endswith("pad_temperature"):
-        filled[:] = True
-        words = sheet.cells[place.column].iloc[lost].astype(str).str.strip().str.lower()
-        filled[lost] = words.isin(["off", "none"])
-    elif not filled.any():
-        raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
-    sheet.refuse(np.flatnonzero(~filled[:1]), place.column, "an input needs a value in the first row")
-    return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
-
-
-def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
-    """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
-
-    Beside them the rows of cells that hold words or numbers that stand for "no reading". InputError is
-    raised where a cell may be read in two ways, looks like a number and is none, or most cells are words.
-    """
-    cells: Any = sheet.cells[column]
-    if cells.dtype.kind in "iufb":
-        values, words = cells.to_numpy(dtype=float, na_value=np.nan), np.flatnonzero([])
-    else:
-        values, words = _of_text(sheet, column)
-    size = np.abs(values)
-    marks = np.isin(size, _MARKS)
-    usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
-    none = (size >= OVERRANGE) | (marks & (size > _FAR * usual))
-    return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))
-
-
-def _of_text(sheet: Sheet, column: int) -> tuple[Array, Rows]:
-    """Numbers of cells that are text, NaN where there is none, and the rows of words."""
-    import pandas as pd
-
-    cells: Any = sheet.cells[column]
-    text = cells.astype(str).str.strip().where(cells.notna(), "").astype(object)
-    mark = DECIMALS.get(sheet.decimal, "")
-    doubtful = text.str.contains("." if mark == "," else ",", regex=False).to_numpy(dtype=bool)
-    plain = text.str.replace(",", ".", regex=False) if mark == "," else text.copy()
-    for row in np.flatnonzero(doubtful).tolist():
-        plain.iloc[row] = _without_thousands(sheet, row, column, text.iloc[row], mark)
-    parsed = pd.to_numeric(plain, errors="coerce")
-    words = np.flatnonzero((parsed.isna() & (text != "")).to_numpy())
-    wrong = text.iloc[words].str.fullmatch(r"(?=[\W\d_])[^#]*\d[^#]*").to_numpy(dtype=bool)
-    sheet.refuse(words[wrong], column, "{} is not a number; correct it or leave the cell empty")
-    if 2 * words.size > np.count_nonzero(text != ""):
-        raise InputError(
-            f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
-            f'numbers; correct them, or leave the column out with --map "{sheet.headers[column]}="'
-        )
-    return plain.where(parsed.notna(), np.nan).astype(float).to_numpy(), words
-
-
-def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str) -> str:
-    """A number that has another mark than the file's decimal one, as Python writes it; a word as it is."""
-    if not NUMBER.fullmatch(cell):
-        return cell
-    other = "." if mark == "," else ","
-    grouped = rf"[-+]?[1-9]\d{{0,2}}(?:{re.escape(other)}\d{{3}})+(?:{re.escape(mark)}\d*)?"
-    if mark and re.fullmatch(grouped, cell) and (mark in cell or sheet.said):
-        return cell.replace(other, "").replace(mark, ".")
-    raise InputError(
-        f"{sheet.at(row, column)}: {shown(cell)} may have a decimal mark or one for thousands; write all "
-        "numbers alike, and say --decimal comma or --decimal point"
-    )
 
 
 def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:

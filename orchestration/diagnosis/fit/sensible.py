@@ -8,9 +8,8 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.clock import FEWEST_ROWS
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.measured import Run, names_of
+from warmlink.orchestration.diagnosis.data.measured import FEWEST_ROWS, Run, names_of
 from warmlink.orchestration.diagnosis.data.thinning import SHORTEST
 from warmlink.orchestration.diagnosis.fit.noise import FEWEST
 from warmlink.orchestration.diagnosis.fit.problem import Problem

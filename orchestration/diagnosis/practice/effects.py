@@ -198,6 +198,6 @@ def about_effects() -> dict[str, str]:
     sentences = {cause.name: cause.sentence for cause in catalogue()}
     return {
         f"{name}:CHANNEL" if effect.per_channel else name: f"{sentences.get(name, effect.about)} "
-        f"Ordinarily {effect.size:g}."
+        f"Ordinarily {effect.size:g} {'times the nominal' if effect.neutral else 'in SI units'}."
         for name, effect in EFFECTS.items()
     }

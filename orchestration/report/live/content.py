@@ -14,7 +14,7 @@ from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
-from warmlink.orchestration.scenarios.duties.duty_files import MEASURED, RECORDED
+from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.entries import converter
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element

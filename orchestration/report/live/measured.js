@@ -1,4 +1,4 @@
-// A measured run: a CSV file with a header of `name [unit]`, read as orchestration/scenarios/duties/duty_files.py does.
+// A measured run: a CSV file with a header of `name [unit]`, read as orchestration/scenarios/duties/recorded.py does.
 
 const AT_FIRST = { speed: 0, torque: 0, ambient_temperature: 22, pad_mode: 0, pad_temperature: 22, pad_power: 0 };
 

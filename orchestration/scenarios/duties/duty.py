@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,15 @@ class Segment:
     def pad(self) -> float:
         """Temperature in K at which a pad is held; NaN where none is."""
         return self.pad_temperature if self.pad_mode == PAD_TEMPERATURE else float("nan")
+
+
+def padded(temperature: float | None, power: float | None) -> dict[str, Any]:
+    """What of a segment a pad's temperature in K or power in W sets; InputError where both are given."""
+    if temperature is not None and power is not None:
+        raise InputError("pad_temperature and pad_power exclude each other; give one")
+    if temperature is not None:
+        return {"pad_mode": PAD_TEMPERATURE, "pad_temperature": temperature}
+    return {"pad_mode": NO_PAD} if power is None else {"pad_mode": PAD_POWER, "pad_power": power}
 
 
 def length(segments: Sequence[Segment]) -> float:
@@ -131,7 +140,8 @@ class Duty(Drive):
         if len(self.segments) > SEGMENTS:
             raise InputError(
                 f"{self.name}: {len(self.segments)} segments are more than the {SEGMENTS} that the DutyCycle "
-                "component holds; use longer ones, or repeat"
+                "component holds; use fewer and longer ones, or repeat; a recording's equal rows are one, so "
+                "round or average its columns"
             )
         values: dict[str, float | bool] = {"repeat": self.repeat}
         unused = [Segment(0.0)] * (SEGMENTS - len(self.segments))

@@ -8,34 +8,27 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 
 from __future__ import annotations
 
-import csv
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
-from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.records import dataclass
 from warmlink.orchestration.scenarios.duties.duty import (
     MOST_SEGMENTS,
-    NO_PAD,
-    PAD_POWER,
-    PAD_TEMPERATURE,
-    UNITS,
     Duty,
     Segment,
     check_segments,
+    padded,
 )
-from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole, converter, heading
+from warmlink.orchestration.scenarios.duties.recorded import read_csv
+from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.written import Table, read_table
-from warmlink.orchestration.system.units import IDENTITY, Conversion
-from warmlink.orchestration.text_files import read_text, read_toml, shortened, shown
+from warmlink.orchestration.text_files import read_toml, shortened
 
 LIBRARY = Path(__file__).parents[1] / "duty_cycles"
 
@@ -43,13 +36,6 @@ SHORTEST_DRAWN = 1.0
 """Shortest segment in s that can be drawn, since drawn ones last whole seconds."""
 
 MOST_SEED = 2**63 - 1
-
-TIME, DURATION = "time", "duration"
-RECORDED = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != DURATION}}
-"""SI unit of each column that makes the duty cycle."""
-
-MEASURED = (*SENSED, "elongation")
-"""Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
 
 Row = tuple[Segment, ...]
 """What each joint does at the same time; a cell has one joint."""
@@ -69,15 +55,6 @@ def durations(
         duration = float(round(generator.uniform(*lasting)))
         yield duration
         time += duration
-
-
-def padded(temperature: float | None, power: float | None) -> dict[str, Any]:
-    """What of a segment a pad's temperature in K or power in W sets; InputError where both are given."""
-    if temperature is not None and power is not None:
-        raise InputError("pad_temperature and pad_power exclude each other; give one")
-    if temperature is not None:
-        return {"pad_mode": PAD_TEMPERATURE, "pad_temperature": temperature}
-    return {"pad_mode": NO_PAD} if power is None else {"pad_mode": PAD_POWER, "pad_power": power}
 
 
 @dataclass(frozen=True)
@@ -200,92 +177,3 @@ def parsed(given: Mapping[str, Any], name: str) -> Duty:
     """Duty cycle from the tables of a file; raises as `load`."""
     read = read_table(DutyFile, given, name)
     return read.duties(name, read.stop_time, (name,))[0]
-
-
-def read_csv(path: Path) -> Duty:
-    """Recorded duty cycle from a CSV file with a header of `name [unit]`, `time [s]` first among them.
-
-    Inputs hold until the next row, an empty cell holds the last value, an empty pad cell switches the pad
-    off.
-
-    Raises InputError where the file cannot be read, a column or unit is not known or stands twice, a row is
-    longer or shorter than the header, a cell is no number, or time does not increase.
-    """
-    (_, header), *rows = _rows(path)
-    columns = _columns(header, path.name)
-    times: list[float] = []
-    segments, last = [], Segment(0.0)
-    for line, row in rows:
-        where = f"{path.name}: line {line}"
-        if len(row) != len(header):
-            raise InputError(f"{where}: {len(row)} cells under {len(header)} columns; mend the row")
-        cells = {name: _value(row[place], where, name, to_si) for name, (place, to_si) in columns.items()}
-        time = cells.pop(TIME)
-        if time is None or (times and time <= times[-1]):
-            raise InputError(f"{where}: time is missing or does not increase; give increasing times")
-        times.append(time)
-        last = replace(last, **_held(cells, where))
-        segments.append(last)
-    if len(times) < 2:
-        raise InputError(f"{path.name}: {len(times)} rows under the header; give at least two times")
-    lasting = [replace(each, duration=float(d)) for each, d in zip(segments, np.diff(times), strict=False)]
-    absent = [name for name in ("speed", "torque") if name not in columns]
-    told = (f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
-    reason, stop_time = f"recorded, {path.name}", times[-1] - times[0]
-    return Duty(path.stem, path.stem, reason, stop_time, tuple(lasting), remarks=tuple(told))
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Number and cells of each line that holds something, the header first."""
-    reader = csv.reader(read_text(path, "give an existing .toml or .csv").splitlines())
-    try:
-        rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as fault:
-        raise InputError(f"{path.name}: line {reader.line_num}: {fault}; mend the line") from None
-    if not rows:
-        raise InputError(f"{path.name}: is empty; give a header and at least two times")
-    return rows
-
-
-def _columns(header: list[str], where: str) -> dict[str, tuple[int, Conversion]]:
-    """Place in the row and conversion to SI of each column of the duty cycle, by name."""
-    found: dict[str, tuple[int, Conversion]] = {}
-    for place, cell in enumerate(header):
-        name, unit = heading(cell)
-        if not name.isidentifier():
-            raise InputError(f"{where}: column {shown(cell)} is not of the form 'name [unit]'; rename it")
-        if name not in (*RECORDED, *MEASURED):
-            known = instead(name, (*RECORDED, *MEASURED), "or remove it")
-            raise InputError(f"{where}: column {shown(name)} is not known; {known}")
-        if name in RECORDED and not unit:
-            raise InputError(f"{where}: column {name!r} has no unit; write '{name} [{RECORDED[name]}]'")
-        if name in found:
-            raise InputError(f"{where}: column {name!r} stands twice; keep one")
-        si = RECORDED.get(name)
-        found[name] = place, converter(unit or "", si, f"{where}: column {name!r}") if si else IDENTITY
-    if TIME not in found:
-        raise InputError(f"{where}: no column 'time [s]'; add it")
-    return {name: column for name, column in found.items() if name in RECORDED}
-
-
-def _held(cells: Mapping[str, float | None], where: str) -> dict[str, Any]:
-    """What a row changes: given cells, and the pad's mode by which of its cells is given."""
-    changes: dict[str, Any] = {name: value for name, value in cells.items() if value is not None}
-    if "pad_temperature" not in cells and "pad_power" not in cells:
-        return changes
-    try:
-        return changes | padded(cells.get("pad_temperature"), cells.get("pad_power"))
-    except InputError as fault:
-        raise InputError(f"{where}: {fault}") from None
-
-
-def _value(cell: str, where: str, name: str, to_si: Conversion) -> float | None:
-    if not cell.strip():
-        return None
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{where}: {shown(cell.strip())} in column {name!r} is no number; mend or empty it")
-    return to_si(value)

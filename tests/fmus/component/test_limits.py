@@ -36,8 +36,14 @@ REFUSED = [
     (
         "ThermalLink",
         {"base_position": 0.317},
-        "link.base_position: 0.317 m leaves no length before tip_position (0.317 m); put it nearer the "
-        "proximal end",
+        "link.base_position: 0.317 m leaves no length before tip_position (0.317 m) on a link of "
+        "length 0.3302 m; put it nearer the proximal end, or correct the others",
+    ),
+    (
+        "ThermalLink",
+        {"length": 460.0},
+        "link.base_position: 0.0254 m leaves no length before tip_position (0.317 m) on a link of length "
+        "460 m; put it nearer the proximal end, or correct the others",
     ),
     (
         "ThermalLink",

@@ -101,6 +101,8 @@ def test_every_effect_says_what_it_is(
     about = about_effects()
     assert len(about) == len(EFFECTS)
     assert all(text[0].isupper() and ". Ordinarily" in text for text in about.values())
+    assert about["conductivity"].endswith("Ordinarily 0.8 times the nominal.")
+    assert about["sensor_lag:CHANNEL"].endswith("Ordinarily 60 in SI units.")
     for name in about:
         effect_of(name.replace("CHANNEL", "tip_temperature"))
     _, out, _ = ended(["list", "--json"], monkeypatch, capsys)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.catalogue import entries
-from warmlink.orchestration.closed_loop.load import read_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import materials
@@ -135,6 +136,10 @@ def test_compare_and_studies_take_the_cell(warmlink: Warmlink) -> None:
         assert each.tolerance == pytest.approx(1e-5)
         assert each.values()["link"]["length"] == 0.8
         assert each.values()["sensors"]["noise[1]"] == 0.1
+    Path("study.toml").write_text(re.sub(r"duty_cycles = .*\n", "", STUDY))
+    of_its_own = plan_on(scenario="my_cell.toml", controllers=["lag"]).scenarios
+    for each in (*of_its_own, *load_study("study.toml").scenarios):
+        assert (each.name, each.duty) == ("my_cell", load_scenario("my_cell.toml").duty)
     options = ("--duty-cycles", "six_axis_shift", "--mismatch", "nominal")
     code, _, told = warmlink("compare", "--scenario", "my_cell.toml", *options)
     assert (code, told) == (

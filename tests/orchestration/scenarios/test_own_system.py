@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
@@ -73,21 +75,21 @@ batch = 2
 Warmlink = Callable[..., int]
 
 
+def write_chain(wires: Iterable[tuple[str, str]]) -> None:
+    """Write the chain as an SSP."""
+    files = FmuStore("native").files(KINDS.values())
+    parts = {name: component(name, files[kind]) for name, kind in KINDS.items()}
+    chain = System("Chain", parts, connected(parts, wires), DefaultExperiment(0.0, 3600.0, 1.0))
+    write_ssp(chain, Path("chain.ssp"))
+
+
 @pytest.fixture
 def warmlink(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Warmlink:
     """The command in a folder with the chain as an SSP and its scenario."""
-    files = FmuStore("native").files(KINDS.values())
-    parts = {name: component(name, files[kind]) for name, kind in KINDS.items()}
-    system = System(
-        "Chain",
-        parts,
-        connected(parts, WIRES),
-        DefaultExperiment(0.0, 3600.0, 1.0),
-    )
-    write_ssp(system, tmp_path / "chain.ssp")
     (tmp_path / "chain.toml").write_text(ROLES)
     (tmp_path / "study.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
+    write_chain(WIRES)
 
     def run(*arguments: str) -> int:
         monkeypatch.setattr("sys.argv", ["warmlink", *arguments])
@@ -187,6 +189,28 @@ def test_a_regression_is_designed_for_fmus_whose_equations_nobody_knows(
     capsys.readouterr()
     assert warmlink(*fit, "base,winding") == 2
     assert "--sensors: Chain feeds no winding to compensator; choose" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("law", ["observer", "regression"])
+def test_no_law_is_designed_from_thermometers_that_are_not_there(
+    warmlink: Warmlink, capsys: pytest.CaptureFixture[str], law: str
+) -> None:
+    assert warmlink("design", "chain.toml", "--law", law, "--sensors", "base,middle") == 2
+    assert "--sensors: Chain feeds no middle to compensator; choose" in capsys.readouterr().err
+    write_chain(wire for wire in WIRES if "sensors" not in f"{wire}")
+    for sensors in ((), ("--sensors", "none")):
+        assert warmlink("design", "chain.toml", "--law", law, *sensors) == 2
+        said = capsys.readouterr().err
+        assert said == (
+            "warmlink: Chain: feeds no thermometer to compensator; wire one to it, as base_temperature\n"
+        )
+    assert not list(Path().glob("*.ssv"))
+
+
+def test_an_observer_needs_no_thermometer_at_the_shaft(warmlink: Warmlink) -> None:
+    write_chain(wire for wire in WIRES if "[1]" not in f"{wire}")
+    found = wl.design("chain.toml").parameters
+    assert all(math.isfinite(value) for value in found.values())
 
 
 def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:

@@ -172,12 +172,12 @@ def test_the_folder_is_held_until_the_results_are_in_it(
         free.append(nobody)
         return fresh_folder(out)
 
-    monkeypatch.setattr("warmlink.orchestration.command_line.studies.fresh_folder", watched)
+    monkeypatch.setattr("warmlink.orchestration.results.fresh_folder", watched)
     for command in (["tune", "study.toml", "--trials", "1"], ["sweep", "study.toml"], COMPARE):
-        monkeypatch.setattr("sys.argv", ["warmlink", *command, "--no-report", "--out", "o"])
+        monkeypatch.setattr("sys.argv", ["warmlink", *command, "--no-report", "--out", command[0]])
         with pytest.raises(SystemExit) as stop:
             main()
         assert stop.value.code == 0, capsys.readouterr().err
     assert free == [False] * 3
-    for file in ("trials.csv", "sweep.parquet", "compare.csv"):
-        assert Path("o", file).is_file()
+    for command, file in (("tune", "trials.csv"), ("sweep", "sweep.parquet"), ("compare", "compare.csv")):
+        assert Path(command, file).is_file()

@@ -12,7 +12,7 @@ from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import run_scenario
-from warmlink.orchestration.command_line.studies import table
+from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import Mismatch
@@ -81,12 +81,14 @@ def test_the_table_has_the_columns_that_others_read(folder: Path, fmus: FmuSet, 
     assert rows[0]["equal_within_um"] == rows[1]["equal_within_um"] != ""
 
 
-def made(scores: dict[str, float], budget: float, tolerance: float = 5e-6) -> Comparison:
+def made(
+    scores: dict[str, float], budget: float, mismatch: str = "nominal", tolerance: float = 5e-6
+) -> Comparison:
     def outcome(score: float, budget: float | None = None) -> Outcome:
         return Outcome(score, score, score, None, 30.0, 20.0, 0.1, 0.0, budget)
 
     planned = [
-        Case((name, "work", "nominal"), name, {}, 3600.0, 1.0, "gauss_seidel", tolerance) for name in scores
+        Case((name, "work", mismatch), name, {}, 3600.0, 1.0, "gauss_seidel", tolerance) for name in scores
     ]
 
     class Given:
@@ -119,6 +121,23 @@ def test_a_defeat_is_marked() -> None:
     assert str(shown["outside"]).split() == ["6.0", "25", "%", "!"]
     assert str(shown["harm"]).split() == ["9.0", "-12", "%", "!!"]
     assert str(shown["x"]).split() == ["stopped", "!!"]
+
+
+def test_each_figure_of_the_worst_says_which_mismatch_it_is_of() -> None:
+    """The worst of `none` may be under another mismatch than that of a controller."""
+    parts = [
+        made({"none": none, "lag": lag}, 0.1, mismatch)
+        for mismatch, none, lag in (("nominal", 8.0, 4.0), ("warm", 24.5, 9.0), ("noisy", 20.9, 105.9))
+    ]
+    rows = {key: row for part in parts for key, row in part.rows.items()}
+    found = Comparison(("none", "lag"), ("work",), ("nominal", "warm", "noisy"), rows)
+    shown = [[str(cell) for cell in row] for row in table(found)]
+    assert shown[1] == ["  work", "8.0", "4.0  50 % *  "]
+    assert shown[2][0] == "worst of 2 mismatches"
+    assert [each.split() for each in shown[3][1:]] == [["24.5", "(1)"], ["105.9", "(2)", "-407", "%", "!!"]]
+    assert legend(found).splitlines()[1] == (
+        "(1) warm  (2) noisy: mismatch of the figure; a share is of no compensation under the same mismatch"
+    )
 
 
 def test_the_command_writes_table_and_report(

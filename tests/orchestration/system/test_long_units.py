@@ -15,7 +15,6 @@ GAP = " " * 100_000
 CASES = {
     "unit": ("system.units", "parse_unit('Nparameterambient_temperature_of_the_room [degC')"),
     "value": ("scenarios.entries", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
-    "duty header": ("scenarios.duties.duty_files", "_columns(['a' + GAP + 'x'], 'duty.csv')"),
 }
 
 
@@ -34,6 +33,18 @@ def test_it_is_refused_at_once(case: str) -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=20, check=True
     )
     assert "is no" in done.stdout
+
+
+@pytest.mark.parametrize("function", ["name_and_unit", "with_suffix"])
+def test_a_header_is_read_at_once(function: str) -> None:
+    script = (
+        f"from warmlink.orchestration.scenarios.logged.layout import {function}\n"
+        f"print(len(list({function}('a' + {len(GAP)} * ' ' + {len(GAP)} * '(' + 'x)'))))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=20, check=True
+    )
+    assert done.stdout.strip() == {"name_and_unit": "2", "with_suffix": "0"}[function]
 
 
 def test_a_long_header_without_rows_is_refused_in_few_words(tmp_path: Path) -> None:

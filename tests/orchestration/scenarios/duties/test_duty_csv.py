@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.duties.duty_files import read_csv
+from warmlink.orchestration.scenarios.duties.recorded import read_csv
 
 HEADER = "time [min],speed [rad/s],torque [N.m]"
 ROWS = "0,3.43,2.5\n10,0,0\n20,3.43,2.5"
@@ -45,24 +46,32 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("time [s],torqe [N.m]\n0,1\n1,1", "column 'torqe' is not known; did you mean torque\\?"),
-        ("time [s],current [A]\n0,1\n1,1", "column 'current' is not known; choose .*, or remove it"),
-        ("time [s],duration [s]\n0,1\n1,1", "column 'duration' is not known"),
-        ("time [s],torque [N.m],torque [N.m]\n0,1,2\n1,1,2", "column 'torque' stands twice; keep one"),
-        ("time [s],torque [N.m],torque [mN.m]\n0,1,2\n1,1,2", "column 'torque' stands twice; keep one"),
-        ("time [s],time [h]\n0,1\n1,1", "column 'time' stands twice; keep one"),
-        ("time [s];torque [N.m]\n0;1\n1;1", "is not of the form 'name \\[unit\\]'"),
-        ("time [s],torque [N.m]\n0,2,5\n1,2,5", "line 2: 3 cells under 2 columns; mend the row"),
-        ("time [s],torque [N.m]\n\n0,2\n1", "line 4: 1 cells under 2 columns; mend the row"),
-        ("time [s],pad_power [W],pad_temperature [K]\n0,1,300\n1,,", "line 2: .* exclude each other"),
-        ("torque [N.m]\n1\n2", "no column 'time \\[s\\]'; add it"),
-        ("time [s],torque [kg]\n1,1\n2,2", "column 'torque': .*; give it in N.m"),
+        ("time [s],torqe [N.m]\n0,1\n1,1", "column 'torqe \\[N.m\\]' is not known; did you mean torque\\?"),
+        ("time [s],current [A]\n0,1\n1,1", "column 'current \\[A\\]' is not known; choose .*, or remove it"),
+        ("time [s],duration [s]\n0,1\n1,1", "column 'duration \\[s\\]' is not known"),
+        ("Zeit [s];Drehzahl [rpm]\n0;1\n1;1", "column 'Zeit \\[s\\]' is not known; choose time, speed, "),
+        ("time [s],torque [N.m],torque [N.m]\n0,1,2\n1,1,2", "are both torque; keep one"),
+        (
+            "time [s],torque [N.m],torque [mN.m]\n0,1,2\n1,1,2",
+            "'torque \\[mN.m\\]' are both torque; keep one",
+        ),
+        ("time [s],time [h]\n0,1\n1,1", "are both time; keep one"),
+        ("time [s],torque [N.m]\n0,2,5\n1,2,5", "row 2 has more cells than there are headers \\(2\\); give"),
+        ("time [s],pad_power [W],pad_temperature [K]\n0,1,300\n1,,", "row 2: .* exclude each other"),
+        ("torque [N.m],speed [rad/s]\n1,1\n2,1", "no column 'time \\[s\\]'; add it"),
+        ("torque [N.m]\n1\n2", "no columns are found; separate cells by commas"),
+        ("time [s],torque [kg]\n1,1\n2,2", "column 'torque \\[kg\\]': .*; give it in N.m"),
         ("time [s],torque\n1,1\n2,2", "column 'torque' has no unit"),
-        ("time [s],torque [N.m]\n0,much\n1,1", "line 2: 'much' in column 'torque' is no number"),
-        ("time [s],torque [N.m]\n1,1\n1,1", "line 3: time is missing or does not increase"),
+        ("time,torque [N.m]\n1,1\n2,2", "column 'time' has no unit; head it as 'time \\[s\\]'"),
+        ("time [s],torque [N.m]\n0,much\n1,1", "row 2, column 'torque \\[N.m\\]': 'much' is no reading"),
+        (
+            "time [s],speed [rpm],torque [N.m]\n0,1,1\n,2,1",
+            "row 3, column 'time \\[s\\]': the time is missing",
+        ),
+        ("time [s],torque [N.m]\n1,1\n1,1", "row 3, .*: 1 s comes after 1 s; times must increase"),
         ("time [s],torque [N.m]\n1,1", "1 rows under the header; give at least two times"),
-        ("", "is empty; give a header"),
-        ("time [s],torque [N.m]\n0," + 200_000 * "1", "line 2: field larger than field limit"),
+        ("", "no columns are found"),
+        ("time [s],torque [N.m]\n0," + 200_000 * "1", "no columns are found"),
     ],
 )
 def test_refused_in_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
@@ -73,10 +82,45 @@ def test_refused_in_one_sentence(tmp_path: Path, text: str, sentence: str) -> No
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
-def test_another_encoding_is_named_as_such(tmp_path: Path, encoding: str) -> None:
-    text = f"{HEADER},ambient_temperature [°C]\n{ROWS}"
-    with pytest.raises(InputError, match=r"recorded\.csv: line 1 is not text in UTF-8"):
-        read_csv(written(tmp_path, text, encoding))
+def test_another_encoding_is_read_as_a_measured_run_is(tmp_path: Path, encoding: str) -> None:
+    text = "time [s],speed [rad/s],ambient_temperature [°C]\n0,3,22\n60,3,22\n"
+    (segment,) = read_csv(written(tmp_path, text, encoding)).segments
+    assert segment.ambient_temperature == pytest.approx(295.15)
+
+
+@pytest.mark.parametrize("unit", ["rpm", "1/min", "U/min", "r/min"])
+def test_a_file_is_read_as_loggers_write_it(tmp_path: Path, unit: str) -> None:
+    text = f"""sep=;
+# shift of Monday
+Time [ms];Speed [{unit}];Torque (Nm);ambient_temperature_degF;Tip temperature [°C]
+0;27,50;2,90;71,6;21,5
+5000;27,50;2,90;71,6;21,6
+10000;0,00;0,00;71,6;21,6
+15000;0,00;0,00;72,5;
+20000;0,00;0,00;72,5;
+"""
+    found = read_csv(written(tmp_path, text)).segments
+    assert [each.duration for each in found] == [10, 5, 5]
+    first, _, last = found
+    assert (first.speed, first.torque) == (pytest.approx(27.5 * 2 * math.pi / 60), 2.9)
+    assert (first.ambient_temperature, last.ambient_temperature) == (
+        pytest.approx(295.15),
+        pytest.approx(295.65),
+    )
+
+
+def test_equal_rows_in_sequence_make_one_segment(tmp_path: Path) -> None:
+    rows = [f"{5 * i},{3 if (i // 100) % 2 else 0},2" for i in range(1000)]
+    duty = read_csv(written(tmp_path, "\n".join(["time [s],speed [rad/s],torque [N.m]", *rows])))
+    assert [each.duration for each in duty.segments] == 9 * [500] + [495]
+    assert duty.component_parameters["duration[10]"] == 495
+
+
+def test_more_segments_than_the_component_holds_are_refused_with_a_remedy(tmp_path: Path) -> None:
+    rows = [f"{5 * i},{i}" for i in range(40)]
+    duty = read_csv(written(tmp_path, "\n".join(["time [s],speed [rad/s]", *rows])))
+    with pytest.raises(InputError, match=r"39 segments are more than the 32 .* round or average its columns"):
+        _ = duty.component_parameters
 
 
 def test_no_such_file(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data import layout
+from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.text_files import is_file, measured_text, shown
 
 if TYPE_CHECKING:
@@ -70,6 +70,22 @@ class Sheet:
         """Say which cells are taken for missing values."""
         row, more = int(rows[0]), f", as are {rows.size - 1} more in this column" if rows.size > 1 else ""
         return f"{self.at(row, column)}: {self.cell(row, column)} is taken for a missing value{more}"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A column that is used: its place, what its header or the user says, and the variable that it is.
+
+    The unit is None where nothing says it; `source` is where it stands: "header", "row of units", "name" or
+    "--unit". A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
+    """
+
+    column: int
+    name: str
+    unit: str | None
+    variable: str
+    source: str
+    chosen: bool
 
 
 def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[str] = ()) -> Sheet:

@@ -28,13 +28,15 @@ _CLOCK = re.compile(r"[\d./-]*[T ]?\d{1,2}:\d{2}.*|\d{1,4}[-./]\d{1,2}[-./]\d{1,
 Headers = tuple[list[str], list[str | None]]
 """Headers of the columns, and units from a row of their own."""
 
-_FORMS = (re.compile(r"(.+?)\s*\((.*)\)"), re.compile(r"(.+?)\s+(?:/|in)\s+(\S+)"))
+_MOST_PARTS = 6
+"""Parts, as of `rad_per_s`, that a unit at the end of a name may have."""
+
 _MEANT = {
     "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
     "degF": "F",
     "N.m": "Nm|NM",
     "mN.m": "mNm",
-    "rpm": "1/min|U/min",
+    "rpm": "1/min|U/min|r/min",
     "rad/s": "rad_s|rad_per_s|rads",
     "s": "S|Sec|seconds|hh:mm:ss",
 }
@@ -50,10 +52,18 @@ def plain(name: str) -> str:
 def name_and_unit(header: str) -> tuple[str, str | None]:
     """Name and unit of a header; None where it has no unit, in brackets or behind `/` or `in`."""
     name, unit = heading(header)
-    for form in _FORMS if unit is None else ():
-        found = form.fullmatch(name)
-        if found and is_unit(found[2]):
-            return found[1].strip(), found[2].strip()
+    if unit is not None:
+        return name, unit
+    # Without expressions that search: a header may have many thousands of spaces or brackets.
+    words = " ".join(name.split())
+    *before, link, last = ["", "", *words.rsplit(" ", 2)]
+    forms = [(" ".join(before), last)] if link in ("/", "in") else []
+    if words.endswith(")"):
+        stem, _, inner = words[:-1].partition("(")
+        forms.insert(0, (stem, inner))
+    for stem, written in forms:
+        if stem.strip() and is_unit(written):
+            return stem.strip(), written.strip()
     return name, unit
 
 
@@ -87,7 +97,7 @@ def conversion_to(unit: str, si_unit: str, where: str, *, difference: bool) -> t
 def with_suffix(name: str) -> Iterator[tuple[str, str]]:
     """Every way in which a name may end in a unit, as `T_degC` and `speed_rad_s` do."""
     parts = re.split(r"[_ ]", name)
-    for i in range(1, len(parts)):
+    for i in range(max(1, len(parts) - _MOST_PARTS), len(parts)):
         unit = "_".join(parts[i:])
         if is_unit(unit):
             yield "_".join(parts[:i]), unit

@@ -9,19 +9,12 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.columns import Place
-from warmlink.orchestration.diagnosis.data.layout import NUMBER, conversion_to
-from warmlink.orchestration.diagnosis.data.sheet import Sheet
-from warmlink.orchestration.diagnosis.data.signals import numbers
+from warmlink.orchestration.scenarios.logged.cells import numbers
+from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
+from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd
-
-FEWEST_ROWS = 20
-"""Rows with a reading; fewer say nothing about noise."""
-
-MOST_DAYS = 100.0
-"""That a run may last; each step of a longer one would have to be simulated."""
 
 DAY = 86400.0
 _EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
@@ -151,7 +144,7 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
 
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
-    """Times from 0; raises InputError where one is missing or comes too early, or the run is too long."""
+    """Times from 0; raises InputError where one is missing or comes too early."""
     sheet.refuse(
         np.flatnonzero(~np.isfinite(values)), column, "the time is missing; give it or remove the row"
     )
@@ -159,13 +152,5 @@ def _checked(sheet: Sheet, column: int, values: Array) -> Array:
         raise InputError(
             f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
             "increase, so sort the rows, and give fractions of a second where rows come faster"
-        )
-    if values.size < FEWEST_ROWS:
-        raise InputError(f"{sheet.name}: only {values.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
-    days = (values[-1] - values[0]) / DAY
-    if not days <= MOST_DAYS:
-        raise InputError(
-            f"{sheet.of(column)}: the run lasts {days:.4g} days; at most {MOST_DAYS:g} can be simulated, so "
-            "correct the unit or give a part of it"
         )
     return values - values[0]

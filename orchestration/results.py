@@ -1,0 +1,50 @@
+"""Folders of results: each holds those of one command, of one run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.text_files import is_file
+
+RESULTS = {
+    "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
+    "simulate": ("results.csv", "results.parquet"),
+    "compare": ("compare.csv", "report.html"),
+    "tune": ("trials.csv", "winner.ssv", "report.html"),
+    "sweep": ("sweep.parquet", "report.html"),
+    "diagnose": (
+        *("diagnosis.json", "report.html", "extended.ssv", "extended.ssp"),
+        *("next_experiment.toml", "next_experiment.csv"),
+    ),
+    "reproduce": ("report.html",),
+}
+"""Files that each command writes as its results; it may leave some out."""
+
+
+def refuse_others(folder: Path, command: str) -> None:
+    """Raise InputError where a folder holds results of another command, beside which its own would stand."""
+    for other, names in RESULTS.items():
+        for name in names:
+            if name not in RESULTS[command] and is_file(folder / name):
+                raise InputError(
+                    f"{folder}: holds {name} of warmlink {other}; choose another --out, or remove that, so "
+                    "that results of two commands do not mix"
+                )
+
+
+@contextmanager
+def results_folder(folder: Path, command: str) -> Iterator[Path]:
+    """A fresh folder for the results of a command, from which go those that it wrote before and not now.
+
+    Raises as `refuse_others` and `fresh_folder`.
+    """
+    refuse_others(folder, command)
+    with fresh_folder(folder) as work:
+        yield work
+        left = [name for name in RESULTS[command] if not (work / name).exists()]
+    for name in left:
+        (folder / name).unlink(missing_ok=True)
