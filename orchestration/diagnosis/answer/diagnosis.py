@@ -58,7 +58,8 @@ class Diagnosis:
     @cached_property
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
-        return judged(self.assessment.word, self.held_out[0], self.held_out[1:])
+        fitted = self.scores.fitted(self.after)
+        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted)
 
     @property
     def verdict(self) -> Word:

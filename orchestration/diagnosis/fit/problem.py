@@ -19,8 +19,8 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs
-from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, input_table
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 
 _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
@@ -39,6 +39,7 @@ class Problem(Candidates):
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
+        self._refined_at = self.neutral
 
     def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -88,6 +89,8 @@ class Problem(Candidates):
         That of the finest steps is of second order, so that it is 4/3 of what half of each step changes. The
         cells stay: their number is a property of the model.
         """
+        self._refined_at = tuple(values)
+        self.__dict__.pop("leaping", None)
         for simulated in (self._readings, self._finest):
             for readings, z in zip(simulated, values, strict=True):
                 readings.forward.refine(z[: len(self.inner)])
@@ -132,6 +135,26 @@ class Problem(Candidates):
         """
         return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
 
+    def switched(self, i: int, z: Array) -> Array:
+        """What it does to a run's readings that a leap of its inputs came at some time between two rows.
+
+        Shape (rows, outputs, columns); columns are independent, 1 sigma each. One for each leap, and one for
+        all of them together: a logger may write down what is, what was, or what will be.
+        """
+        run = self.experiment.runs[i]
+        rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
+        cases = [run, *map(run.sooner, rows.tolist())]
+        simulated = self._simulated(FINAL.cells, [FINAL] * len(cases), of=[(i, each) for each in cases])
+        as_logged, *sooner = (self._mean(i, each(z)[0]) for each in simulated)
+        each = np.stack([as_logged, *sooner], axis=2) - as_logged[:, :, None]
+        together = each.sum(axis=2, keepdims=True) / 2
+        return np.concatenate([each[:, :, 1:] / np.sqrt(12), together], axis=2)
+
+    @cached_property
+    def leaping(self) -> tuple[Array, ...]:
+        """The same of every run, at the values at which the grid's error was last taken out."""
+        return tuple(self.switched(i, z) for i, z in enumerate(self._refined_at))
+
     def _scattered(self, i: int, run: Run) -> Array:
         if not run.scatter:
             return np.zeros((self.data[i].time.size, len(self.variables), 0))
@@ -161,9 +184,13 @@ class Problem(Candidates):
         return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
     def _simulated(
-        self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
+        self,
+        cells: int,
+        grids: Sequence[Resolution | Simulation],
+        derivatives: bool = False,
+        of: Sequence[tuple[int, Run]] | None = None,
     ) -> list[Readings]:
-        """Readings of each run, simulated on the grid for that run."""
+        """Readings of each run, simulated on the grid for that run; or of some with other inputs."""
 
         def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
             known, rig = self.known(run), self.experiment.rig
@@ -177,6 +204,6 @@ class Problem(Candidates):
             return Forward(compiled, run, known, grid)
 
         return [
-            Readings(simulation(run, grid), self.variables, self.outer, data.within.ravel())
-            for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
+            Readings(simulation(run, grid), self.variables, self.outer, self.data[i].within.ravel())
+            for (i, run), grid in zip(of or enumerate(self.experiment.runs), grids, strict=True)
         ]
