@@ -185,10 +185,10 @@ def judged(
     other errors are those of the uncorrected model, and of the chosen one and its rivals.
     """
     if word != "unknown" and fitted > _MISSED:
-        left = f"the error on fitted rows is {fitted:.2g} times the noise"
+        still = f"the error on fitted rows is {fitted:.2g} times the noise"
         if word == "adequate":
-            return "unknown", f"Only surroundings that wander would explain the run: {left}."
-        return "empirical", f"The model may predict better and the cause is not established: {left}."
+            return "unknown", f"Only surroundings that wander would explain the run: {still}."
+        return "empirical", f"The model may predict better and the cause is not established: {still}."
     if before is None or None in after:
         return word, ""
     every = [each for each in after if each is not None]
