@@ -84,11 +84,17 @@ class Run:
         """Columns of readings, in the order of the file."""
         return tuple(column for column in self.columns if column.variable in self.readings)
 
+    @property
+    def gaps(self) -> NDArray[np.bool_]:
+        """Whether a pause of the log follows each row but the last, shape (n - 1,)."""
+        spacing = np.diff(self.time)
+        return np.asarray(spacing > _GAP * np.median(spacing))
+
     def understood(self) -> dict[str, Any]:
         """What the run was understood to be, as JSON."""
         spacing = np.diff(self.time)
         usual = float(np.median(spacing))
-        gaps = np.flatnonzero(spacing > _GAP * usual)
+        gaps = np.flatnonzero(self.gaps)
         said = ("variable", "unit", "unit_from", "filled", "cells", "least", "largest")
         return {
             "name": self.name,
