@@ -120,10 +120,13 @@ class Run:
         )
         return replace(self, time=self.time[rows], inputs=inputs, readings=readings, covariates=covariates)
 
-    def sooner(self, row: int) -> Run:
-        """The run with the inputs of a row from the row before it on."""
-        at = np.arange(self.time.size) + (np.arange(self.time.size) == row - 1)
-        return replace(self, inputs={name: signal[at] for name, signal in self.inputs.items()})
+    def sooner(self, row: int, share: float) -> Run:
+        """The run with a further row of the same inputs, a share of the time from the row before sooner."""
+        time = np.insert(self.time, row, self.time[row] - share * (self.time[row] - self.time[row - 1]))
+        inputs = {name: np.insert(signal, row, signal[row]) for name, signal in self.inputs.items()}
+        covariates = {name: np.insert(signal, row, signal[row]) for name, signal in self.covariates.items()}
+        readings = {name: np.insert(values, row, np.nan) for name, values in self.readings.items()}
+        return replace(self, time=time, inputs=inputs, covariates=covariates, readings=readings)
 
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""

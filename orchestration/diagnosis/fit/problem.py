@@ -12,6 +12,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Averaging
+from warmlink.orchestration.diagnosis.fit.algebra import root_of
 from warmlink.orchestration.diagnosis.fit.candidates import Candidates
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
@@ -24,6 +25,9 @@ from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEA
 
 _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
+
+_SHARES = (0.5, 1 - 1e-6)
+"""Of the time between two rows, by which a leap is simulated sooner."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -138,17 +142,22 @@ class Problem(Candidates):
     def switched(self, i: int, z: Array) -> Array:
         """What it does to a run's readings that a leap of its inputs came at some time between two rows.
 
-        Shape (rows, outputs, columns); columns are independent, 1 sigma each. One for each leap, and one for
-        all of them together: a logger may write down what is, what was, or what will be.
+        Shape (rows, outputs, columns); columns are independent, 1 sigma each. Some are of each leap, and some
+        of all of them together: a logger may write down what is, what was, or what will be.
         """
         run = self.experiment.runs[i]
         rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
-        cases = [run, *map(run.sooner, rows.tolist())]
+        cases = [run, *(run.sooner(row, share) for row in rows.tolist() for share in _SHARES)]
         simulated = self._simulated(FINAL.cells, [FINAL] * len(cases), of=[(i, each) for each in cases])
         as_logged, *sooner = (self._mean(i, each(z)[0]) for each in simulated)
-        each = np.stack([as_logged, *sooner], axis=2) - as_logged[:, :, None]
-        together = each.sum(axis=2, keepdims=True) / 2
-        return np.concatenate([each[:, :, 1:] / np.sqrt(12), together], axis=2)
+        table = np.stack([as_logged, *sooner], axis=2)[:, :, 1:] - as_logged[:, :, None]
+        table = table.reshape(*as_logged.shape, rows.size, len(_SHARES))
+        table[..., 1:] -= table[..., :-1].copy()  # what each part of the time between the rows adds
+        # Of leaps at any time between the rows, how much of each part comes after them.
+        after = np.clip(np.linspace(0, len(_SHARES), 1001)[:, None] - np.arange(len(_SHARES)), 0, 1)
+        each = table @ root_of(np.cov(after.T))
+        together = table.sum(axis=2) @ root_of(after.T @ after / len(after))
+        return np.concatenate([each.reshape(*as_logged.shape, -1), together], axis=2)
 
     @cached_property
     def leaping(self) -> tuple[Array, ...]:
