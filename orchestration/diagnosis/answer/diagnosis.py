@@ -58,7 +58,9 @@ class Diagnosis:
     @cached_property
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
-        return judged(self.assessment.word, self.held_out[0], self.held_out[1:])
+        wanders = not self.assessment.fitter.wander.still
+        fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
+        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted)
 
     @property
     def verdict(self) -> Word:

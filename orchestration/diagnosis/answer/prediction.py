@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Word, fitted_part
-from warmlink.orchestration.diagnosis.fit.wandering import Wander
+from warmlink.orchestration.diagnosis.fit.wandering import STILL, Wander
 
 _BLOCK, _RESAMPLES = 600.0, 400
 """s of a block in the bootstrap, longer than the noise remembers; and how often blocks are drawn."""
@@ -128,23 +128,30 @@ class Scores:
             result.append({name: float(np.sqrt(np.nanmean(error**2))) for name, error in read})
         return result
 
-    def held_out(self, predicted: Predicted, wander: Wander) -> HeldOut | None:
-        """Errors of a model on held-out rows; None where there are too few."""
+    def fitted(self, predicted: Predicted) -> float:
+        """Root mean square of the errors on fitted rows in units of the noise, robust as on held-out rows."""
+        found = self.held_out(predicted, STILL, heldout=False)
+        return 0.0 if found is None else found.in_noise
+
+    def held_out(self, predicted: Predicted, wander: Wander, heldout: bool = True) -> HeldOut | None:
+        """Errors of a model on held-out rows, or else on fitted ones; None where there are too few."""
         problem, model = self.problem, predicted.model
         over_band: dict[str, float] = {}
         squares = []
         for run, data in enumerate(problem.data):
-            rows = ~data.fitted
+            rows = data.fitted != heldout
             if rows.sum() < _FEWEST:
                 continue
-            error, scale = (data.readings - predicted.readings[run])[rows], self.scales[run]
+            error = (data.readings - predicted.readings[run])[rows]
+            leaps = model.leaping(run)[rows]
+            scale = np.sqrt(self.scales[run] ** 2 + leaps)
             variance = scale**2 + model.variance(run)[rows] + model.wandering(run, wander)[rows]
             for i, name in enumerate(problem.names.values()):
                 there = np.isfinite(error[:, i])
                 if there.sum() >= _FEWEST:
                     over = _typical(error[there, i] / np.sqrt(variance[there, i]))
                     over_band[name] = max(over, over_band.get(name, 0.0))
-                    squares.append(_typical(error[there, i] / scale[i]) ** 2)
+                    squares.append(_typical(error[there, i] / scale[there, i]) ** 2)
         return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
 
     def _adapted(self, run: int, model: Carried) -> Array:
@@ -169,12 +176,19 @@ def _typical(errors: Array) -> float:
     return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL
 
 
-def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) -> tuple[Word, str]:
+def judged(
+    word: Word, before: HeldOut | None, after: Sequence[HeldOut | None], fitted: float = 1.0
+) -> tuple[Word, str]:
     """Verdict after the gate, and why it differs from the one before or what else must be said of it.
 
-    The `word` is the verdict on fitted rows; errors are those of the uncorrected model, and of the chosen
-    one and its rivals.
+    The `word` is the verdict on fitted rows, where the chosen model's error is `fitted` times the noise; the
+    other errors are those of the uncorrected model, and of the chosen one and its rivals.
     """
+    if word != "unknown" and fitted > _MISSED:
+        still = f"the error on fitted rows is {fitted:.2g} times the noise"
+        if word == "adequate":
+            return "unknown", f"Only surroundings that wander would explain the run: {still}."
+        return "empirical", f"The model may predict better and the cause is not established: {still}."
     if before is None or None in after:
         return word, ""
     every = [each for each in after if each is not None]
@@ -191,10 +205,14 @@ def judged(word: Word, before: HeldOut | None, after: Sequence[HeldOut | None]) 
         went = "grows" if best.in_noise > before.in_noise else "falls only"
         return "empirical", f"The error on held-out rows {went} {change}, so the cause is not established."
     over, name = best.worst
-    if word == "named" and over > _MISSED:
+    if word == "named" and (over > _MISSED or best.in_noise > _OFF):
+        off = (
+            f"{name} is off by {over:.1f} times what is known to remain"
+            if over > _MISSED
+            else (f"the error is still {best.in_noise:.2g} times the noise")
+        )
         return "empirical", (
-            f"The model predicts better and the cause is not established: on held-out rows {name} is off by "
-            f"{over:.1f} times what is known to remain."
+            f"The model predicts better and the cause is not established: on held-out rows {off}."
         )
     if word == "unknown" and best.in_noise < min(_HALVED * before.in_noise, _FAR):
         return "empirical", (

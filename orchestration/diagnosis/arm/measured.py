@@ -28,6 +28,7 @@ from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Exp
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
 from warmlink.orchestration.diagnosis.data.thinning import row_noise
+from warmlink.orchestration.diagnosis.model.simulation import over_steps
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
@@ -129,11 +130,6 @@ def smoothed(time: Array, values: Array, changes: Array) -> Array:
         near = window[(part[window] == part[i]) | np.isin(time[window], inner)]
         result[i] = _line_at(time[near] - time[i], values[near])
     return result
-
-
-def over_steps(values: Array) -> Array:
-    """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
-    return np.append((values[1:] + values[:-1]) / 2, values[-1])
 
 
 def _line_at(distance: Array, values: Array) -> float:

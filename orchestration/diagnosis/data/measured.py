@@ -90,11 +90,17 @@ class Run:
         """Columns of readings, in the order of the file."""
         return tuple(column for column in self.columns if column.variable in self.readings)
 
+    @property
+    def gaps(self) -> NDArray[np.bool_]:
+        """Whether a pause of the log follows each row but the last, shape (n - 1,)."""
+        spacing = np.diff(self.time)
+        return np.asarray(spacing > _GAP * np.median(spacing))
+
     def understood(self) -> dict[str, Any]:
         """What the run was understood to be, as JSON."""
         spacing = np.diff(self.time)
         usual = float(np.median(spacing))
-        gaps = np.flatnonzero(spacing > _GAP * usual)
+        gaps = np.flatnonzero(self.gaps)
         said = ("variable", "unit", "unit_from", "filled", "cells", "least", "largest")
         return {
             "name": self.name,
@@ -119,6 +125,14 @@ class Run:
             for signals in (self.inputs, self.readings, self.covariates)
         )
         return replace(self, time=self.time[rows], inputs=inputs, readings=readings, covariates=covariates)
+
+    def sooner(self, row: int, share: float) -> Run:
+        """The run with a further row of the same inputs, a share of the time from the row before sooner."""
+        time = np.insert(self.time, row, self.time[row] - share * (self.time[row] - self.time[row - 1]))
+        inputs = {name: np.insert(signal, row, signal[row]) for name, signal in self.inputs.items()}
+        covariates = {name: np.insert(signal, row, signal[row]) for name, signal in self.covariates.items()}
+        readings = {name: np.insert(values, row, np.nan) for name, values in self.readings.items()}
+        return replace(self, time=time, inputs=inputs, covariates=covariates, readings=readings)
 
     def like(self, other: Run) -> bool:
         """Whether the other has the same readings at the same times."""

@@ -224,6 +224,7 @@ class Carried:
         self.values = problem.values_by_run(self.freed, theta)
         self._there = {f.key: f for f in problem.numbers}
         self._predicted: dict[int, tuple[Array, Array]] = {}
+        self._leaping: dict[int, Array] = {}
 
     def predict(self, run: int) -> tuple[Array, Array]:
         """Readings of a run and their derivatives by slot, as the problem gives them."""
@@ -247,6 +248,13 @@ class Carried:
             return np.zeros(self.predict(run)[0].shape)
         columns = self._responses.columns[run] @ self._responses.root(run, wander)
         return np.asarray(np.sum(columns**2, axis=-1))
+
+    def leaping(self, run: int) -> Array:
+        """Variance of a run's readings for when between two rows its inputs leap, shape (rows, outputs)."""
+        if run not in self._leaping:
+            columns = self._problem.switched(run, self.values[run])
+            self._leaping[run] = np.sum(columns**2, axis=-1)
+        return self._leaping[run]
 
     @cached_property
     def _responses(self) -> Responses:

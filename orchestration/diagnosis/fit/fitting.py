@@ -141,7 +141,8 @@ def held_at(value: float, number: Freed, items: Iterable[Item]) -> tuple[Item, .
 class Fitter:
     """Fits models to a problem under a noise model of each channel, and what wanders beside its log.
 
-    What the scatter of logged inputs does to the readings counts as noise as well.
+    What the scatter of logged inputs, and not knowing when between two rows they leap, does to the readings
+    counts as noise as well.
     """
 
     def __init__(
@@ -164,6 +165,7 @@ class Fitter:
         self._smoothing: list[list[Smoothing]] = [[] for _ in problem.data]
         self.count = sum(r.size for rows in self.rows for r in rows)
         self._count_as_noise(problem.scattered)
+        self._count_as_noise(problem.leaping)
         if responses is not None and not wander.still:
             self._count_as_noise([c @ responses.root(i, wander) for i, c in enumerate(responses.columns)])
 
@@ -172,6 +174,10 @@ class Fitter:
         for run, each in enumerate(columns):
             if each.shape[2]:
                 self._smoothing[run].append(Smoothing(self.whiten(run, self.stacked(run, each))))
+
+    def anew(self) -> Fitter:
+        """The same where the problem was last refined."""
+        return Fitter(self.problem, self.noise, self.wander, self.responses)
 
     def stacked(self, run: int, table: Array) -> Array:
         """Rows that are fitted, channel after channel, from a table of shape (rows, channels, ...)."""

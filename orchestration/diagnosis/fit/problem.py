@@ -12,6 +12,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Averaging
+from warmlink.orchestration.diagnosis.fit.algebra import root_of
 from warmlink.orchestration.diagnosis.fit.candidates import Candidates
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
@@ -19,11 +20,14 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs
-from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, input_table
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 
 _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
+
+_SHARES = (0.5, 1 - 1e-6)
+"""Of the time between two rows, by which a leap is simulated sooner."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -39,6 +43,7 @@ class Problem(Candidates):
         nothing = tuple(np.zeros((d.time.size, len(self.variables))) for d in self.data)
         self._corrections: tuple[Array, ...] = nothing
         self._cells, self._beyond_finest = FINAL.cells, nothing
+        self._refined_at = self.neutral
 
     def predict(self, run: int, z: Array) -> tuple[Array, Array]:
         """Readings of a run, shape (rows, outputs), and their derivatives, shape (rows, outputs, slots)."""
@@ -88,6 +93,8 @@ class Problem(Candidates):
         That of the finest steps is of second order, so that it is 4/3 of what half of each step changes. The
         cells stay: their number is a property of the model.
         """
+        self._refined_at = tuple(values)
+        self.__dict__.pop("leaping", None)
         for simulated in (self._readings, self._finest):
             for readings, z in zip(simulated, values, strict=True):
                 readings.forward.refine(z[: len(self.inner)])
@@ -132,6 +139,31 @@ class Problem(Candidates):
         """
         return tuple(self._scattered(i, run) for i, run in enumerate(self.experiment.runs))
 
+    def switched(self, i: int, z: Array) -> Array:
+        """What it does to a run's readings that a leap of its inputs came at some time between two rows.
+
+        Shape (rows, outputs, columns); columns are independent, 1 sigma each. Some are of each leap, and some
+        of all of them together: a logger may write down what is, what was, or what will be.
+        """
+        run = self.experiment.runs[i]
+        rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
+        cases = [run, *(run.sooner(row, share) for row in rows.tolist() for share in _SHARES)]
+        simulated = self._simulated(FINAL.cells, [FINAL] * len(cases), of=[(i, each) for each in cases])
+        as_logged, *sooner = (self._mean(i, each(z)[0]) for each in simulated)
+        table = np.stack([as_logged, *sooner], axis=2)[:, :, 1:] - as_logged[:, :, None]
+        table = table.reshape(*as_logged.shape, rows.size, len(_SHARES))
+        table[..., 1:] -= table[..., :-1].copy()  # what each part of the time between the rows adds
+        # Of leaps at any time between the rows, how much of each part comes after them.
+        after = np.clip(np.linspace(0, len(_SHARES), 1001)[:, None] - np.arange(len(_SHARES)), 0, 1)
+        each = table @ root_of(np.cov(after.T))
+        together = table.sum(axis=2) @ root_of(after.T @ after / len(after))
+        return np.concatenate([each.reshape(*as_logged.shape, -1), together], axis=2)
+
+    @cached_property
+    def leaping(self) -> tuple[Array, ...]:
+        """The same of every run, at the values at which the grid's error was last taken out."""
+        return tuple(self.switched(i, z) for i, z in enumerate(self._refined_at))
+
     def _scattered(self, i: int, run: Run) -> Array:
         if not run.scatter:
             return np.zeros((self.data[i].time.size, len(self.variables), 0))
@@ -161,9 +193,13 @@ class Problem(Candidates):
         return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
     def _simulated(
-        self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
+        self,
+        cells: int,
+        grids: Sequence[Resolution | Simulation],
+        derivatives: bool = False,
+        of: Sequence[tuple[int, Run]] | None = None,
     ) -> list[Readings]:
-        """Readings of each run, simulated on the grid for that run."""
+        """Readings of each run, simulated on the grid for that run; or of some with other inputs."""
 
         def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
             known, rig = self.known(run), self.experiment.rig
@@ -177,6 +213,6 @@ class Problem(Candidates):
             return Forward(compiled, run, known, grid)
 
         return [
-            Readings(simulation(run, grid), self.variables, self.outer, data.within.ravel())
-            for run, data, grid in zip(self.experiment.runs, self.data, grids, strict=True)
+            Readings(simulation(run, grid), self.variables, self.outer, self.data[i].within.ravel())
+            for (i, run), grid in zip(of or enumerate(self.experiment.runs), grids, strict=True)
         ]

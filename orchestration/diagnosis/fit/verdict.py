@@ -169,15 +169,15 @@ def _refined(fitter: Fitter, fit: Fit) -> Fit:
 def _with_fewer(search: Search, best: Fit) -> Fit | None:
     """The best set less one cause, if it is better once the grid's error is that at its own values.
 
-    The search takes the error at one set's values out of all of them, and a further cause may fit what that
-    leaves of another set's error.
+    The search takes the error, and what leaps of the inputs do, at one set's values for all of them, and a
+    further cause may fit what that leaves of another set's.
     """
     near = best.chi2 + search.penalty(best.items) + _GRID
     subsets = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
     fewer, own = [f for f in subsets if f.items and search.score(f) < near], []
     for fit in (best, *fewer) if fewer else ():
         _refine(search.fitter.problem, fit)
-        own.append(search.fitter.fit(fit.items, fit.values))
+        own.append(search.fitter.anew().fit(fit.items, fit.values))
     first = min(own, key=search.score, default=best)
     return None if first.key == best.key else first
 
@@ -219,7 +219,9 @@ def _without_slow_courses(problem: Problem, fit: Fit | None, liked: float) -> li
             columns = by_slot[rows, channel]
             if fit is not None and fit.items:
                 columns = by_number(columns, fit.freed, run, fit.freed)
-            removed = orthonormal(np.column_stack([columns, slow_courses(data.time[rows])]), 1e-3)
+            leaps = problem.leaping[run][rows, channel]
+            leaps = leaps[:, np.linalg.norm(leaps, axis=0) > max(data.scatter[channel], floor)]
+            removed = orthonormal(np.column_stack([columns, leaps, slow_courses(data.time[rows])]), 1e-3)
             residual = residual - removed @ (removed.T @ residual)
             samples += undisturbed(Sample(data.time[rows], residual, removed, data.averaging))
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
@@ -239,7 +241,10 @@ def _judge(search: Search, best: Fit) -> tuple[Word, tuple[Fit, ...]]:
         rivals += _off_bounds(search, best, {fit.key for fit in rivals})
         if all(fit.resting for fit in rivals):
             return "unknown", rivals  # nothing explains the data within the bounds
-    rivals = (*rivals, *search.extended(best)) or tuple(search.cancelling(best))
+    rivals = (*rivals, *search.extended(best))
+    known = {best.key, *(fit.key for fit in rivals)}
+    cancelling = (found for fit in (best, *rivals) for found in search.cancelling(fit))
+    rivals += tuple({fit.key: fit for fit in cancelling if fit.key not in known}.values())
     return ("ambiguous" if rivals else "named"), rivals
 
 

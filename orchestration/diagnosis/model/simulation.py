@@ -107,22 +107,32 @@ def halved(time: Array) -> Array:
 
 
 def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
-    """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows)."""
+    """Inputs that nothing in the rig feeds, held from row to row, shape (externals, rows).
+
+    A room is not switched: in a gap of the log it has the mean of both ends.
+    """
     begun = np.array([float(rig.variables[name].start or 0.0) for name in rig.externals])
     table = np.repeat(begun[:, None], run.time.size, axis=1)
     index = {name: i for i, name in enumerate(rig.externals)}
     given_here = given_inputs(rig, run, known)
+    gaps = np.append(run.gaps, False)
     for name in index.keys() & known.keys():
         table[index[name]] = known[name]
     # A covariate is named without its instance.
     covariates = [(n, s) for c, s in run.covariates.items() for n in index if c in (n, n.rpartition(".")[2])]
     for name, signal in [*run.inputs.items(), *covariates]:
         for target in rig.fed_with(name, given_here):
-            table[index[target]] = signal
+            over_gaps = gaps & target.endswith("ambient_temperature")
+            table[index[target]] = np.where(over_gaps, over_steps(signal), signal)
     for motor in rig.called("motor"):
         if f"{motor}.pad_temperature" in index:
             _switch_pad(motor, table, index, given_here)
     return table
+
+
+def over_steps(values: Array) -> Array:
+    """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
+    return np.append((values[1:] + values[:-1]) / 2, values[-1])
 
 
 def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[str]:

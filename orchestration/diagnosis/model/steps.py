@@ -116,7 +116,7 @@ class Levels:
 
     def events(self) -> Array:
         """Times in s at which an input that is not noisy changes by much, shape (events,)."""
-        return self.starts[1:][_large(self.table.T)]
+        return self.starts[leaps(self.table.T)]
 
 
 def layout(levels: Levels, resolution: Resolution) -> Array:
@@ -129,6 +129,11 @@ def layout(levels: Levels, resolution: Resolution) -> Array:
             limit = min(resolution.longest, resolution.first + resolution.growth * (points[-1] - start))
             points.append(points[-1] + left / np.ceil(left / limit) if left > limit else end)
     return np.array(points)
+
+
+def leaps(inputs: Array) -> NDArray[np.int64]:
+    """Rows at which an input that is not noisy changes by much, of a table of shape (inputs, rows)."""
+    return np.flatnonzero(_large(inputs)) + 1
 
 
 def _large(levels: Array) -> NDArray[np.bool_]:

@@ -81,15 +81,18 @@ def hide(
     interval: float = 10.0,
     seed: int = 0,
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
+    at_changes: bool = False,
 ) -> dict[str, Array]:
     """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
+
+    As any logger's, its rows do not know when the duty cycle changes, unless they are `at_changes` too.
 
     Parameters
     ----------
     effects : strength in SI; the effect of an instrument names its channel, as `sensor_lag:tip_temperature`
     duty : the duty cycle
     noise, seed : what the instruments add
-    interval : s between rows; where the duty cycle changes there is one more
+    interval : s between rows, the second of which comes at a time drawn between one and two of them
     solver : gives the true course of a cell over a duty cycle at times in s
 
     Raises
@@ -103,8 +106,10 @@ def hide(
         effect = effect_of(name)
         if effect.on_truth is not None:
             truth = effect.on_truth(truth, size, duration)
+    begins = np.random.default_rng([seed, 1]).uniform(0.0, interval)
+    rows = np.append(0.0, np.arange(begins + interval, duration, interval))
     changes = np.cumsum([segment.duration for segment in duty])[:-1]
-    rows = np.unique(np.round([*np.arange(0.0, duration + 1e-6, interval), *changes], 6))
+    rows = np.unique(np.round([*rows, *(changes if at_changes else ())], 3))
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
@@ -137,7 +142,7 @@ def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Gener
     from scipy.linalg import solve_banded
 
     result = {}
-    decay = np.exp(-float(rows[1] - rows[0]) / noise.minute)
+    decay = np.exp(-float(np.median(np.diff(rows))) / noise.minute)
     for channel, values in readings.items():
         of_camera = channel == "elongation"
         added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)

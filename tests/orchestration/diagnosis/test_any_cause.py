@@ -92,7 +92,7 @@ class Unchanged:
 @pytest.fixture(scope="module")
 def unchanged(tmp_path_factory: pytest.TempPathFactory) -> Unchanged:
     duty = drawn_duty(np.random.default_rng(SEED), 1800.0)
-    columns = hide({}, duty, QUIET, interval=20.0)
+    columns = hide({}, duty, QUIET, interval=20.0, at_changes=True)
     return Unchanged(duty, columns, Problem(experiment(tmp_path_factory.mktemp("unchanged"), columns)))
 
 
@@ -109,14 +109,14 @@ def test_no_row_is_logged_after_the_end(unchanged: Unchanged) -> None:
     assert end - 20.0 < unchanged.columns["time [s]"][-1] <= end
     for whole in (40.0, 60.0):
         stages = (Segment(duration=whole, speed=1.0, torque=1.0),)
-        assert hide({}, stages, QUIET, interval=20.0)["time [s]"][-1] == whole
+        assert whole - 20.0 < hide({}, stages, QUIET, interval=20.0)["time [s]"][-1] <= whole
 
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_cause_does_in_the_model_what_it_does_in_truth(name: str, unchanged: Unchanged) -> None:
     """Its change of the readings, by another solver, to a fifteenth or a millikelvin."""
     effect = over_a_decade(name, np.random.default_rng([SEED, KNOWN.index(name)]))
-    hidden = hide(effect, unchanged.duty, QUIET, interval=20.0)
+    hidden = hide(effect, unchanged.duty, QUIET, interval=20.0, at_changes=True)
     true = readings(hidden) - readings(unchanged.columns)
     # A logger that is ahead reads at its end what comes after the run.
     time = unchanged.columns["time [s]"]

@@ -22,7 +22,7 @@ from warmlink.orchestration.report.diagnosis import write_diagnosis
 @pytest.fixture(scope="module")
 def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     path = tmp_path_factory.mktemp("named") / "run.csv"
-    write_csv(hide({"radiation": effect_of("radiation").size}, seed=20), path)
+    write_csv(hide({"radiation": effect_of("radiation").size}, seed=20, at_changes=True), path)
     return diagnose_experiment(read([path]))
 
 

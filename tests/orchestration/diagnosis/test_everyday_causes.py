@@ -56,7 +56,7 @@ def test_what_is_wrong_is_found_by_its_own_name(
     def solver(nominal: Truth, duty: list[Segment], times: NDArray[np.float64]) -> Course:
         return simulate(truth, duty, times)
 
-    columns = hide({}, interval=20.0, seed=4, solver=solver)
+    columns = hide({}, interval=20.0, seed=4, solver=solver, at_changes=True)
     mislog(columns)
     write_csv(columns, tmp_path / "run.csv")
     found = assess(read_experiment(tmp_path / "run.csv"))

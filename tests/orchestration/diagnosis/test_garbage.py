@@ -56,7 +56,7 @@ def test_a_column_that_is_written_more_often_than_sampled_is_no_late_sensor(
     held = np.repeat(clean[header][::6], 6)[: clean[header].size]
     write_csv({**clean, header: held}, tmp_path / "held.csv")
     experiment = read([tmp_path / "held.csv"])
-    assert "600 of 721 values" in experiment.remarks[-1]
+    assert "600 of 720 values" in experiment.remarks[-1]
     assert diagnose_experiment(experiment).verdict == "adequate"
 
 

@@ -39,14 +39,14 @@ def ended(
 def test_a_run_follows_a_recorded_duty_cycle(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A row stands where the duty changes, so that what is hidden is found and nothing else."""
+    """What is hidden is found and nothing else, although no row stands where the duty changes."""
     Path("shift.csv").write_text(DUTY)
     arguments = ["hide", "joint_resistance", "--duty", "shift.csv", "--out", "run.csv"]
     code, out, _ = ended(arguments, monkeypatch, capsys)
     assert code == 0
     assert "1 h with joint_resistance" in out
     table = pd.read_csv("run.csv").set_index("time [s]")
-    assert table.loc[612.9:613.1, "speed [rad/s]"].tolist() == [0]
+    assert table.loc[612.9:613.1].empty
     assert table["pad_temperature [degC]"].notna().sum() == pytest.approx(119, abs=2)
     assert assess(read_experiment(Path("run.csv"))).best.key == {"joint_resistance"}
 

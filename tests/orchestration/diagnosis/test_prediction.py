@@ -12,6 +12,7 @@ from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 
 def off(times: float, in_noise: float) -> HeldOut:
@@ -26,6 +27,7 @@ def off(times: float, in_noise: float) -> HeldOut:
         ("named", off(1.2, 1.1), off(1.4, 1.4), "empirical"),
         ("named", off(1.2, 1.8), off(1.1, 1.6), "empirical"),
         ("named", off(2.1, 4.6), off(0.8, 1.9), "named"),
+        ("named", off(3.9, 9.9), off(1.0, 3.8), "empirical"),
         ("named", off(1.1, 1.05), off(1.1, 1.15), "named"),
         ("ambiguous", off(9, 8.0), off(2.5, 2.0), "ambiguous"),
         ("ambiguous", off(0.7, 2.1), off(0.5, 1.55), "empirical"),
@@ -43,6 +45,30 @@ def test_a_verdict_is_held_to_the_held_out_rows(
     verdict, because = judged(word, before, [after])
     assert verdict == said
     assert bool(because) == (word != said)
+
+
+WORK = [
+    *((1500, 2.6, 1.4), (600, 0, 0), (900, 1.1, 2.6), (1200, 3.3, 0.8), (420, 0, 0)),
+    *((1500, 2.0, 2.2), (900, 0.9, 1.2), (1200, 2.9, 2.4), (1200, 1.6, 0.7)),
+]
+
+
+@pytest.mark.parametrize("share", [0.06, 0.1])
+def test_what_the_fitted_rows_contradict_is_not_claimed(tmp_path: Path, share: float) -> None:
+    """A thermometer of the room sees the shaft too, and a room that drifts and wanders was named."""
+    columns = hide({}, [Segment(*each) for each in WORK], seed=26, at_changes=True)
+    columns["ambient_temperature [degC]"] += share * (columns["shaft_temperature [degC]"] - 22.0)
+    write_csv(columns, tmp_path / "run.csv")
+    found = diagnose_experiment(read([tmp_path / "run.csv"]))
+    assert found.verdict in ("empirical", "unknown")
+    assert "times the noise" in json_content(found)["prediction"]["because"]
+    assert not undescribed("diagnosis.json", json_content(found))
+
+
+@pytest.mark.parametrize(("word", "said"), [("named", "empirical"), ("adequate", "unknown")])
+def test_a_word_is_held_to_the_fitted_rows(word: Word, said: Word) -> None:
+    assert judged(word, None, [None], fitted=1.4)[0] == word
+    assert judged(word, None, [None], fitted=1.7)[0] == said
 
 
 def test_without_held_out_rows_a_verdict_stays() -> None:

@@ -1,0 +1,49 @@
+"""A logger's rows do not know when a demand changes, and nothing is made of that."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+UNEVEN = [
+    *((617, 2.6, 1.4), (903, 1.1, 2.6), (604, 0, 0), (1207, 3.3, 0.8), (425, 0, 0), (911, 2.0, 2.2)),
+    *((906, 0.9, 1.2), (609, 2.9, 2.4), (1213, 1.6, 0.7)),
+]
+"""Work in which no change comes at a round time."""
+
+
+@pytest.mark.parametrize(("interval", "seed"), [(7.0, 1), (13.0, 2), (30.0, 3)])
+def test_rows_beside_the_changes_are_no_fault(tmp_path: Path, interval: float, seed: int) -> None:
+    """Late clocks, more iron loss and the like were named: a leap was taken to come at its row exactly."""
+    columns = hide({}, [Segment(*each) for each in UNEVEN], interval=interval, seed=seed)
+    write_csv(columns, tmp_path / "run.csv")
+    assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
+
+
+def test_a_pad_between_two_rows_is_no_fault(tmp_path: Path) -> None:
+    write_csv(hide({}, INFORMATIVE, interval=13.0, seed=4), tmp_path / "run.csv")
+    assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
+
+
+def test_rows_at_the_changes_are_no_fault_either(tmp_path: Path) -> None:
+    columns = hide({}, [Segment(*each) for each in UNEVEN], seed=5, at_changes=True)
+    changes = np.cumsum([each[0] for each in UNEVEN])[:-1]
+    assert np.isin(changes, columns["time [s]"]).all()
+    write_csv(columns, tmp_path / "run.csv")
+    assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
+
+
+def test_a_room_warms_on_in_a_gap_of_its_log(tmp_path: Path) -> None:
+    """It was held for ten minutes and then leapt, which passed for a clock that drifts."""
+    room = [
+        Segment(30.0, *((2.6, 1.4), (0.0, 0.0), (1.1, 2.6))[i // 80], 295.15 + i / 80) for i in range(240)
+    ]
+    columns = hide({}, room, interval=10.0, seed=6)
+    seen = (columns["time [s]"] < 2500) | (columns["time [s]"] > 3300)
+    write_csv({name: values[seen] for name, values in columns.items()}, tmp_path / "run.csv")
+    assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
