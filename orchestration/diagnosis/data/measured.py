@@ -278,3 +278,8 @@ def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str
 def names_of(columns: Sequence[Column]) -> dict[str, str]:
     """Column name by variable."""
     return {column.variable: column.name for column in columns}
+
+
+def over_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
+    return np.append((values[1:] + values[:-1]) / 2, values[-1])

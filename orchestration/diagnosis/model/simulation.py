@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.measured import Run, over_steps
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 
@@ -128,11 +128,6 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
         if f"{motor}.pad_temperature" in index:
             _switch_pad(motor, table, index, given_here)
     return table
-
-
-def over_steps(values: Array) -> Array:
-    """Means from each row to the next, shape as given: a row holds until the next, and a reading does not."""
-    return np.append((values[1:] + values[:-1]) / 2, values[-1])
 
 
 def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[str]:
