@@ -90,7 +90,8 @@ class Blueprint:
         """The same without some instances and the wires at them."""
         left = {name: kind for name, kind in self.components.items() if name not in instances}
         wires = [wire for wire in self.wires if all(end.rpartition(".")[0] in left for end in wire)]
-        return replace(self, components=left, wires=tuple(wires))
+        scaled = {end: self.scaled[end] for _, end in wires if end in self.scaled}
+        return replace(self, components=left, wires=tuple(wires), scaled=scaled)
 
     def prefixed(self, prefix: str) -> Blueprint:
         """The same with a prefix and a dot before every instance."""

@@ -11,6 +11,7 @@ from benchmarks.faults import ALLOWED, ALLOWED_READY, LAWS, bench_faults, rig, t
 from benchmarks.told import Outcome, Restart
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
+from warmlink.controllers.observer.retained import LENGTH
 from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.fmus.component import Component
@@ -265,7 +266,7 @@ def test_a_restart_goes_on_where_it_was(off: float, duty: str, plant: int) -> No
     """The correction does not leap, and the error is within tolerance in a minute; the cell had gone on."""
     found = restarted(off, True, plant, duty)
     again = HOT + round(off)
-    assert found.correction[again] == pytest.approx(found.correction[HOT - 1], rel=1e-15)  # kept in um
+    assert found.correction[again] == LENGTH * (found.correction[HOT - 1] / LENGTH)
     assert np.abs(np.diff(found.correction[again:])).max() <= 2e-6 * (1 + 1e-9)
     assert np.abs(found.error[again + 60 :]).max() < 5e-6
     assert found.ready_wrong() <= ALLOWED_READY

@@ -20,7 +20,7 @@ from warmlink.orchestration.scenarios.duties import duty_files
 def loose(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """A joint that clamps badly."""
     path = tmp_path_factory.mktemp("loose") / "run.csv"
-    write_csv(hide({"joint_resistance": 0.5}, interval=30.0, seed=12, at_changes=True), path)
+    write_csv(hide({"joint_resistance": 0.5}, interval=60.0, seed=12, at_changes=True), path)
     return diagnose_experiment(read([path]))
 
 

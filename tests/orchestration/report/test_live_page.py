@@ -22,7 +22,7 @@ from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.command_line.pages import live
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.live.content import Asked
-from warmlink.orchestration.report.live.page import kept_live_page, usual_laws
+from warmlink.orchestration.report.live.page import kept_live_page
 from warmlink.orchestration.scenarios.overrides import parameters_of
 from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.system.assemble import component
@@ -314,18 +314,3 @@ def test_a_report_without_a_compiled_system_has_no_page(
 ) -> None:
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
     assert kept_live_page(load_scenario("windshield_wiper"), Asked("windshield_wiper", {})) == ""
-
-
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [
-        ({}, ["lag", "observer"]),
-        ({"compensator.gain": "2 um/W"}, ["lag"]),
-        ({"link.length": "0.4 m"}, ["lag", "observer"]),
-    ],
-)
-def test_a_law_that_lacks_a_start_value_is_not_shown_beside(
-    given: dict[str, str], expected: list[str]
-) -> None:
-    scenario = changed(load_scenario("stop_and_go"), controller="lag", parameters=given)
-    assert [law.name for law in usual_laws(scenario)] == expected
