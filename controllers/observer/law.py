@@ -160,7 +160,9 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
-    suspected = offset.compared(x, filters, what.own_heat, sensors, verdict, told, p, step)
+    suspected = offset.compared(
+        x, filters, what.own_heat, sample.readings, sample.trust, sensors, verdict, told, p, step
+    )
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)

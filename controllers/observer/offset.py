@@ -15,14 +15,15 @@ The law is ready only where b and its uncertainty, and all that s and s_1 leave 
 
 from typing import NamedTuple
 
+from warmlink.controllers import fail_safe
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import MODES, Told
-from warmlink.controllers.observer.readings import Compared
+from warmlink.controllers.observer.model import MODES, SENSORS, Told
+from warmlink.controllers.observer.readings import FASTEST, Compared
 from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, truth, where
+from warmlink.fmus.component.arithmetic import Number, absolute, finite, maximum, stack, total, truth, where
 
 DELAY = 1000.0
 """s of the first-order delay of what a wrong model gets wrong in time."""
@@ -77,12 +78,14 @@ STATES = (
     State("heat_modes", "1", size=MODES),
     State("heated", "1"),
     State("since", "s"),
+    State("leapt", "K", size=SENSORS),
     State("delayed_growth", "K"),
     State("shares", "1", size=6),
     State("shares_spread", "1", size=packed_size(3)),
     State("unexplained", "K"),
 )
-"""Modes by unknown heat alone, 1 while there is any; time since the last look; the fields of `Learnt`."""
+"""Modes by unknown heat alone, 1 while there is any; time since the last look; by how much each thermometer
+leapt there and back since one was left out; the fields of `Learnt`."""
 
 
 def first_states(modes: Number, duty_modes: Number, told: Told, p: Record) -> dict[str, Number]:
@@ -91,6 +94,7 @@ def first_states(modes: Number, duty_modes: Number, told: Told, p: Record) -> di
         "heat_modes": 0.0 * duty_modes,
         "heated": 0.0,
         "since": 0.0,
+        "leapt": stack(*[0.0] * SENSORS),
         "delayed_growth": _growth(duty_modes, p) - _cold(told, p),
         "shares": stack(*[0.0] * 6),
         "shares_spread": _prior(_growth(modes - duty_modes, p), p),
@@ -102,6 +106,8 @@ def compared(
     x: Record,
     filters: Filters,
     own_heat: Number,
+    readings: Number,
+    trust: fail_safe.Trust,
     sensors: Compared,
     verdict: Verdict,
     told: Told,
@@ -115,8 +121,11 @@ def compared(
     heated = maximum(burst, left)
     heat_modes = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
     heat_modes = heated * _heated(heat_modes, heat, told, p, heated)
+    left_out = truth(total(trust.out) > 0)
+    leapt = left_out * (x.leapt + trust.out * _leap(readings - x.trust_last, p, step))
+    brought = (1.0 - left_out) * total(_leap(x.leapt, p, 0.0) ** 2)
     since = x.since + step
-    look = maximum(truth(since >= LOOK), verdict.warm)
+    look = maximum(truth(since >= LOOK), maximum(verdict.warm, truth(brought > 0)))
     before = Learnt(*(getattr(x, name) for name in Learnt._fields))
     known = verdict.duty_modes + heat_modes
     shown = Shown(
@@ -124,11 +133,20 @@ def compared(
         _growth(filters.quiet.mean[:MODES] - known, p),
         dot(p.contrast, sensors.seen) - dot(p.contrast_row, known),
         verdict.alike,
-        sensors.whole,
+        sensors.whole * (1.0 - truth(total(leapt**2) > 0)),
         verdict.warm,
+        brought,
     )
     learnt = _looked(before, shown, p, since, look)._asdict()
-    return {"heat_modes": heat_modes, "heated": heated, "since": where(look > 0, 0.0, since), **learnt}
+    since = where(look > 0, 0.0, since)
+    return {"heat_modes": heat_modes, "heated": heated, "since": since, "leapt": leapt, **learnt}
+
+
+@kept_whole
+def _leap(change: Number, p: Record, step: Number) -> Number:
+    """A change of readings in K, where neither noise nor heat makes as much in `step` seconds; else 0."""
+    largest = 2.0**0.5 * p.gate * p.sensor_std + FASTEST * step
+    return where(absolute(change) > largest, where(finite(change), change, 0.0), 0.0)
 
 
 class Learnt(NamedTuple):
@@ -157,7 +175,8 @@ class Shown(NamedTuple):
     difference : by how much the filter's growth is beyond what is known of
     contrast : the same of the innermost thermometer beside the outermost
     alike, warm : as in `witnesses.Verdict`
-    whole : as in `readings.Compared`
+    whole : 1 where every thermometer in use is present, and none that leapt is left out, else 0
+    brought : variance in K2 of the offset that thermometers bring which leapt, once all are used again
     """
 
     growth: Number
@@ -166,6 +185,7 @@ class Shown(NamedTuple):
     alike: Number
     whole: Number
     warm: Number
+    brought: Number
 
 
 @idle_at_zero
@@ -184,7 +204,8 @@ def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
     delayed = where(warm > 0, growth, delayed)
     shares = (1.0 - warm) * before.shares
     spread = symmetric(warm * _prior(0.0, p) + (1.0 - warm) * before.shares_spread, 3)
-    spread = spread + diagonal(stack(0.0, 0.0, p.offset_per_hour**2 * since / 3600.0))
+    wandered = p.offset_per_hour**2 * since / 3600.0
+    spread = spread + diagonal(stack(0.0, 0.0, wandered + shown.brought))
     row = stack(growth, delayed, 1.0)
     across = spread @ row
     gain = across * (shown.whole / (dot(row, across) + STRUCTURE / since))

@@ -107,6 +107,33 @@ def test_one_thermometer_that_drifts_alone_is_contradicted(
 
 
 @pytest.mark.parametrize(
+    ("name", "duty", "plant", "seed"),
+    [
+        ("both -1 K while it runs", "stop_and_go", 35673, 345796596),
+        ("both -1 K while it runs", "light_payload", 1028389, 116937022),
+        ("both +1 K while it runs", "light_payload", 166346, 729106728),
+        ("both -2 K while it runs", "still_with_pad", 986019, 741185731),
+        ("base -2 K while it runs", "emergency_stop", 804618, 987145470),
+    ],
+)
+def test_thermometers_that_leapt_are_not_believed_because_a_wrong_model_meets_them(
+    name: str, duty: str, plant: int, seed: int
+) -> None:
+    """`ready` was wrong in 31 to 65 % of these runs: left out first, they agreed with the duty hours later."""
+    assert trial("observer", KINDS[name], duty, plant, seed).ready_wrong <= ALLOWED_READY
+
+
+@pytest.mark.parametrize("who", [("base",), ("base", "tip")])
+def test_a_leap_there_and_back_is_no_offset(who: tuple[str, ...]) -> None:
+    told = truth_of("windshield_wiper", 31)
+    for each in who:
+        told = told.changed(f"{each}_temperature", 345.0, slice(HOT, HOT + 5))
+    ready = rig("observer").run(told).ready
+    assert not ready[HOT : HOT + 60].any()
+    assert ready[HOT + 120 :].mean() > 0.95
+
+
+@pytest.mark.parametrize(
     ("name", "duty", "plant"),
     [
         ("camera +5 um from the start", "rising_hall_temperature", 389636),
