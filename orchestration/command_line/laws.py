@@ -9,7 +9,6 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import listed, settings_given
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.files import fresh_file, fresh_folder
-from warmlink.orchestration.text_files import shortened
 
 
 def design(
@@ -113,9 +112,8 @@ def export(
     out : Folder to write. Default: LAW.
     """
     from warmlink.controllers.export.core import Core, designed, export_files
-    from warmlink.fmus.component import limits
     from warmlink.orchestration.catalogue import controller_named
-    from warmlink.orchestration.scenarios.overrides import parameters_of
+    from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
     from warmlink.orchestration.system.shipped import COMPENSATOR
 
     found = controller_named(law)
@@ -123,17 +121,13 @@ def export(
     if not component.states:
         raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
     if design is not None:
-        whole = [(*name.partition("."), value) for name, value in parameters_of(design).items()]
-        given = {name: value for owner, _, name, value in whole if owner == COMPENSATOR}
+        given = {
+            name: value for name, value in parameters_of(design).items() if name.startswith(f"{COMPENSATOR}.")
+        }
         if not given:
             raise InputError(f"--design {design}: holds nothing for a {COMPENSATOR}; see warmlink design")
-        try:
-            component = designed(component, given)
-        except KeyError as unknown:
-            sentence = shortened(str(unknown.args[0]))
-            raise InputError(f"--design {design}: {sentence}; give a design of the law {law}") from None
-        for sentence in limits.problems(component, law, component.start_values()[0].tolist()):
-            raise InputError(f"--design {design}: {sentence}")
+        values = start_values(given, {COMPENSATOR: component}, f"--design {design}")[COMPENSATOR]
+        component = designed(component, {name: float(value) for name, value in values.items()})
     core = Core(component, law, precision)
     folder = out or Path(law)
     with fresh_folder(folder) as scratch:

@@ -119,7 +119,7 @@ def test_one_thermometer_that_drifts_alone_is_contradicted(
 def test_thermometers_that_leapt_are_not_believed_because_a_wrong_model_meets_them(
     name: str, duty: str, plant: int, seed: int
 ) -> None:
-    """`ready` was wrong in 31 to 65 % of these runs: left out first, they agreed with the duty hours later."""
+    """`ready` was wrong in 31 to 65 % of these runs: left out at first, they agreed with the duty later."""
     assert trial("observer", KINDS[name], duty, plant, seed).ready_wrong <= ALLOWED_READY
 
 

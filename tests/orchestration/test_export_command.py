@@ -49,7 +49,7 @@ def test_a_law_of_ones_own_is_exported(
     ("name", "said"),
     [
         ("motor.joint_conductance", "holds nothing for a compensator"),
-        ("compensator.nosuch", "of the law lag"),
+        ("compensator.nosuch", "LagCompensator has no such variable"),
     ],
 )
 def test_what_is_no_design_of_the_law_is_refused(
