@@ -87,6 +87,8 @@ def bench_laws(
     if jobs < 1:
         raise InputError(f"--jobs {jobs}: no process would run; give 1 or more")
     tasks = list(_tasks(counts, seed))
+    for name in WITH_CAMERA:
+        _cell(name)  # once, where processes begin as copies of this one
     found = []
     with ProcessPoolExecutor(jobs) as pool:
         for trial in pool.map(_trial, tasks, chunksize=4):

@@ -19,8 +19,11 @@ def test_a_small_bench_counts_what_it_was_asked_for() -> None:
         kinds = [trial.kind for trial in trials if trial.law == law]
         assert [kinds.count(kind) for kind in ("coverage", "mismatch", "faults")] == [1, 1, 2]
     assert sum(trial.kind == "whiteness" for trial in trials) == 1
-    assert trials == bench_laws(counts, seed=7)
-    assert trials != bench_laws(counts, seed=8)
+    # What a seed draws for one kind of runs does not depend on how many others there are.
+    faulty = Counts(coverage=0, whiteness=0, mismatch=0, faults=1)
+    again, other = bench_laws(faulty, seed=7), bench_laws(faulty, seed=8)
+    assert again == [trial for trial in trials if trial.kind == "faults"][::2]
+    assert all(a.fault != b.fault for a, b in zip(again, other, strict=True))
     text = laws_table(trials)
     assert "at 2 sigma" in text
     assert "2 runs, worse than uncompensated by" in text

@@ -7,9 +7,11 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from importlib.metadata import distribution, requires
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from tests.documented import DOCS, blocks
 
@@ -45,13 +47,24 @@ def copy(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Path:
-    """Folder of what is installed here, warmlink apart: pip finds it there and fetches nothing of it."""
+    """Folder for what is installed here and pip shall find there, so that it fetches nothing of it."""
     folder = tmp_path / "installed"
     folder.mkdir()
-    for each in Path(sysconfig.get_path("purelib")).iterdir():
-        if "warmlink" not in each.name:
-            (folder / each.name).symlink_to(each)
     return folder
+
+
+def link_needed(folder: Path, name: str = "warmlink", extras: frozenset[str] = frozenset()) -> None:
+    """Link into a folder what a package needs by its own declaration, and what that needs, but not it."""
+    for line in requires(name) or ():
+        needed = Requirement(line)
+        if needed.marker is None or any(needed.marker.evaluate({"extra": each}) for each in (*extras, "")):
+            found = distribution(needed.name)
+            places = {file.parts[0] for file in found.files or ()} - {"..", "__pycache__"}
+            new = [place for place in places if not (folder / place).exists()]
+            for place in new:
+                (folder / place).symlink_to(str(found.locate_file(place)))
+            if new:
+                link_needed(folder, needed.name, frozenset(needed.extras))
 
 
 def done(lines: str, folder: Path, beside: str = "") -> str:
@@ -62,16 +75,20 @@ def done(lines: str, folder: Path, beside: str = "") -> str:
     return run.stdout
 
 
-def test_the_first_page_installs_and_runs(copy: Path) -> None:
-    told = done(
-        USE + "cd /\nwhich warmlink\nwarmlink --version\npython -c 'import warmlink.orchestration.api'", copy
-    )
+def test_the_first_page_installs_and_runs(copy: Path, installed: Path) -> None:
+    """Beside Python's own library there is only what warmlink says it needs."""
+    link_needed(installed)
+    there = "cd /\nwhich warmlink\nwarmlink --version\npython -c 'import warmlink.orchestration.api'"
+    told = done(USE + there, copy, str(installed))
     assert "largest error" in told
     assert str(copy / ".venv" / "bin" / "warmlink") in told
     assert USE.splitlines()[0] in blocks((ROOT / "README.md").read_text("utf-8"), "sh")[0]
 
 
 def test_who_changes_it_installs_it_in_place(copy: Path, installed: Path) -> None:
+    for each in Path(sysconfig.get_path("purelib")).iterdir():
+        if "warmlink" not in each.name:
+            (installed / each.name).symlink_to(each)
     found = "cd /\nimported='import warmlink.orchestration.cli as it; print(it.__file__)'\n"
     told = done(CHANGE + found + f'{copy}/.venv/bin/python -c "$imported"', copy, str(installed))
     assert told.splitlines()[-1] == str(copy / "orchestration" / "cli.py")

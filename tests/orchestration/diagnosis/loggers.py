@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,9 @@ PADDED = (
 )
 """A hundred minutes with the heating pad on twice, once while the motor works."""
 
+HALF = tuple(replace(segment, duration=segment.duration / 2) for segment in PADDED)
+"""The same changes in half the time."""
+
 
 @dataclass(frozen=True)
 class Logger:
@@ -45,10 +48,10 @@ class Logger:
     pad_noise: float = 0.0
 
 
-def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
+def logged_inputs(logger: Logger, seed: int, duty: Sequence[Segment] = PADDED) -> tuple[Columns, Truth]:
     """Times and inputs by header, and a cell in the room that wandered; a row where the duty changes."""
     random = np.random.default_rng(seed)
-    ends = np.cumsum([segment.duration for segment in PADDED])
+    ends = np.cumsum([segment.duration for segment in duty])
     count = int(ends[-1] / logger.interval)
     rows = logger.interval * np.arange(count) + logger.jitter * random.uniform(-1, 1, count)
     rows = np.union1d(np.round(rows[rows > 1.0], 2), [0.0, *ends])
@@ -57,7 +60,7 @@ def logged_inputs(logger: Logger, seed: int) -> tuple[Columns, Truth]:
     def room(time: float) -> float:
         return logger.room * float(np.sin(2 * np.pi * time / 3000 + phase) - np.sin(phase))
 
-    at = [PADDED[i] for i in np.clip(np.searchsorted(ends, rows, side="right"), 0, len(PADDED) - 1)]
+    at = [duty[i] for i in np.clip(np.searchsorted(ends, rows, side="right"), 0, len(duty) - 1)]
     pad = np.array([s.pad for s in at]) - ZERO_CELSIUS
     columns = {
         "time [s]": rows,
@@ -84,9 +87,9 @@ def logged_file(folder: Path, effect: Mapping[str, Any], logger: Logger, seed: i
     return path
 
 
-def logged_run(logger: Logger, seed: int) -> Run:
+def logged_run(logger: Logger, seed: int, duty: Sequence[Segment] = PADDED) -> Run:
     """Inputs alone, of which a run is simulated."""
-    columns, _ = logged_inputs(logger, seed)
+    columns, _ = logged_inputs(logger, seed, duty)
     time, speed, torque, pad, ambient = columns.values()
     inputs = {
         "motor.speed": speed,

@@ -50,13 +50,18 @@ def test_both_solvers_agree_as_link_and_finite_elements_do() -> None:
     assert percent < 0.05
 
 
+@pytest.fixture(scope="module")
+def without() -> Course:
+    """A run in which nothing is hidden."""
+    return hidden.simulate(Truth(), SHORT, rows(SHORT))
+
+
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.on_truth and carried(n)])
-def test_every_effect_that_is_carried_does_what_it_does_on_the_grid(name: str) -> None:
+def test_every_effect_that_is_carried_does_what_it_does_on_the_grid(name: str, without: Course) -> None:
     """On a coarse mesh with long steps: what is left is a small part of what the effect does."""
     truth = truth_with(name, SHORT)
     grid = hidden.simulate(truth, SHORT, rows(SHORT))
     found = hidden_fea.simulate(truth, SHORT, rows(SHORT), 1, 10.0)
-    without = hidden.simulate(Truth(), SHORT, rows(SHORT))
     (kelvin, percent), done = far_apart(found, grid), far_apart(without, grid)
     assert percent < 0.05 * done[1]
     # Of expansion no temperature knows.

@@ -1,8 +1,10 @@
 """Effects hidden in the data by another solver are found, and nothing is found where nothing is hidden."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import permutations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -205,16 +207,22 @@ def test_at_least_eight_effects_lie_outside_the_catalogue() -> None:
     assert len(UNKNOWN) >= 8
 
 
+@cache
+def outside(name: str) -> Assessment:
+    full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name
+    with TemporaryDirectory() as folder:
+        return assessed(Path(folder), sized(full), seed=16)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", UNKNOWN[::2])
-def test_an_effect_outside_the_catalogue_is_unknown(tmp_path: Path, name: str) -> None:
-    full = f"{name}:middle_temperature" if EFFECTS[name].per_channel else name
-    assert assessed(tmp_path, sized(full), seed=16).word == "unknown"
+def test_an_effect_outside_the_catalogue_is_unknown(name: str) -> None:
+    assert outside(name).word == "unknown"
 
 
 @pytest.mark.slow
-def test_a_hopeless_search_ends_when_fits_are_in_vain(tmp_path: Path) -> None:
-    search = assessed(tmp_path, sized("draught"), seed=16).search
+def test_a_hopeless_search_ends_when_fits_are_in_vain() -> None:
+    search = outside("draught").search
     again = Search(search.fitter)
     again.run(patience=1)
     lowest = min(map(again.score, again.fits.values()))

@@ -1,4 +1,4 @@
-"""Perturb every input and parameter of an FMU; print which outputs change, running and at the start."""
+"""Perturb every input and parameter of FMUs; print which outputs change, running and at the start."""
 
 from __future__ import annotations
 
@@ -105,4 +105,5 @@ def observed(fmu: str, rng: random.Random, excused: set[str]) -> dict:
     return result
 
 
-print(json.dumps(observed(sys.argv[1], random.Random(20), set(sys.argv[2:]))))
+fmus = [each for each in sys.argv[1:] if each.endswith(".fmu")]
+print(json.dumps({fmu: observed(fmu, random.Random(20), {*sys.argv[1:]} - {*fmus}) for fmu in fmus}))
