@@ -218,8 +218,8 @@ def test_program(core: Core) -> str:
 
 
 _RESTART = """
-After a restart, give `init` the outputs `retained` that were stored before, and the time in s
-that passed since; a null pointer where nothing was stored.
+After a restart, `retained` are the outputs of that name that were stored before, and `passed` is the time
+in s since then; where nothing was stored, give a null pointer and 0.
 """
 
 
@@ -232,6 +232,7 @@ def readme(core: Core) -> str:
         memory=(core.component.x.size + core.component.y.size) * size + 8,
         operations=core.operations(),
         samples=SAMPLES,
+        kept=", retained, passed" if core.goes_on else "",
         more=_RESTART if core.goes_on else "",
     )
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as ARM_KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES
@@ -191,9 +191,24 @@ def _axis(
 def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
     """Angles in rad, shape (n, 6), that bring the tool point to places.
 
-    NaN where the arm does not reach, or a joint would pass its limit. The tool stays in the arm's own
-    vertical plane, elbow up: a turn, and a planar arm of two links, in closed form as in J. J. Craig,
-    *Introduction to Robotics*, 3rd ed., chapter 4.
+    NaN where the arm does not reach, or a joint would pass its limit; parameters as for `reaching_angles`.
+    """
+    angles = reaching_angles(x, y, z, pitch, roll)
+    within = ~beyond_limits(angles).any(axis=1)
+    return np.where(within[:, None], angles, np.nan)
+
+
+def beyond_limits(angles: Array) -> NDArray[np.bool_]:
+    """Which joints pass their limits, shape (n, 6), at angles in rad, shape (n, 6)."""
+    limits = np.array([each.joint_limit for each in axes()])
+    return np.asarray(np.abs(angles) > limits + 1e-9)
+
+
+def reaching_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:
+    """The same angles whatever the joints' limits; NaN where the arm does not reach.
+
+    The tool stays in the arm's own vertical plane, elbow up: a turn, and a planar arm of two links, in
+    closed form as in J. J. Craig, *Introduction to Robotics*, 3rd ed., chapter 4.
 
     Parameters
     ----------
@@ -213,7 +228,5 @@ def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: f
     zero = np.zeros_like(x)
     joints = (np.arctan2(y, x), upper - np.pi / 2, elbow, zero, pitch - (upper + elbow), zero + roll)
     angles = np.column_stack(joints)
-    angles = np.where(np.isfinite(angles), (angles + np.pi) % (2 * np.pi) - np.pi, np.nan)
-    limits = np.array([each.joint_limit for each in axes()])
-    within = np.all(np.abs(angles) <= limits + 1e-9, axis=1)
-    return np.where(within[:, None], angles, np.nan)
+    reached = np.isfinite(angles).all(axis=1, keepdims=True)
+    return np.where(reached, (angles + np.pi) % (2 * np.pi) - np.pi, np.nan)

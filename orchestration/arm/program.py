@@ -149,17 +149,25 @@ class PoseTable(Table):
             raise InputError("give either joints or a point")
 
     def pose(self, where: str) -> Pose:
-        """The pose as angles; raises InputError where the point is out of the arm's reach."""
-        if self.joints is not None:
-            return self.hold, self.joints
-        x, y, z = self.point or ()
-        (angles,) = blueprint.joint_angles(x, y, z, self.pitch, self.roll)
-        if not np.all(np.isfinite(angles)):
-            at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
+        """The pose as angles; raises InputError where the arm cannot take it."""
+        angles, place = self.joints, "joints"
+        if self.point is not None:
+            x, y, z = self.point
+            angles, place = blueprint.reaching_angles(x, y, z, self.pitch, self.roll)[0].tolist(), "point"
+            if not np.all(np.isfinite(angles)):
+                at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
+                raise InputError(
+                    f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another"
+                )
+        assert angles is not None
+        (beyond,) = blueprint.beyond_limits(np.array([angles]))
+        for i in np.flatnonzero(beyond).tolist():
+            joint, turn = axis(i + 1), np.degrees(angles[i])
             raise InputError(
-                f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another"
+                f"{where}.{place}: joint {i + 1} ({joint.name}) would turn to {turn:.4g} deg, beyond its "
+                f"{np.degrees(joint.joint_limit):g} deg; choose another"
             )
-        return self.hold, tuple(float(angle) for angle in angles)
+        return self.hold, tuple(angles)
 
 
 @dataclass(frozen=True, kw_only=True)

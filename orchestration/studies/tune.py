@@ -53,8 +53,12 @@ class Tuned(Searched):
         """What polishing gave the winner, in words."""
         if self.polished is None:
             return "not polished, since the system is not joined"
-        before, after = self.found[self.polished.number].objective, self.polished.objective
-        return f"polished along its gradient from {before:.5g}, {100 * (1 - after / before):.2g} % less"
+        before, after = self.found[self.polished.number].objectives, self.polished.objectives
+        told = (
+            f"polished along its gradient from {before[0]:.5g}, {100 * (1 - after[0] / before[0]):.2g} % less"
+        )
+        beside = zip(self.study.objectives[1:], after[1:], before[1:], strict=True)
+        return told + "".join(f", and {of.title} {now:.4g}, before {was:.4g}" for of, now, was in beside)
 
     @property
     def trials(self) -> list[Judged]:

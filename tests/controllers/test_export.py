@@ -55,3 +55,12 @@ def test_it_has_no_variables_of_its_own_and_needs_the_mathematics_alone() -> Non
     assert set(re.findall(r"#include\W+(\S+)[\">]", source)) == {"observer.h", "math.h"}
     assert not re.search(r"^static (?!const)[^()]*;", source, re.MULTILINE)
     assert not re.search(r"\b(malloc|calloc|free|printf|double)\b", source)
+
+
+@pytest.mark.parametrize("law", ["lag", "observer", "observer_drift"])
+def test_the_readme_calls_the_functions_as_they_are_declared(law: str) -> None:
+    files = export_files(Core(controllers()[law], law, "double"))
+    declared = dict(re.findall(r"^void (\w+)\(([^)]*)\);", files[f"{law}.h"], re.MULTILINE))
+    for name in (f"{law}_init", f"{law}_step"):
+        (called,) = re.findall(rf"^    {name}\(([^)]*)\)", files["README.md"], re.MULTILINE)
+        assert called.count(",") == declared[name].count(","), name

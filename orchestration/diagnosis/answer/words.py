@@ -70,6 +70,8 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
         return because
     if word == "adequate":
         beside = "" if wander.still else f" and {wander}"
+        if any(run.pauses.size for run in diagnosis.experiment.runs):
+            beside += " and what the machine may have done while the log paused"
         return f"Nothing is wrong beyond the noise{beside}: the model is adequate."
     if word == "unknown":
         return "Something is wrong that no cause in the catalogue explains."

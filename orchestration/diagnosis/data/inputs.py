@@ -93,6 +93,7 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     experiment = replace(experiment, runs=tuple(runs))
     _refuse_undriven(experiment)
     remarks = [*experiment.remarks, *(remark for run in runs for remark in run.remarks), *_absent(experiment)]
+    remarks += _paused(experiment)
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
         remarks.append(
@@ -148,6 +149,23 @@ def _absent(experiment: Experiment) -> list[str]:
             whose = f"{listed(without)}: " if len(experiment.runs) > 1 else ""
             told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
             remarks.append(whose + told)
+    return remarks
+
+
+def _paused(experiment: Experiment) -> list[str]:
+    """Remarks on pauses of the log in which nobody knows what the machine did."""
+    remarks = []
+    for run in experiment.runs:
+        if run.pauses.size:
+            row = max(run.pauses, key=lambda row: run.time[row + 1] - run.time[row])
+            begins, ends = run.time[row] / 60, run.time[row + 1] / 60
+            whose = f"{run.name}: " if len(experiment.runs) > 1 else ""
+            count = f"{run.pauses.size} times, the longest for" if run.pauses.size > 1 else "for"
+            remarks.append(
+                f"{whose}the log pauses {count} {ends - begins:.4g} min from {begins:.4g} min on: the "
+                "machine is taken to go on as in the row before; if it did not, add rows of what it did, "
+                "with empty cells for what was not measured"
+            )
     return remarks
 
 

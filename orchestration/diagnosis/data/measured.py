@@ -37,6 +37,9 @@ MOST_ROWS = 200_000
 _GAP = 3.0
 """Usual spacings of the rows from which on a pause counts as a gap."""
 
+_PAUSE = 120.0
+"""s; what a machine did in a shorter gap of the log is hardly seen."""
+
 
 @dataclass(frozen=True)
 class Run:
@@ -95,6 +98,15 @@ class Run:
         """Whether a pause of the log follows each row but the last, shape (n - 1,)."""
         spacing = np.diff(self.time)
         return np.asarray(spacing > _GAP * np.median(spacing))
+
+    @property
+    def pauses(self) -> NDArray[np.intp]:
+        """Rows after which the log pauses for so long that what the machine did then matters.
+
+        A row without readings was written down by somebody who knew what the machine did until the next one.
+        """
+        read = np.any([np.isfinite(each[:-1]) for each in self.readings.values()], axis=0)
+        return np.flatnonzero(self.gaps & read & (np.diff(self.time) > _PAUSE))
 
     def understood(self) -> dict[str, Any]:
         """What the run was understood to be, as JSON."""

@@ -22,6 +22,11 @@ SHARE_OF_NOMINAL = 1e-6
 # How many parts follow a comparison without one of their own, how much longer than that one's, and how much
 # more the variables may bend in them.
 MOST_TRUSTED, LONGER, MORE_BENT = 8, 4.0, 2.0
+LOPSIDED = 100.0
+"""How much more a signal that leaps moves in one half of the smallest part than in the other."""
+
+ROUNDING = 1e-9
+"""Of a signal's value; what moves by less does not leap."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,7 @@ class DoublingStepper(PartsStepper):
         schedule = chosen.inner.schedule(network)
         # Where all inputs are held, it shows only in the next step that something begins to move.
         self._moving = smooth if schedule is not None and schedule.at_once else ()
+        self._smooth = smooth
         self._still: list[bool] = []  # those that stood still in the part before
         self._trusted = MOST_TRUSTED
         self.disturb()
@@ -88,7 +94,7 @@ class DoublingStepper(PartsStepper):
         """Step once; unless that is known to do, go back, step twice, compare.
 
         A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
-        then bounds how late it is seen.
+        then bounds how late it is seen. What was declared continuous and jumps is known by then.
         """
         held, sent, start = self._sent(self._switching), self._sent(self._moving), self._values()
 
@@ -107,10 +113,13 @@ class DoublingStepper(PartsStepper):
             self._trusted += 1
         else:
             self.back()
-            self.inner.step(time, step_size / 2)
-            self.inner.step(time + step_size / 2, step_size / 2)
-            sudden, coarse, end = jumped(), end, self._values()
+            courses = [self._sent(self._smooth)] if last else []
+            for half in (time, time + step_size / 2):
+                self.inner.step(half, step_size / 2)
+                courses += [self._sent(self._smooth)] if last else []
+            coarse, end = end, self._values()
             error = self._share((end - coarse) / step_size) / (2**self._order - 1)
+            sudden = jumped() or (error > 1.0 and last and _leapt(courses))
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
         if sudden:
             self.disturb()
@@ -138,6 +147,14 @@ class DoublingStepper(PartsStepper):
 
     def _values(self) -> Array:
         return np.array([self.network.slaves[k].get((name,))[0] for k, name in self._places], float)
+
+
+def _leapt(courses: Sequence[Sequence[Value]]) -> bool:
+    """Whether a signal moves in one half of a part and hardly in the other, at its start, middle and end."""
+    values = np.array(courses, dtype=float)
+    moved = np.abs(np.diff(values, axis=0))
+    least = np.maximum(LOPSIDED * moved.min(axis=0), ROUNDING * np.abs(values).max(axis=0))
+    return bool(np.any(moved.max(axis=0) > least))
 
 
 def _exchanged(network: Network) -> dict[str, float]:

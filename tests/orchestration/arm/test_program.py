@@ -103,6 +103,14 @@ GOOD: dict[str, Any] = {
         ({"segment": [{"speed": ["1 rad/s"] * 6}]}, "duration is missing"),
         ({"pose": []}, r"write \[\[pose\]\] above each"),
         ({"pose": [{"hold": "1 s", "point": ["2 m", "0 m", "0 m"]}]}, "out of the arm's reach"),
+        (
+            {"pose": [{"hold": "1 s", "point": ["450 mm", "0 m", "200 mm"], "pitch": "-60 deg"}]},
+            r"pose 1.point: joint 3 \(elbow\) would turn to -114.7 deg, beyond its 110 deg; choose another",
+        ),
+        (
+            {"pose": [GOOD["pose"][0], {"hold": "1 s", "joints": ["0 deg", "91 deg", *["0 deg"] * 4]}]},
+            r"pose 2.joints: joint 2 \(shoulder\) would turn to 91 deg, beyond its 90 deg; choose another",
+        ),
         ({"pose": [{"hold": "1 s"}]}, "either joints or a point"),
         ({"pose": GOOD["pose"] * 33}, "33 poses are more than the 32"),
         ({"stop_time": "-1 h"}, "not positive"),

@@ -79,6 +79,33 @@ def test_a_remark_names_the_runs_that_lack_the_column(tmp_path: Path, whole: Col
     assert with_inputs(read_experiment(path)).remarks[0].startswith("first: no torque column")
 
 
+def test_what_the_machine_did_in_a_pause_of_the_log_is_said_to_be_unknown(
+    tmp_path: Path, whole: Columns
+) -> None:
+    time = whole["time [s]"]
+    there = (time < 600) | (time > 1500)
+    pausing = {header: values[there] for header, values in whole.items()}
+    (remark,) = with_inputs(read_experiment(written(tmp_path, pausing))).remarks
+    assert remark == (
+        "the log pauses for 15.17 min from 9.889 min on: the machine is taken to go on as in the row before; "
+        "if it did not, add rows of what it did, with empty cells for what was not measured"
+    )
+    unread = [header for header in whole if header.split()[0] not in ("time", *INPUTS)]
+    told = there | (np.abs(time - 700) < 5)
+    filled = {h: np.where(there, v, np.nan)[told] if h in unread else v[told] for h, v in whole.items()}
+    assert with_inputs(read_experiment(written(tmp_path, filled))).remarks == ()
+
+
+def test_pauses_are_counted_for_each_run_and_short_ones_passed_over(tmp_path: Path, whole: Columns) -> None:
+    time = whole["time [s]"]
+    short = {header: values[(time < 600) | (time > 690)] for header, values in whole.items()}
+    twice = {h: v[(time < 600) | (time > 900) & (time < 1200) | (time > 1500)] for h, v in whole.items()}
+    written(tmp_path, twice, "twice.csv")
+    path = experiment(tmp_path, short, '[[run]]\ndata = "twice.csv"\n')
+    (remark,) = with_inputs(read_experiment(path)).remarks
+    assert remark.startswith("twice: the log pauses 2 times, the longest for 5.167 min from ")
+
+
 def test_a_run_that_nothing_drives_is_refused(tmp_path: Path, whole: Columns) -> None:
     path = written(tmp_path, without(whole, *INPUTS))
     with pytest.raises(InputError, match="nothing drives the run") as refusal:

@@ -265,6 +265,12 @@ def test_two_objectives_give_a_front_and_a_winner_between_its_ends(study: Study,
     frame = Tuned(two, trials, Storage(two, "fmus", default_url(here))).to_frame()
     assert frame["in_front"].sum() == len(kept)
     assert not undescribed("trials.csv", dict.fromkeys(frame))
+    assert winner is not None
+    polished = polish(two, winner, Formula())
+    assert polished.objectives[1] <= winner.objectives[1]
+    told = Tuned(two, trials, Storage(two, "fmus", default_url(here)), polished).gain
+    was, now = winner.objectives[1], polished.objectives[1]
+    assert told.endswith(f" % less, and worst correction_rate_um_s {now:.4g}, before {was:.4g}")
 
 
 def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(study: Study) -> None:

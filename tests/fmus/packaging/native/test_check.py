@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -186,8 +187,6 @@ def test_an_undeclared_dependency_is_found(native_fmu: BuildNative, tmp_path: Pa
     def hide(files: dict[str, bytes]) -> None:
         text = files["modelDescription.xml"].decode()
         head, outputs, rest = text.partition("<Outputs>")
-        import re
-
         rest = re.sub(
             r'dependencies="[^"]+" dependenciesKind="[^"]+"',
             'dependencies="" dependenciesKind=""',
@@ -200,6 +199,43 @@ def test_an_undeclared_dependency_is_found(native_fmu: BuildNative, tmp_path: Pa
     (result,) = check_fmu(path, cases=["dependencies proven by perturbation"])[3:]
     assert result.verdict == "fail"
     assert result.detail == "heat_flow moves with link_base_temperature, which it does not declare"
+
+
+def test_a_choice_is_moved_to_its_own_items_alone(damaged: Build, tmp_path: Path) -> None:
+    refuse = replace(
+        "fmi_values.h",
+        "well = set(handle, reference, kind, value);",
+        "well = !(kind == ENUMERATION && value != 0 && value != 2) && set(handle, reference, kind, value);",
+    )
+
+    def leave_out(files: dict[str, bytes]) -> None:
+        text = files["modelDescription.xml"].decode()
+        files["modelDescription.xml"] = re.sub(r'<Item name="[a-z_]+" value="1"\s*/>', "", text).encode()
+
+    path = rewritten(damaged(refuse, "3.0"), tmp_path / "choice.fmu", leave_out)
+    found = by_name(check_fmu(path, cases=["dependencies proven by perturbation"]))
+    assert found["dependencies proven by perturbation"].verdict == "pass", found
+
+
+def test_an_fmu_that_asks_to_end_is_at_no_fault(damaged: Build) -> None:
+    ask = replace(
+        "fmi3_cs.c",
+        "        *terminate = fmi3False;",
+        "        *terminate = time >= 60 ? fmi3True : fmi3False;",
+    )
+    cases = ["runs its default experiment", "memory growth", "reproducible"]
+    found = by_name(check_fmu(damaged(ask, "3.0"), cases=cases))
+    assert found["runs its default experiment"].verdict == "pass"
+    assert found["runs its default experiment"].detail == "60 s in steps of 1 s, where the FMU asks to end"
+    assert found["memory growth"].verdict == "skip"
+    assert found["memory growth"].detail == "the FMU asks to end at 60 s, before the check has"
+    assert found["reproducible"].verdict == "pass"
+
+
+def test_an_fmu_that_asks_to_end_before_its_first_step_fails(damaged: Build) -> None:
+    ask = replace("fmi3_cs.c", "        *terminate = fmi3False;", "        *terminate = fmi3True;")
+    found = by_name(check_fmu(damaged(ask, "3.0"), cases=["runs its default experiment"]))
+    assert found["runs its default experiment"].verdict == "fail"
 
 
 def test_an_fmu_for_other_platforms_is_not_run(native_fmu: BuildNative, tmp_path: Path) -> None:
