@@ -54,6 +54,7 @@ class Run:
     fit_until : s; rows from here on are held out
     adapt : s; the opening part of a held-out run from which its own unknowns may be estimated
     unused : headers of columns that nothing is made of
+    absent : sentence by name that was given to a column which the file lacks
     remarks : on cells that were taken for missing values
     columns : that were used, inputs first
     form : how the file is written, and what its times are
@@ -71,6 +72,7 @@ class Run:
     fit_until: float = np.inf
     adapt: float = 0.0
     unused: tuple[str, ...] = ()
+    absent: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     columns: tuple[Column, ...] = ()
     form: str = ""
@@ -197,6 +199,7 @@ def read_run(
         found["reading"],
         found["covariate"],
         unused=assigned.unused,
+        absent=assigned.absent,
         remarks=tuple(remarks),
         columns=tuple(each for kind in columns.values() for each in kind),
         form=f"{sheet.form}; times as {taken}",
