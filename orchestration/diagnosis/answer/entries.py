@@ -127,7 +127,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
         "name": item.title,
         "parameters": parameters,
         "evidence": {
-            "sentence": item.cause.sentence,
+            "sentence": sentence_of(item),
             "looks_like": item.cause.looks_like,
             "check": item.cause.check,
             "chi2_gain": gain,
@@ -138,6 +138,12 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
             "effect": effect,
         },
     }
+
+
+def sentence_of(item: Item) -> str:
+    """What happens, and with which sensor, input or part where a cause may be that of several."""
+    channel = item.name.partition(":")[2]
+    return f"{item.cause.sentence.removesuffix('.')} ({channel})." if channel else item.cause.sentence
 
 
 def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str) -> tuple[float, str]:

@@ -7,7 +7,12 @@ from dataclasses import asdict
 from typing import Any
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_in_noise, wrong_entries
+from warmlink.orchestration.diagnosis.answer.entries import (
+    cause_entry,
+    errors_in_noise,
+    sentence_of,
+    wrong_entries,
+)
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
@@ -74,7 +79,7 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
     if word == "unknown":
         return "Something is wrong that no cause in the catalogue explains."
     if word == "named":
-        return "Found: " + " ".join(item.cause.sentence for item in diagnosis.causes)
+        return "Found: " + " ".join(map(sentence_of, diagnosis.causes))
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
     return "These data cannot tell apart: " + " | ".join(sets[:3])
 
