@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
-from warmlink.orchestration.scenarios.logged.cells import Column, held, signal
+from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
 from warmlink.orchestration.scenarios.logged.clock import DAY, times
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
@@ -188,6 +188,7 @@ def read_run(
         else:
             if kind == "input" and scalar is not None and scalar.is_discrete:
                 _refuse_undefined(sheet, place, values, scalar)
+            remarks += said_of_empty(sheet, place, values, lost)
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)

@@ -99,6 +99,19 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
 
 
+def said_of_empty(sheet: Sheet, place: Place, values: Array, lost: Rows) -> list[str]:
+    """What an input's empty cells are taken for, where `held` fills some; those of a pad's temperature say off.
+
+    Cells that held something else, the rows `lost`, are told by the sheet.
+    """
+    empty = int(np.count_nonzero(~np.isfinite(values))) - lost.size
+    if not empty or place.variable.endswith("pad_temperature"):
+        return []
+    off = "" if place.variable.endswith("temperature") else "; where it was off, write 0"
+    count = f"{empty} of {values.size} cells of {place.name}"
+    return [f"{sheet.name}: {count} are empty and taken for the value before{off}"]
+
+
 def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
     """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
 

@@ -51,6 +51,17 @@ def test_an_empty_input_holds_and_an_empty_pad_is_off(tmp_path: Path) -> None:
     run = read_experiment(written(tmp_path, lines, head)).runs[0]
     assert run.inputs["motor.speed"][5] == 3.43
     assert np.isnan(run.inputs["motor.pad_temperature"][20])
+    told = "cells of speed are empty and taken for the value before; where it was off, write 0"
+    assert run.remarks == (f"run.csv: 1 of 30 {told}",)
+
+
+def test_what_the_empty_cells_of_a_switched_pad_are_taken_for_is_said(tmp_path: Path) -> None:
+    head = HEAD.replace("\n", ",motor.pad_power [W]\n")
+    lines = [line + (",20" if i < 10 else ",") for i, line in enumerate(rows())]
+    run = read_experiment(written(tmp_path, lines, head)).runs[0]
+    assert run.inputs["motor.pad_power"][29] == 20.0
+    told = "cells of motor.pad_power are empty and taken for the value before; where it was off, write 0"
+    assert run.remarks == (f"run.csv: 20 of 30 {told}",)
 
 
 @pytest.mark.parametrize(
