@@ -104,6 +104,11 @@ class Assignment:
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
                     f'one out with --map "{two}="'
                 )
+        for first, *others in self._rig.driven_by:
+            # A current that is logged beside the torque would count twice.
+            for other in others if first in used else ():
+                if other in used and not used[other].chosen:
+                    del used[other]
         return used
 
     def time(self) -> tuple[Place, Place | None]:
@@ -202,7 +207,10 @@ class Assignment:
             return rig.columns[short]
         if name in rig.shared:
             return rig.shared[name][0]
-        return name if name in (*rig.externals, *rig.columns.values()) else None
+        if name in (*rig.externals, *rig.columns.values()):
+            return name
+        meant = [each for each in rig.externals if each.rpartition(".")[2] == short]
+        return meant[0] if len(meant) == 1 else None
 
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""
