@@ -75,6 +75,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             for each in diagnosis.missing_heat
         ],
         "hint": None if hint is None else {**asdict(hint), "sentence": hint.sentence},
+        "doubts": list(diagnosis.doubts),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],

@@ -32,6 +32,7 @@ def summary(diagnosis: Diagnosis) -> str:
         f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {wrong['unit']} rms "
         f"against {wrong['noise']:.2g} {wrong['unit']} of noise{when}."
     )
+    lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")

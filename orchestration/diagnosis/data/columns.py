@@ -138,7 +138,7 @@ class Assignment:
         return variable
 
     def _absent(self, mapped: Mapping[str, str]) -> dict[str, str]:
-        """Sentences for headers that the sheet lacks; raises InputError where it lacks the variable as well."""
+        """Sentences on headers that the sheet lacks; InputError where it lacks the variable as well."""
         names = [name for name, _ in self._headings]
         headers = [*self._sheet.headers, *names]
         known = {*headers, *map(self._rig.column_of, mapped.values()), *self._rig.columns, TIME}

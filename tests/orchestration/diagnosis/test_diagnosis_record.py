@@ -83,6 +83,16 @@ def test_the_answer_says_which_sensor_is_wrong(named: Diagnosis, monkeypatch: py
     assert summary(found).splitlines()[1] == "Found: The reading is off by a constant (tip_temperature)."
 
 
+def test_columns_that_look_like_something_else_stand_before_the_causes(
+    named: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert json_content(named)["doubts"] == []
+    monkeypatch.setattr(Diagnosis, "doubts", ("base_temperature and tip_temperature look swapped.",))
+    lines = summary(named).splitlines()
+    assert lines[3] == "Look at the data first: base_temperature and tip_temperature look swapped."
+    assert lines[4].startswith("radiation: ")
+
+
 def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
     from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 
