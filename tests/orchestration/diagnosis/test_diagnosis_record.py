@@ -88,7 +88,7 @@ def test_columns_that_look_like_something_else_stand_before_the_causes(
 ) -> None:
     assert json_content(named)["doubts"] == []
     monkeypatch.setattr(Diagnosis, "doubts", ("base_temperature and tip_temperature look swapped.",))
-    lines = summary(named).splitlines()
+    lines = summary(replace(named)).splitlines()
     assert lines[3] == "Look at the data first: base_temperature and tip_temperature look swapped."
     assert lines[4].startswith("radiation: ")
 
