@@ -104,11 +104,11 @@ class Assignment:
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
                     f'one out with --map "{two}="'
                 )
-        for first, *others in self._rig.driven_by:
+        for first, *instead_of_it in self._rig.driven_by:
             # A current that is logged beside the torque would count twice.
-            for other in others if first in used else ():
-                if other in used and not used[other].chosen:
-                    del used[other]
+            for variable in instead_of_it if first in used else ():
+                if variable in used and not used[variable].chosen:
+                    del used[variable]
         return used
 
     def time(self) -> tuple[Place, Place | None]:
