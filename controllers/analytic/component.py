@@ -20,7 +20,7 @@ _PARAMETERS = (
     Parameter("largest_leap", "K", 2, _LEAP, positive=True, nominal=1),
     Parameter("form", "1", law.CORRECTED, "Eq. (4): 0 as printed, 1 corrected", choice=_FORM),
     Parameter("temperature_source", "1", law.BASE, "thermometer used: 0 base, 1 shaft", choice=_SOURCE),
-    length_parameter("heated_length", 0.2916, "length from base to tip position", positive=True),
+    length_parameter("heated_length", 0.2916, "length from base to tip position", positive=True, maximum=20),
     *(parameter for parameter in LINK.parameters if parameter.name in _MATERIAL),
     Parameter("reference_temperature", "K", 0, _REFERENCE, minimum=0, nominal=NOMINAL_TEMPERATURE),
     Parameter("heating_rise", "K", 0.5, _RISE, minimum=0, nominal=0.5),

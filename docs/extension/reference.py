@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -33,11 +34,18 @@ def commands() -> str:
     for name, command in group.commands.items():
         context = command.context_class(command, info_name=name, parent=whole)
         text += [f"## warmlink {name}\n", f"```text\n{command.get_usage(context)}\n```\n"]
-        text += [f"{command.help.strip()}\n"]
+        text += [f"{_options_as_code(command.help.strip())}\n"]
         records = (option.get_help_record(context) for option in command.params)
-        rows = ((f"`{record[0]}`", record[1]) for record in records if record)
+        rows = ((f"`{record[0]}`", _options_as_code(record[1])) for record in records if record)
         text += [markdown_table(("argument or option", "meaning"), rows)]
     return "\n".join(text)
+
+
+def _options_as_code(text: str) -> str:
+    """A help text with its options set as code, so that no line breaks after their dashes."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"(?<![\w-])--[a-z][a-z-]*", r"`\g<0>`", part) for part in parts[::2]]
+    return "`".join(parts)
 
 
 def formats() -> dict[str, str]:

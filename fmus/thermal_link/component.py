@@ -34,6 +34,8 @@ _INPUTS = (
 )
 
 # Descriptions that are too long for the lines below.
+_CROSS_SECTION = "cross-section; 0: width times thickness"
+_PERIMETER = "perimeter of the cross-section; 0: that of the rectangle"
 _EXPANSION_COEFFICIENT = "linear coefficient of thermal expansion"
 _CONVECTION_PER_SPEED = "increase of the convection coefficient per m/s of the link's mean speed"
 _MIXING = "0: convection in still air and by motion add up; 1: as the cube root of the sum of their cubes"
@@ -45,11 +47,11 @@ _SENSOR_POSITION = "place of each sensor from the proximal end; -1: base, middle
 _DISCRETISATION_ERROR = "estimate of the elongation's error from the finite grid"
 
 _PARAMETERS = (
-    length_parameter("length", 0.3302, "length of the link", positive=True),
-    length_parameter("width", 0.0254, "width of the link", positive=True),
-    length_parameter("thickness", 0.00635, "thickness of the link", positive=True),
-    Parameter("cross_section", "m2", 0, "cross-section; 0: width times thickness", display="mm2", minimum=0),
-    length_parameter("perimeter", 0, "perimeter of the cross-section; 0: that of the rectangle", minimum=0),
+    length_parameter("length", 0.3302, "length of the link", positive=True, maximum=20),
+    length_parameter("width", 0.0254, "width of the link", positive=True, maximum=1),
+    length_parameter("thickness", 0.00635, "thickness of the link", positive=True, maximum=1),
+    Parameter("cross_section", "m2", 0, _CROSS_SECTION, display="mm2", minimum=0, maximum=1),
+    length_parameter("perimeter", 0, _PERIMETER, minimum=0, maximum=4),
     length_parameter("base_position", 0.0254, "where heat enters, from the proximal end", minimum=0),
     length_parameter("tip_position", 0.3170, "the tool point, from the proximal end", minimum=0),
     Parameter("conductivity", "W/(m.K)", 167, "thermal conductivity at 295.15 K", positive=True),

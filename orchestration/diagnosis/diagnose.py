@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer, remark, spinner
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
@@ -21,8 +23,10 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
-from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
 from warmlink.orchestration.scenarios.duties.duty import length
 from warmlink.orchestration.scenarios.entries import heading
@@ -62,11 +66,22 @@ def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text
     """Diagnose an experiment that was read or made."""
     with one_thread():
         refuse_senseless(experiment)
-        assessment = assess(experiment, progress)
+        assessment = _assessed(experiment, progress)
         progress("measuring the gain")
         found = Diagnosis(experiment, assessment)
         _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
     return found
+
+
+def _assessed(experiment: Experiment, progress: Progress) -> Assessment:
+    """What a search finds; where the model as it stands cannot be simulated, an input is perhaps to blame."""
+    try:
+        return assess(experiment, progress)
+    except NotSimulatedError as fault:
+        problem = Problem(fitted_part(experiment))
+        for doubt in Doubts(problem, problem.neutral).sentences():
+            raise InputError(f"{fault}; {doubt}") from None
+        raise
 
 
 @dataclass(frozen=True, repr=False)

@@ -74,6 +74,12 @@ def test_every_command_option_and_cause_is_there() -> None:
         assert f"| `{cause.name}` | {cause.sentence} |" in reference.causes()
 
 
+def test_every_option_in_a_help_text_is_set_as_code() -> None:
+    """A line broke after the dashes of one that was not."""
+    told = re.sub(r"```.*?```|`[^`]*`", "", reference.commands(), flags=re.DOTALL)
+    assert not re.findall(r"(?<![\w-])--[a-z]\S*", told)
+
+
 def test_every_variable_of_the_components_is_there() -> None:
     page = reference.variables()
     for entry in components():

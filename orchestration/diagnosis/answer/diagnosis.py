@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
+from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
@@ -114,6 +115,13 @@ class Diagnosis:
     def missing_heat(self) -> tuple[MissingHeat, ...]:
         """When and where heat is missing, where no cause is established."""
         return missing_heat(self.assessment) if self.assessment.word == "unknown" else ()
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What looks like columns that are stuck, swapped or in another unit, unless nothing is wrong."""
+        problem, null = self.assessment.problem, self.assessment.null
+        values = problem.values_by_run(null.freed, null.theta)
+        return () if self.verdict == "adequate" else Doubts(problem, values).sentences()
 
     @property
     def adopted(self) -> Predicted:

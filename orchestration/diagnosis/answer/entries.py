@@ -75,6 +75,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             for each in diagnosis.missing_heat
         ],
         "hint": None if hint is None else {**asdict(hint), "sentence": hint.sentence},
+        "doubts": list(diagnosis.doubts),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
@@ -127,7 +128,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
         "name": item.title,
         "parameters": parameters,
         "evidence": {
-            "sentence": item.cause.sentence,
+            "sentence": sentence_of(item),
             "looks_like": item.cause.looks_like,
             "check": item.cause.check,
             "chi2_gain": gain,
@@ -138,6 +139,12 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
             "effect": effect,
         },
     }
+
+
+def sentence_of(item: Item) -> str:
+    """What happens, and with which sensor, input or part where a cause may be that of several."""
+    channel = item.name.partition(":")[2]
+    return f"{item.cause.sentence.removesuffix('.')} ({channel})." if channel else item.cause.sentence
 
 
 def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str) -> tuple[float, str]:

@@ -7,7 +7,12 @@ from dataclasses import asdict
 from typing import Any
 
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.entries import cause_entry, errors_in_noise, wrong_entries
+from warmlink.orchestration.diagnosis.answer.entries import (
+    cause_entry,
+    errors_in_noise,
+    sentence_of,
+    wrong_entries,
+)
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
@@ -27,6 +32,7 @@ def summary(diagnosis: Diagnosis) -> str:
         f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {wrong['unit']} rms "
         f"against {wrong['noise']:.2g} {wrong['unit']} of noise{when}."
     )
+    lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
@@ -76,7 +82,7 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
     if word == "unknown":
         return "Something is wrong that no cause in the catalogue explains."
     if word == "named":
-        return "Found: " + " ".join(item.cause.sentence for item in diagnosis.causes)
+        return "Found: " + " ".join(map(sentence_of, diagnosis.causes))
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
     return "These data cannot tell apart: " + " | ".join(sets[:3])
 

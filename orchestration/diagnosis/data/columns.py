@@ -63,13 +63,20 @@ def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:
 
 
 class Assignment:
-    """Finds what each column of a sheet is, and the headers that are `unused`."""
+    """Finds what each column of a sheet is, and the headers that are `unused`.
+
+    Attributes
+    ----------
+    unused : headers of columns that nothing is made of
+    absent : by name that the user gives to a column that the file lacks, a sentence that says so; another
+        file of the experiment may have it
+    """
 
     def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
         self._sheet, self._rig, self._told = sheet, rig, told
         self._headings = [name_and_unit(header) for header in sheet.headers]
         mapped = {**{h: self._variable(h, name) for h, name in told.names.items()}, **named}
-        self._refuse_absent(mapped)
+        self.absent = self._absent(mapped)
         # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
         bare = {header: name_and_unit(header) for header in named}
         self._units = dict(bare.values())
@@ -97,6 +104,11 @@ class Assignment:
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
                     f'one out with --map "{two}="'
                 )
+        for first, *instead_of_it in self._rig.driven_by:
+            # A current that is logged beside the torque would count twice.
+            for variable in instead_of_it if first in used else ():
+                if variable in used and not used[variable].chosen:
+                    del used[variable]
         return used
 
     def time(self) -> tuple[Place, Place | None]:
@@ -125,19 +137,24 @@ class Assignment:
             )
         return variable
 
-    def _refuse_absent(self, mapped: Mapping[str, str]) -> None:
-        headers = [*self._sheet.headers, *(name for name, _ in self._headings)]
+    def _absent(self, mapped: Mapping[str, str]) -> dict[str, str]:
+        """Sentences on headers that the sheet lacks; InputError where it lacks the variable as well."""
+        names = [name for name, _ in self._headings]
+        headers = [*self._sheet.headers, *names]
         known = {*headers, *map(self._rig.column_of, mapped.values()), *self._rig.columns, TIME}
+        absent = {}
         for header, variable in mapped.items():
-            # A file of other origin may have the column under its own name.
-            if not {header, name_and_unit(header)[0], self._rig.column_of(variable)} & set(headers):
-                raise InputError(
-                    f"{self._sheet.name}: there is no column {header!r}; "
-                    f"{instead(header, self._sheet.headers)}"
-                )
+            bare = name_and_unit(header)[0]
+            if not {header, bare} & set(headers):
+                told = f"there is no column {header!r}; {instead(bare, names)}"
+                absent[header] = f"{self._sheet.name}: {told}"
+                # A file of other origin may have the column under its own name.
+                if variable and self._rig.column_of(variable) not in headers:
+                    raise InputError(absent[header])
         for name, unit in self._told.units.items():
             if name not in known:
                 raise InputError(f"--unit {name}={unit}: no such column; {instead(name, headers)}")
+        return absent
 
     def _place(self, column: int) -> Place | None:
         """What a column is; the variable is empty where the user leaves it out."""
@@ -190,7 +207,10 @@ class Assignment:
             return rig.columns[short]
         if name in rig.shared:
             return rig.shared[name][0]
-        return name if name in (*rig.externals, *rig.columns.values()) else None
+        if name in (*rig.externals, *rig.columns.values()):
+            return name
+        meant = [each for each in rig.externals if each.rpartition(".")[2] == short]
+        return meant[0] if len(meant) == 1 else None
 
     def _refuse_unknown(self, columns: Sequence[int]) -> None:
         """Refuse to pass over a column that may be what the run lacks: a name mistyped, a speed."""

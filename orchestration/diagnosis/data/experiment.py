@@ -179,7 +179,8 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
 def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
     """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
-    InputError is raised as by `read_experiment`, and for a run given twice or an experiment among several.
+    InputError is raised as by `read_experiment`, for a run given twice or an experiment among several, and
+    for a named column that no file has.
     """
     for path in sources if len(sources) > 1 else ():
         if isinstance(path, Path) and path.suffix.lower() == ".toml":
@@ -192,7 +193,11 @@ def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID)
     for (one, first), (other, second) in combinations(zip(names, experiments, strict=True), 2):
         if first.runs[0].like(second.runs[0]):
             raise InputError(f"{other}: the same readings as in {one}; give each run once")
-    return together(experiments)
+    whole = together(experiments)
+    for header, sentence in whole.runs[0].absent.items():
+        if all(header in run.absent for run in whole.runs):
+            raise InputError(sentence)
+    return whole
 
 
 def together(experiments: Sequence[Experiment]) -> Experiment:

@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
-from warmlink.orchestration.scenarios.logged.cells import Column, held, signal
+from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
 from warmlink.orchestration.scenarios.logged.clock import DAY, times
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
@@ -57,6 +57,7 @@ class Run:
     fit_until : s; rows from here on are held out
     adapt : s; the opening part of a held-out run from which its own unknowns may be estimated
     unused : headers of columns that nothing is made of
+    absent : sentence by name that was given to a column which the file lacks
     remarks : on cells that were taken for missing values
     columns : that were used, inputs first
     form : how the file is written, and what its times are
@@ -74,6 +75,7 @@ class Run:
     fit_until: float = np.inf
     adapt: float = 0.0
     unused: tuple[str, ...] = ()
+    absent: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     columns: tuple[Column, ...] = ()
     form: str = ""
@@ -198,6 +200,7 @@ def read_run(
         else:
             if kind == "input" and scalar is not None and scalar.is_discrete:
                 _refuse_undefined(sheet, place, values, scalar)
+            remarks += said_of_empty(sheet, place, values, lost)
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)
@@ -209,6 +212,7 @@ def read_run(
         found["reading"],
         found["covariate"],
         unused=assigned.unused,
+        absent=assigned.absent,
         remarks=tuple(remarks),
         columns=tuple(each for kind in columns.values() for each in kind),
         form=f"{sheet.form}; times as {taken}",

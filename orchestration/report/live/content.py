@@ -15,7 +15,7 @@ from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
-from warmlink.orchestration.scenarios.entries import converter
+from warmlink.orchestration.scenarios.logged.layout import conversion_to
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element
 from warmlink.orchestration.system.xml import to_bytes
@@ -31,10 +31,10 @@ LOOKS = 6
 
 UNITS = {
     "s": ("s", "min", "h", "ms"),
-    "K": ("K", "degC", "°C", "degF"),
+    "K": ("K", "degC", "°C", "C", "degF", "°F", "F"),
     "m": ("m", "mm", "um", "µm", "nm"),
-    "rad/s": ("rad/s", "deg/s", "rpm"),
-    "N.m": ("N.m", "N*m"),
+    "rad/s": ("rad/s", "deg/s", "rpm", "1/min"),
+    "N.m": ("N.m", "N*m", "Nm", "mNm"),
     "W": ("W", "kW"),
 }
 """Spellings of units that the page knows in a measured run, by SI unit; the command knows more."""
@@ -175,7 +175,8 @@ def _column(line: str) -> str:
 
 def _units(unit: str) -> dict[str, tuple[float, float]]:
     _, factor, zero = QUANTITIES.get(unit, ("", 1.0, 0.0))
-    found = {each: converter(each, unit).then(factor, -factor * zero) for each in UNITS[unit]}
+    si = {each: conversion_to(each, unit, "", difference=False)[0] for each in UNITS[unit]}
+    found = {each: read.then(factor, -factor * zero) for each, read in si.items()}
     return {spelled: (each.factor, each.offset) for spelled, each in found.items()}
 
 

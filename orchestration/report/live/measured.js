@@ -1,4 +1,4 @@
-// A measured run: a CSV file with a header of `name [unit]`, read as orchestration/scenarios/duties/recorded.py does.
+// A measured run: a text of columns under headers of `name [unit]`, read as orchestration/scenarios/duties/recorded.py does.
 
 const AT_FIRST = { speed: 0, torque: 0, ambient_temperature: 22, pad_mode: 0, pad_temperature: 22, pad_power: 0 };
 
@@ -7,8 +7,30 @@ export function demand(well, sentence) {
   if (!well) throw new Error(sentence);
 }
 
-/** Cells of a line; quotes hold commas. */
-const cells = (line) => line.match(/(?<=^|,)(?:"[^"]*"|[^,"]+|")*/g).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+const SEPARATORS = [",", ";", "\t", "|"];
+
+/** Cells of a line; quotes hold separators. */
+const cells = (line, separator) =>
+  line.match(new RegExp(`(?<=^|[${separator}])(?:"[^"]*"|[^${separator}"]+|")*`, "g")).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+
+/** Name and unit of a header: `Tip temperature [degC]`, `tip_temperature (degC)` or `tip_temperature_degC`. */
+function heading(head, known) {
+  const [, name, unit] = head.match(/^([^[\]()]+?)\s*[[(]([^[\]()]*)[\])]$/) ?? [];
+  if (name) return [name.toLowerCase().replace(/\W+/g, "_"), unit.trim()];
+  const ends = Object.entries(known).flatMap(([each, units]) => Object.keys(units).map((spelled) => [each, spelled]));
+  return ends.find(([each, spelled]) => head === `${each}_${spelled}`) ?? [];
+}
+
+/** What makes points of the decimal commas in cells, where there are such. */
+function decimal(filled, separator) {
+  const numbers = filled.flatMap(([, found]) => found).filter((cell) => /^[-+.,\de]+$/i.test(cell));
+  const commas = separator === "," ? [] : numbers.filter((cell) => cell.includes(","));
+  if (!commas.length) return (cell) => cell;
+  demand(!numbers.some((cell) => cell.includes(".")), "has numbers with commas and with points; write one decimal mark");
+  const thousands = commas.every((cell) => /^[-+]?[1-9]\d{0,2}(,\d{3})+$/.test(cell));
+  demand(!thousands, `'${commas[0]}' may have a decimal mark or one for thousands; write decimal points`);
+  return (cell) => cell.replace(",", ".");
+}
 
 /**
  * Rows of a CSV text, each with its filled cells by column: `time` in s from the start, the others as the page shows them.
@@ -16,12 +38,16 @@ const cells = (line) => line.match(/(?<=^|,)(?:"[^"]*"|[^,"]+|")*/g).map((cell) 
  * `known` has, for each column, its units with factor and offset. Throws an Error with a sentence.
  */
 export function readMeasured(text, known) {
-  const lines = text.replace(/^\ufeff/, "").split(/\r?\n/).map((line, i) => [i + 1, cells(line)]);
-  const [header, ...filled] = lines.filter(([, found]) => found.some((cell) => cell));
+  const written = text.replace(/^\ufeff/, "").split(/\r?\n/).map((line, i) => [i + 1, line]);
+  const lines = written.filter(([, line]) => line.trim() && !/^"?(#|sep=)/.test(line));
+  const many = (separator) => lines[0][1].split(separator).length;
+  const separator = lines.length ? SEPARATORS.reduce((best, each) => (many(each) > many(best) ? each : best)) : ",";
+  const [header, ...filled] = lines.map(([i, line]) => [i, cells(line, separator)]).filter(([, found]) => found.some((cell) => cell));
   demand(header, "is empty; give a header and at least two times");
+  const pointed = decimal(filled, separator);
   const columns = new Map();
   for (const head of header[1]) {
-    const [, name, unit] = head.match(/^([^[\]]+?)\s*\[([^[\]]*)\]$/) ?? [];
+    const [name, unit] = heading(head, known);
     demand(name, `column '${head}' is not of the form 'name [unit]'; rename it`);
     const [units, where] = [Object.hasOwn(known, name) && known[name], `column '${name}'`];
     demand(units, `${where} is not known; use one of ${Object.keys(known).join(", ")}, or remove it`);
@@ -37,7 +63,7 @@ export function readMeasured(text, known) {
     const row = {};
     [...columns].forEach(([name, [factor, offset]], i) => {
       if (!found[i]) return;
-      row[name] = factor * found[i] + offset;
+      row[name] = factor * pointed(found[i]) + offset;
       check(Number.isFinite(row[name]), `'${found[i]}' in column '${name}' is no number; mend or empty it`);
     });
     check(row.time > (rows.at(-1)?.time ?? -Infinity), "time is missing or does not increase; give increasing times");

@@ -21,6 +21,9 @@ Rows = NDArray[np.intp]
 MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
 """Range of a credible temperature or growth by SI unit; beyond it the sensor errs, or the unit is wrong."""
 
+_PADS = ("pad_temperature", "pad_power")
+"""Ends of the inputs whose empty cells switch a pad off."""
+
 OVERRANGE = 1e30
 """From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
 
@@ -84,19 +87,35 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
 
 
 def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
-    """Values with the last one in each empty cell; those of a pad stay empty, which is off.
+    """Values with the last one in each empty cell; in those of a pad it is off: no temperature, or no power.
 
     InputError is raised where there is no value at all, or none in the first row.
     """
     filled = np.isfinite(values)
-    if place.variable.endswith("pad_temperature"):
-        filled[:] = True
+    if place.variable.endswith(_PADS):
+        off = ~filled
         words = sheet.cells[place.column].iloc[lost].astype(str).str.strip().str.lower()
-        filled[lost] = words.isin(["off", "none"])
+        off[lost] = words.isin(["off", "none"])
+        filled |= off
+        values = np.where(off & place.variable.endswith("power"), 0.0, values)
     elif not filled.any():
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
     sheet.refuse(np.flatnonzero(~filled[:1]), place.column, "an input needs a value in the first row")
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
+
+
+def said_of_empty(sheet: Sheet, place: Place, values: Array, lost: Rows) -> list[str]:
+    """What an input's empty cells are taken for; nothing of a pad's temperature, whose empty cells say off.
+
+    Cells that held something else, the rows `lost`, are told by the sheet.
+    """
+    empty = int(np.count_nonzero(~np.isfinite(values))) - lost.size
+    if not empty or place.variable.endswith("pad_temperature"):
+        return []
+    pad, temperature = place.variable.endswith(_PADS), place.variable.endswith("temperature")
+    held = "the value before" + ("" if temperature else "; where it was off, write 0")
+    count = f"{empty} of {values.size} cells of {place.name}"
+    return [f"{sheet.name}: {count} are empty and taken for {'off' if pad else held}"]
 
 
 def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:

@@ -41,10 +41,12 @@ REFUSED = [
     ),
     (
         "ThermalLink",
-        {"length": 460.0},
-        "link.base_position: 0.0254 m leaves no length before tip_position (0.317 m) on a link of length "
-        "460 m; put it nearer the proximal end, or correct the others",
+        {"length": 20.0, "base_position": 0.305},
+        "link.base_position: 0.305 m leaves no length before tip_position (0.317 m) on a link of length "
+        "20 m; put it nearer the proximal end, or correct the others",
     ),
+    ("ThermalLink", {"length": 460.0}, "link.length: 460 m is too high; give at most 20 m"),
+    ("ThermalLink", {"thickness": 6.35}, "link.thickness: 6.35 m is too high; give at most 1 m"),
     (
         "ThermalLink",
         {"sensor_position[5]": 0.5},

@@ -73,6 +73,26 @@ def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
     assert "radiat" in lines[1]
 
 
+def test_the_answer_says_which_sensor_is_wrong(named: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:
+    for part, given in {"judged": ("named", ""), "observer": None, "claims": ()}.items():
+        monkeypatch.setattr(Diagnosis, part, given)
+    best = named.assessment.best
+    sensor = next(i for i in named.assessment.problem.items if i.name == "sensor_offset:tip_temperature")
+    changed = replace(best, items=(replace(sensor, freed=best.items[0].freed),))
+    found = replace(named, assessment=replace(named.assessment, best=changed))
+    assert summary(found).splitlines()[1] == "Found: The reading is off by a constant (tip_temperature)."
+
+
+def test_columns_that_look_like_something_else_stand_before_the_causes(
+    named: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert json_content(named)["doubts"] == []
+    monkeypatch.setattr(Diagnosis, "doubts", ("base_temperature and tip_temperature look swapped.",))
+    lines = summary(replace(named)).splitlines()
+    assert lines[3] == "Look at the data first: base_temperature and tip_temperature look swapped."
+    assert lines[4].startswith("radiation: ")
+
+
 def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> None:
     from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 

@@ -59,6 +59,15 @@ def test_no_number_stays_where_it_is_because_another_ones_unit_is_small(unit: fl
     assert orthonormal(columns).shape == (50, 2)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("size", [1e-9, 1e9, 1e150])
+def test_numbers_without_bounds_overflow_nothing(size: float) -> None:
+    """Beyond a bound a run with a clamp on its link made 1e300 times a large derivative, with a warning."""
+    gram, gradient = np.array([[size**2]]), np.array([2 * size])
+    step, _ = bounded_step(gram, gradient, np.array([-np.inf]), np.array([np.inf]))
+    assert step[0] == pytest.approx(2 / size)
+
+
 def test_what_changes_nothing_stays_where_it_is() -> None:
     step, _ = bounded_step(np.diag([2.0, 0.0]), np.array([1.0, 0.0]), np.full(2, -np.inf), np.full(2, np.inf))
     np.testing.assert_allclose(step, [0.5, 0.0])

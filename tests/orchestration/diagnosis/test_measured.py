@@ -51,6 +51,27 @@ def test_an_empty_input_holds_and_an_empty_pad_is_off(tmp_path: Path) -> None:
     run = read_experiment(written(tmp_path, lines, head)).runs[0]
     assert run.inputs["motor.speed"][5] == 3.43
     assert np.isnan(run.inputs["motor.pad_temperature"][20])
+    told = "cells of speed are empty and taken for the value before; where it was off, write 0"
+    assert run.remarks == (f"run.csv: 1 of 30 {told}",)
+
+
+def test_a_pad_is_off_in_the_empty_cells_of_its_power_and_that_is_said(tmp_path: Path) -> None:
+    head = HEAD.replace("\n", ",pad_power [W]\n")
+    lines = [line + (",20" if i < 10 else ",") for i, line in enumerate(rows())]
+    run = read_experiment(written(tmp_path, lines, head)).runs[0]
+    assert run.inputs["motor.pad_power"].tolist() == [20.0] * 10 + [0.0] * 20
+    assert run.remarks == ("run.csv: 20 of 30 cells of pad_power are empty and taken for off",)
+
+
+def test_a_current_stands_for_the_torque_and_is_not_used_beside_it(tmp_path: Path) -> None:
+    head = HEAD.replace("\n", ",current [A],neighbour_temperature [degC]\n")
+    lines = [f"{line},2,30" for line in rows()]
+    both = read_experiment(written(tmp_path, lines, head)).runs[0]
+    assert both.inputs["motor.neighbour_temperature"][0] == pytest.approx(303.15)
+    assert "motor.current" not in both.inputs
+    assert both.unused == ("current [A]",)
+    alone = read_experiment(written(tmp_path, lines, head.replace("torque [N.m]", "operator"))).runs[0]
+    assert alone.inputs["motor.current"][0] == 2.0
 
 
 @pytest.mark.parametrize(

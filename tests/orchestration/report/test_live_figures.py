@@ -88,6 +88,41 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
     assert [row.get("elongation") for row in found["rows"]] == pytest.approx([0, 1.5, None, 4, 5])
 
 
+@pytest.mark.parametrize(
+    ("separator", "mark", "head"),
+    [
+        (";", ",", "time [s];Speed [1/min];torque (Nm);ambient temperature [°C];elongation_um"),
+        ("\t", ",", "time (min)\tspeed_rpm\ttorque [N.m]\tambient_temperature [degC]\telongation [mm]"),
+        ("|", ".", "time [s]|speed [rad/s]|torque [mNm]|ambient_temperature [F]|elongation [um]"),
+        (
+            ";",
+            ".",
+            "sep=;\n# in hall 3\ntime_s;speed [rad/s];torque [N.m];ambient_temperature [C];elongation [um]",
+        ),
+    ],
+)
+def test_a_measured_run_is_read_however_a_logger_separates_it(
+    separator: str, mark: str, head: str, tmp_path: Path
+) -> None:
+    rows = [
+        [0, 1.5, 2.25, 20.5, 0.0],
+        [60, 1.5, 2.25, 20.5, 1.5],
+        [90, 0.5, 0.25, 21.5, 4.5],
+        [120, 0, 0, 21, 5],
+    ]
+    lines = [separator.join(f"{value:.2f}".replace(".", mark) for value in row) for row in rows]
+    text = "\n".join((head, *lines, ""))
+    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    path = tmp_path / "run.csv"
+    path.write_text(text, "utf-8")
+    expected = read_csv(path).segments
+    assert len(found["segments"]) == len(expected) == 2
+    for shown, segment in zip(found["segments"], expected, strict=True):
+        assert shown["duration"] == pytest.approx(segment.duration)
+        for name in DEMANDS:
+            assert shown[name] + shown_from(name) == pytest.approx(getattr(segment, name)), name
+
+
 def test_what_a_measured_run_does_not_tell_is_as_the_command_takes_it(tmp_path: Path) -> None:
     text = "time [s],speed [rad/s]\n0,\n60,2\n90,2\n"
     (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
@@ -115,6 +150,8 @@ def test_a_measured_run_is_refused_in_a_sentence() -> None:
         "\n": "is empty; give a header and at least two times",
         "time [s],constructor [name]\n": "column 'constructor' is not known; use one of time, speed",
         "time [constructor]\n": "column 'time': this page does not know the unit 'constructor'; use one of s",
+        "time [s];torque [N.m]\n0;1,5\n1;2.5\n": "has numbers with commas and with points; write one decimal",
+        "time [s];torque [N.m]\n0;1,500\n1;2,500\n": "'1,500' may have a decimal mark or one for thousands",
         "1,2," * 300_000: "column '1' is not of the form 'name [unit]'; rename it",
     }
     for told, expected in zip(

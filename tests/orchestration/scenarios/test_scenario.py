@@ -254,6 +254,10 @@ def test_start_values_are_converted_and_differences_know_that_they_are() -> None
         ("link.length", "nan", "not a finite number"),
         ("link.width", "-20 mm", r"link.width: -0.02 m is not positive"),
         ("link.tip_position", "50 cm", "lies beyond the link's end"),
+        ("link.length", "460", r"460 m is too high \(at most 20 m\); did you mean 460 mm\?"),
+        ("link.width", 25.4, r"25.4 m is too high \(at most 1 m\); did you mean 25.4 mm\?"),
+        ("link.cross_section", "161 m2", r"did you mean 161 mm2\?"),
+        ("link.length", "30 km", "link.length: 30000 m is too high; give at most 20 m"),
     ],
 )
 def test_a_bad_start_value_is_refused_in_one_sentence(name: str, value: Any, sentence: str) -> None:

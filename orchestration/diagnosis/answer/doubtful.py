@@ -1,0 +1,151 @@
+"""What a column looks like where it is not what its header says: stuck, in another unit, or swapped.
+
+A hint, not a finding, and the data stay as they are. It is judged by the simulation as it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.rig import SCALE
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.system.units import parse_unit
+
+_BETTER = 3.0
+"""Times less that the simulation is off, from which a column is said to be something else."""
+
+_MOVES, _SHARE = {"K": 1.0, "m": 5e-6}, 0.1
+"""Change in the simulation, rms by SI unit, that a reading should show, and what share of it is little."""
+
+_MISTAKEN = {
+    "K": ("degC", "degF", "K"),
+    "m": ("um", "mm", "m"),
+    "rad/s": ("rad/s", "rpm", "deg/s"),
+    "N.m": ("N.m", "N.mm", "kN.m"),
+    "A": ("A", "mA"),
+    "W": ("W", "mW", "kW"),
+}
+"""Units that are taken for each other, by SI unit."""
+
+
+class Doubts:
+    """Looks at the columns of a problem; `values` are the slots by run of the model as it stands."""
+
+    def __init__(self, problem: Problem, values: Sequence[Array]) -> None:
+        self._problem, self._values = problem, values
+        self._measured = np.concatenate([data.readings for data in problem.data])
+        self._simulated = self._with({})
+        self._names = [problem.names[variable] for variable in problem.variables]
+        self._units = [problem.experiment.rig.unit(variable) for variable in problem.variables]
+
+    def sentences(self) -> tuple[str, ...]:
+        """Say which columns look like something else, and like what; an input alone if it explains all."""
+        if inputs := tuple(self._inputs_in_other_units()):
+            return inputs
+        said = {**dict(self._stuck()), **dict(self._in_other_units())}
+        return (*said.values(), *self._swapped([i for i in range(len(self._names)) if i not in said]))
+
+    def _with(self, given: Mapping[str, float]) -> Array:
+        """Simulated readings with other values of some slots, infinite where these cannot be simulated."""
+        found = []
+        for run, slots in enumerate(self._values):
+            changed = slots.copy()
+            for name, value in given.items():
+                changed[self._problem.slots.index(name)] = value
+            try:
+                found.append(self._problem.predict(run, changed)[0])
+            except NotSimulatedError:
+                found.append(np.full(self._problem.data[run].readings.shape, np.inf))
+        return np.concatenate(found)
+
+    def _stuck(self) -> Iterator[tuple[int, str]]:
+        """Readings that stay where they are, for a time or throughout, while the simulation moves."""
+        for i, (name, unit) in enumerate(zip(self._names, self._units, strict=True)):
+            read = np.flatnonzero(np.isfinite(self._measured[:, i] + self._simulated[:, i]))
+            if unit in _MOVES and read.size:
+                for rows in (read, read[_longest_level(self._measured[read, i])]):
+                    shows, should = (
+                        float(np.std(each[rows, i])) for each in (self._measured, self._simulated)
+                    )
+                    if should > _MOVES[unit] and shows < _SHARE * should:
+                        change = f"{_shown(shows, unit)} rms where it should by {_shown(should, unit)}"
+                        told = f"{name} changes in {rows.size} of {read.size} rows by {change}"
+                        yield i, f"{told}: is the sensor connected, and in its place?"
+
+    def _in_other_units(self) -> Iterator[tuple[int, str]]:
+        """Readings that fit better in another unit than that of their header."""
+        columns = {column.variable: column for column in self._problem.experiment.columns}
+        for i, (name, variable) in enumerate(zip(self._names, self._problem.variables, strict=True)):
+            written, unit = columns[variable].unit, self._units[i]
+            own, as_it_is = _to_si(written), _rms(self._measured[:, i] - self._simulated[:, i])
+            for other in _MISTAKEN.get(unit, ()):
+                factor, offset = _to_si(other)
+                read = (self._measured[:, i] - own[1]) / own[0] * factor + offset
+                left = _rms(read - self._simulated[:, i])
+                if left * _BETTER < as_it_is:
+                    then = f"{_shown(left, unit)} instead of {_shown(as_it_is, unit)}"
+                    told = f"{name} looks as if it were in {other}, not {written}"
+                    yield i, f"{told}: then it is off by {then}."
+
+    def _swapped(self, channels: Sequence[int]) -> Iterator[str]:
+        """The two columns that gain most in each other's place, if any do."""
+        found: list[tuple[float, str]] = []
+        for one, two in combinations(channels, 2):
+            if self._units[one] == self._units[two]:
+                seen = self._simulated[:, [one, two]]
+                as_they_are, swapped = (_rms(self._measured[:, p] - seen) for p in ([one, two], [two, one]))
+                if swapped * _BETTER < as_they_are:
+                    unit, names = self._units[one], f"{self._names[one]} and {self._names[two]}"
+                    then = f"{_shown(swapped, unit)} instead of {_shown(as_they_are, unit)}"
+                    told = f"{names} look swapped: then they are off by {then}."
+                    found.append((as_they_are - swapped, told))
+        yield from (told for _, told in sorted(found)[-1:])
+
+    def _inputs_in_other_units(self) -> Iterator[str]:
+        """The input that explains most in another unit than that of its header, if one does."""
+        rig, found = self._problem.experiment.rig, []
+        as_it_is = self._share(self._simulated)
+        for column in self._problem.experiment.runs[0].columns if not rig.in_loop else ():
+            slot = f"{SCALE}:{column.variable}"
+            if slot in self._problem.slots:
+                for other in _MISTAKEN.get(rig.unit(column.variable), ()):
+                    share = self._share(self._with({slot: _to_si(other)[0] / _to_si(column.unit)[0]}))
+                    if share * _BETTER < as_it_is and share < _SHARE:
+                        told = f"{column.name} looks as if it were in {other}, not {column.unit}: then "
+                        left = f"readings are off by {100 * share:.2g} % of what they change by."
+                        found.append((share, told + left))
+        yield from (told for _, told in sorted(found)[:1])
+
+    def _share(self, simulated: Array) -> float:
+        """Errors of all readings, as a share of what each changes by."""
+        changes = np.nanstd(self._measured, axis=0)
+        moving = changes > 0
+        return _rms((self._measured - simulated)[:, moving] / changes[moving])
+
+
+def _longest_level(values: Array) -> slice:
+    """Rows of the longest stretch in which values do not change; shape (rows,), without gaps."""
+    edges = np.flatnonzero(np.abs(np.diff(values)) > 1e-9 * np.abs(values[1:])) + 1
+    ends = np.array([0, *edges, values.size])
+    longest = int(np.argmax(np.diff(ends)))
+    return slice(int(ends[longest]), int(ends[longest + 1]))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def _to_si(unit: str) -> tuple[float, float]:
+    """Factor and offset to SI."""
+    known = parse_unit(unit)
+    return known.factor, known.offset
+
+
+def _shown(value: float, unit: str) -> str:
+    """A difference in the unit in which people read it."""
+    return f"{round(1e6 * value, 6):.2g} um" if unit == "m" else f"{round(value, 6):.2g} {unit}"

@@ -1,0 +1,101 @@
+"""Columns that are swapped, stuck or in another unit are named; those of sound runs are not."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis import diagnose
+from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import fitted_part
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
+from warmlink.orchestration.diagnosis.practice.hide import WHITE, hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+Columns = dict[str, np.ndarray]
+
+TORQUE, SPEED, BASE, TIP = (
+    "torque [N.m]",
+    "speed [rad/s]",
+    "base_temperature [degC]",
+    "tip_temperature [degC]",
+)
+GROWTH = "elongation [um]"
+
+
+@pytest.fixture(scope="module")
+def sound() -> Columns:
+    return hide({}, seed=1, interval=30.0)
+
+
+def experiment(folder: Path, columns: Columns) -> Experiment:
+    write_csv(columns, folder / "run.csv")
+    return read(
+        [folder / "run.csv"], ["pad_temperature=off"] if "pad_temperature [degC]" not in columns else []
+    )
+
+
+def doubts(folder: Path, columns: Columns) -> tuple[str, ...]:
+    problem = Problem(fitted_part(experiment(folder, columns)))
+    return Doubts(problem, problem.neutral).sentences()
+
+
+def stuck(columns: Columns) -> Columns:
+    values = columns[TIP].copy()
+    values[60:110] = values[60]
+    return {TIP: values}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda c: {BASE: c[TIP], TIP: c[BASE]}, "base_temperature and tip_temperature look swapped"),
+        (lambda c: {TORQUE: 1000 * c[TORQUE]}, "torque looks as if it were in N.mm, not N.m"),
+        (lambda c: {TORQUE: c[TORQUE] / 1000}, "torque looks as if it were in kN.m, not N.m"),
+        (lambda c: {SPEED: c[SPEED] * 30 / np.pi}, "speed looks as if it were in rpm, not rad/s"),
+        (lambda c: {GROWTH: c[GROWTH] / 1000}, "elongation looks as if it were in mm, not um"),
+        (lambda c: {BASE: 1.8 * c[BASE] + 32}, "base_temperature looks as if it were in degF, not degC"),
+        (lambda c: {TIP: 22 + 0.01 * (c[TIP] - 22)}, "tip_temperature changes in 168 of 168 rows by"),
+        (stuck, "tip_temperature changes in 50 of 168 rows by 0 K rms where it should by"),
+    ],
+)
+def test_a_column_that_is_something_else_is_named(
+    sound: Columns, change: Callable[[Columns], Columns], said: str, tmp_path: Path
+) -> None:
+    (sentence,) = doubts(tmp_path, {**sound, **change(sound)})
+    assert sentence.startswith(said)
+
+
+@pytest.mark.parametrize("effect", ["", "joint_resistance", "copper_loss", "hub_heat_loss", "friction_level"])
+@pytest.mark.parametrize("seed", range(3))
+def test_no_column_of_a_sound_log_is_doubted(effect: str, seed: int, tmp_path: Path) -> None:
+    """Whatever is wrong with the cell, and whatever it does."""
+    random = np.random.default_rng([seed, len(effect)])
+    duty = [
+        Segment(900.0, *random.uniform(0.0, 5.0, 2).tolist())
+        if random.random() < 0.7
+        else Segment.with_pad(900.0, 295.15 + float(random.uniform(8.0, 40.0)))
+        for _ in range(5)
+    ]
+    hidden = {effect: EFFECTS[effect].size} if effect else {}
+    assert doubts(tmp_path, hide(hidden, duty, noise=WHITE, seed=seed, interval=20.0)) == ()
+
+
+def test_what_cannot_be_simulated_is_refused_with_the_column_that_is_to_blame(
+    sound: Columns, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*given: object) -> None:
+        raise NotSimulatedError("the simulation is not finite")
+
+    monkeypatch.setattr(diagnose, "assess", refused)
+    wrong = experiment(tmp_path, {**sound, TORQUE: 1000 * sound[TORQUE]})
+    with pytest.raises(InputError, match=r"not finite; torque looks as if it were in N\.mm, not N\.m"):
+        diagnose_experiment(wrong)
+    with pytest.raises(InputError, match=r"not finite$"):
+        diagnose_experiment(experiment(tmp_path, sound))
