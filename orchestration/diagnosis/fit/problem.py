@@ -66,6 +66,11 @@ class Problem(Candidates):
         """Noise of each channel in a run, given that in the first run to fit."""
         return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
 
+    def deviations(self, run: int, noise: Sequence[NoiseModel]) -> Array:
+        """Standard deviation of each reading's noise, that of leaps included, shape (rows, outputs)."""
+        sigmas = np.array([each.sigma for each in self.noise_in(run, noise)])
+        return np.sqrt(sigmas**2 + np.sum(self.leaping[run] ** 2, axis=2))
+
     def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.
 
