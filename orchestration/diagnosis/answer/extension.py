@@ -188,8 +188,8 @@ def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, fl
     settled = np.asarray(COMPONENT.settled(limits.checked(COMPONENT, LAW, given)[0]))
     begin, update = _compiled_law()
     x, now = np.array(begin(inputs[:, 0], settled)).ravel(), inputs[:, 0].copy()
-    given, after = [x, now, settled, np.array([step])], x.copy()
-    _buffer, evaluate = bound(update, given, [after])
+    fed, after = [x, now, settled, np.array([step])], x.copy()
+    _buffer, evaluate = bound(update, fed, [after])
     states = [x.copy()]
     for each in inputs.T[1:]:
         now[:] = each
