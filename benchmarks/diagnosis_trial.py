@@ -121,7 +121,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
     )
     heldout = None
     if found.word == "named":
-        scores = Scores(experiment, found.noise)
+        scores = Scores(experiment, found.noise, found.best)
         measured = scores.rmse(scores.predict(found.best), True)
         heldout = None if measured is None else measured[0]
     return Trial(

@@ -236,14 +236,13 @@ def duty(random: np.random.Generator, lasts: float = 7200.0) -> tuple[Segment, .
 
 
 def measured(hidden: Hidden, random: np.random.Generator, lasts: float = 7200.0) -> Table:
-    """Columns of a run as a logger writes them."""
+    """Columns of a run as a logger writes them, whose rows do not know when the duty cycle changes."""
     cycle = duty(random, lasts)
     lasts = length(cycle)
     step = float(random.choice([10.0, 15.0, 20.0]))
     rows = np.arange(0.0, lasts + 1e-6, step)
     if random.random() < 0.4:
         rows[1:-1] += random.uniform(-0.25, 0.25, rows.size - 2) * step
-    rows = np.union1d(rows, np.cumsum([segment.duration for segment in cycle])[:-1])  # changes are logged
     grid = np.arange(0.0, lasts + 120.0, 30.0)
     swing, period = random.uniform(0.1, 1.0), random.uniform(4000, 12000)
     logged = swing * np.sin(2 * np.pi * grid / period) + random.uniform(-1, 1) * grid / lasts

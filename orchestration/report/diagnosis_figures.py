@@ -68,7 +68,7 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
             readings = predicted.readings[run][:, i]
             line = {"color": colour, "width": 2, "dash": dash}
             draw((row, 1), word, (readings - zero) * factor, mode="lines", line=line)
-            error = (measured - readings) / diagnosis.scores.scales[run][i]
+            error = (measured - readings) / diagnosis.scores.scales[run][:, i]
             draw((row, 2), word, error, **_dots(colour))
         label = "degC" if unit == "K" else diagnosis.units()[name]
         figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)

@@ -25,6 +25,14 @@ def test_a_run_is_logged_as_a_machine_would() -> None:
     assert all(np.isfinite(values).all() for name, values in tables[0].items() if "pad" not in name)
 
 
+def test_rows_do_not_know_when_the_duty_cycle_changes() -> None:
+    """There was one more at each change, as no logger has it."""
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        spacing = np.diff(measured(LINES["nothing"](random), random, lasts=900.0)["time [s]"])
+        assert spacing.min() > 0.45 * np.median(spacing)
+
+
 def test_a_speed_wrong_one_way_is_right_the_other_way() -> None:
     speed = np.repeat([2.0, 0.0, 1.0, 3.0], 5)
     for seed in range(20):

@@ -31,7 +31,7 @@ class Diagnosis:
     @cached_property
     def scores(self) -> Scores:
         """Errors on the whole experiment."""
-        return Scores(self.experiment, self.assessment.noise)
+        return Scores(self.experiment, self.assessment.noise, self.assessment.best)
 
     @cached_property
     def before(self) -> Predicted:

@@ -27,6 +27,7 @@ from warmlink.orchestration.diagnosis.data.own import extended, shipped_system, 
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.model.equations import bound
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
 
 if TYPE_CHECKING:
@@ -186,11 +187,16 @@ def _corrections(parameters: Values, rig: Rig, run: Run, values: Mapping[str, fl
         inputs[COMPONENT.u.index[name]] = signal[rows]
     settled = np.asarray(COMPONENT.settled(limits.checked(COMPONENT, LAW, given)[0]))
     begin, update = _compiled_law()
-    first = begin(inputs[:, 0], settled)
-    repeated = np.repeat(settled[:, None], count, axis=1)
-    states = update.mapaccum(count)(first, inputs[:, 1:], repeated, np.full((1, count), step))
-    correction = COMPONENT.x.index["correction"]
-    corrections = np.append(np.array(first)[correction], np.array(states)[correction])
+    x, now = np.array(begin(inputs[:, 0], settled)).ravel(), inputs[:, 0].copy()
+    fed, after = [x, now, settled, np.array([step])], x.copy()
+    _buffer, evaluate = bound(update, fed, [after])
+    states = [x.copy()]
+    for each in inputs.T[1:]:
+        now[:] = each
+        evaluate()
+        x[:] = after
+        states.append(x.copy())
+    corrections = np.array(states)[:, COMPONENT.x.index["correction"]]
     return np.interp(run.time, step * np.arange(count + 1), corrections)
 
 

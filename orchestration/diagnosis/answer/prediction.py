@@ -84,17 +84,19 @@ class HeldOut:
 class Scores:
     """Errors of models on a whole experiment, held-out rows included.
 
-    They are added by `scales`, the noise of each channel in SI, by run: the stated figure where it was
-    larger than the scatter, the estimate otherwise.
+    They are added by `scales`, the noise of each reading in SI, by run, shape (rows, outputs): the stated
+    figure where it was larger than the scatter, the estimate otherwise, and by the `best` model's values what
+    it does to a reading that nobody knows when between two rows the inputs leapt.
     """
 
-    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel]) -> None:
+    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel], best: Fit) -> None:
         self.problem = Problem(experiment)
         self.scales: list[Array] = []
-        for run in range(len(experiment.runs)):
+        for run, z in enumerate(Carried(self.problem, best).values):
             channels = zip(self.problem.variables, self.problem.noise_in(run, noise), strict=True)
             here = [experiment.noise[name] if each.lasting else each.sigma for name, each in channels]
-            self.scales.append(np.array(here))
+            leaps = np.sum(self.problem.switched(run, z) ** 2, axis=2)
+            self.scales.append(np.sqrt(np.square(here) + leaps))
 
     def predict(self, fit: Fit) -> Predicted:
         """Readings of every run by a model fitted elsewhere."""
@@ -142,9 +144,7 @@ class Scores:
             rows = data.fitted != heldout
             if rows.sum() < _FEWEST:
                 continue
-            error = (data.readings - predicted.readings[run])[rows]
-            leaps = model.leaping(run)[rows]
-            scale = np.sqrt(self.scales[run] ** 2 + leaps)
+            error, scale = (data.readings - predicted.readings[run])[rows], self.scales[run][rows]
             variance = scale**2 + model.variance(run)[rows] + model.wandering(run, wander)[rows]
             for i, name in enumerate(problem.names.values()):
                 there = np.isfinite(error[:, i])
@@ -163,7 +163,7 @@ class Scores:
         for _ in range(4 if own and measured.heldout and measured.adapt > 0 else 0):
             _, by_slot = self.problem.predict(run, z)
             residual = ((data.readings - self.problem.finest(run, z)) / self.scales[run])[rows]
-            columns = by_number(by_slot[rows], own, run, ()) / self.scales[run][None, :, None]
+            columns = by_number(by_slot[rows], own, run, ()) / self.scales[run][rows, :, None]
             good = np.isfinite(residual)
             step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
             for f, change in zip(own, step, strict=True):

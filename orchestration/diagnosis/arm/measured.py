@@ -56,8 +56,7 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
 
     The file has `time [s]`, `ambient_temperature [degC]` and, for each axis, `axis1.speed [rad/s]`,
     `axis1.torque [N.m]`, `axis1.shaft_temperature [degC]` and so on with winding, base, middle and tip, and
-    `axis1.elongation [um]`. Cells of what is measured may be empty. A row holds until the next: give one
-    where speed or torque change.
+    `axis1.elongation [um]`. Cells of what is measured may be empty. A row holds until the next.
 
     Raises
     ------

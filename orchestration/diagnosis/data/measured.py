@@ -142,7 +142,8 @@ class Run:
 
     def sooner(self, row: int, share: float) -> Run:
         """The run with a further row of the same inputs, a share of the time from the row before sooner."""
-        time = np.insert(self.time, row, self.time[row] - share * (self.time[row] - self.time[row - 1]))
+        after_it = (1 - 1e-6) * (self.time[row] - self.time[row - 1])  # no two rows have one time
+        time = np.insert(self.time, row, self.time[row] - share * after_it)
         inputs = {name: np.insert(signal, row, signal[row]) for name, signal in self.inputs.items()}
         covariates = {name: np.insert(signal, row, signal[row]) for name, signal in self.covariates.items()}
         readings = {name: np.insert(values, row, np.nan) for name, values in self.readings.items()}

@@ -44,7 +44,7 @@ class Wrong:
 
     Attributes
     ----------
-    rmse, noise, bias : root mean square of measured minus simulated, noise, and mean
+    rmse, noise, bias : root mean square of measured minus simulated, that of the noise, and mean
     whiteness_p : chance level of residuals as far from white
     when : phases in which it is wrong
     correlates_with : signals that the residual follows, with their correlation, strongest first
@@ -74,6 +74,7 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
     phases = pd.concat([_phases(run, data.time, data.readings) for run, data in runs]).eq(True)
     signals = pd.concat([_signals(problem, i) for i in range(len(residuals))], join="inner")
     begins = np.cumsum([0, *(len(each) for each in residuals)])
+    deviations = np.concatenate([problem.deviations(run, fitter.noise) for run in range(len(residuals))])
     found = {}
     for channel, variable in enumerate(problem.variables):
         rows = [begin + of_run[channel] for begin, of_run in zip(begins, fitter.rows, strict=False)]
@@ -81,17 +82,20 @@ def what_is_wrong(fitter: Fitter, fit: Fit) -> dict[str, Wrong]:
         residual = np.concatenate(residuals)[at, channel]
         if at.size == 0:
             continue
-        by_run = [problem.noise_in(run, fitter.noise)[channel].sigma for run in range(len(rows))]
-        noise = float(np.sqrt(np.average(np.square(by_run), weights=[each.size for each in rows])))
+        noise = deviations[at, channel]
         found[problem.names[variable]] = Wrong(
-            float(np.sqrt(np.mean(residual**2))),
-            noise,
+            _root_mean_square(residual),
+            _root_mean_square(noise),
             float(np.mean(residual)),
             _whiteness_p(np.concatenate([each[channel] for each in white])),
             _when(residual / noise, phases.iloc[at]),
-            _followed(residual, signals.iloc[at]) if np.std(residual) > noise else (),
+            _followed(residual, signals.iloc[at]) if np.std(residual) > _root_mean_square(noise) else (),
         )
     return found
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _phases(run: Run, times: Array, readings: Array) -> pd.DataFrame:
@@ -224,7 +228,6 @@ class Carried:
         self.values = problem.values_by_run(self.freed, theta)
         self._there = {f.key: f for f in problem.numbers}
         self._predicted: dict[int, tuple[Array, Array]] = {}
-        self._leaping: dict[int, Array] = {}
 
     def predict(self, run: int) -> tuple[Array, Array]:
         """Readings of a run and their derivatives by slot, as the problem gives them."""
@@ -248,13 +251,6 @@ class Carried:
             return np.zeros(self.predict(run)[0].shape)
         columns = self._responses.columns[run] @ self._responses.root(run, wander)
         return np.asarray(np.sum(columns**2, axis=-1))
-
-    def leaping(self, run: int) -> Array:
-        """Variance of a run's readings for when between two rows its inputs leap, shape (rows, outputs)."""
-        if run not in self._leaping:
-            columns = self._problem.switched(run, self.values[run])
-            self._leaping[run] = np.sum(columns**2, axis=-1)
-        return self._leaping[run]
 
     @cached_property
     def _responses(self) -> Responses:

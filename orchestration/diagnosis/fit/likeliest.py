@@ -45,7 +45,8 @@ class Integrated:
 
     def __init__(self, search: Search, fit: Fit, responses: Responses) -> None:
         self.search, self.fit, self.responses = search, fit, responses
-        plain = Fitter(search.fitter.problem, search.fitter.noise)
+        fitter = search.fitter
+        plain = fitter if fitter.wander.still else Fitter(fitter.problem, fitter.noise)
         self._grams = []
         for run, joined in enumerate(plain.whitened(fit.freed, fit.theta)):
             columns = plain.whiten(run, plain.stacked(run, responses.columns[run]))

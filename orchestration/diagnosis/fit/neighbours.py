@@ -174,7 +174,7 @@ def family_wise_level(null: Neighbours, false_alarms: float) -> float:
 
     Drawn from the joint normal distribution of all candidates' gradients, bounds included.
     """
-    from scipy.special import chdtrc
+    from scipy.special import chdtrc, erfc
 
     usable = null.usable()
     if not usable:
@@ -197,5 +197,9 @@ def family_wise_level(null: Neighbours, false_alarms: float) -> float:
             gain = np.sum(z * np.linalg.solve(correlation[span, span], z), axis=0)
         kind = size, share[null.candidates[i].cause.name]
         largest[kind] = np.maximum(largest[kind], gain) if kind in largest else gain
-    probable = [chdtrc(freed, gain) / weight for (freed, weight), gain in largest.items()]
+    # Of one number the chance is that of a normal one to be as large, which is found ten times as fast.
+    probable = [
+        (erfc(np.sqrt(gain / 2)) if freed == 1 else chdtrc(freed, gain)) / weight
+        for (freed, weight), gain in largest.items()
+    ]
     return float(np.quantile(np.minimum(np.min(probable, axis=0), 1.0), false_alarms))

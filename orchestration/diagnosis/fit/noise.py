@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -95,11 +96,8 @@ class Whitener:
         self._scale = 1 / model.white
         self._transposed: Array | None = None
         if max(model.slow, model.lasting) > 0.05 * model.white and times.size:
-            from scipy.linalg import cholesky, solve_triangular
-
-            factor = cholesky(model.covariance(times), lower=True)
-            lower = solve_triangular(factor, np.eye(times.size), lower=True)
-            self._transposed = np.asfortranarray(lower.T)
+            slow, lasting = (round(self._scale * each, 9) for each in (model.slow, model.lasting))
+            self._transposed = _root(NoiseModel(1.0, slow, model.memory, lasting), times.tobytes())
 
     def __call__(self, columns: Array) -> Array:
         """Whiten columns, shape (times, columns)."""
@@ -107,7 +105,17 @@ class Whitener:
             return self._scale * columns
         from scipy.linalg.blas import dtrmm  # the half that is zero is left out
 
-        return np.asarray(dtrmm(1.0, self._transposed, columns.T, side=1).T)
+        return np.asarray(dtrmm(self._scale, self._transposed, columns.T, side=1).T)
+
+
+@lru_cache(maxsize=12)
+def _root(model: NoiseModel, times: bytes) -> Array:
+    """Inverse of the lower root of the covariance at times, transposed: channels of a run often share it."""
+    from scipy.linalg import cholesky, solve_triangular
+
+    at = np.frombuffer(times)
+    lower = solve_triangular(cholesky(model.covariance(at), lower=True), np.eye(at.size), lower=True)
+    return np.asfortranarray(lower.T)
 
 
 def slow_courses(times: Array) -> Array:

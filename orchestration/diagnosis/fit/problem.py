@@ -26,8 +26,11 @@ from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEA
 _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
-_SHARES = (0.5, 1 - 1e-6)
-"""Of the time between two rows, by which a leap is simulated sooner."""
+_PARTS = 2
+"""Of the time between two rows, in each of which a leap is simulated to come sooner."""
+
+_AT_ONCE = 20
+"""Leaps that are simulated together, at most: each takes memory for all states."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
 _SHARE, _LEAST = 1e-5, 1e-12
@@ -62,6 +65,11 @@ class Problem(Candidates):
     def noise_in(self, run: int, noise: Sequence[NoiseModel]) -> list[NoiseModel]:
         """Noise of each channel in a run, given that in the first run to fit."""
         return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
+
+    def deviations(self, run: int, noise: Sequence[NoiseModel]) -> Array:
+        """Standard deviation of each reading's noise, that of leaps included, shape (rows, outputs)."""
+        sigmas = np.array([each.sigma for each in self.noise_in(run, noise)])
+        return np.sqrt(sigmas**2 + np.sum(self.leaping[run] ** 2, axis=2))
 
     def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.
@@ -147,17 +155,14 @@ class Problem(Candidates):
         """
         run = self.experiment.runs[i]
         rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
-        cases = [run, *(run.sooner(row, share) for row in rows.tolist() for share in _SHARES)]
-        simulated = self._simulated(FINAL.cells, [FINAL] * len(cases), of=[(i, each) for each in cases])
-        as_logged, *sooner = (self._mean(i, each(z)[0]) for each in simulated)
-        table = np.stack([as_logged, *sooner], axis=2)[:, :, 1:] - as_logged[:, :, None]
-        table = table.reshape(*as_logged.shape, rows.size, len(_SHARES))
-        table[..., 1:] -= table[..., :-1].copy()  # what each part of the time between the rows adds
+        some = np.array_split(rows, rows.size // _AT_ONCE + 1)
+        table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, _PARTS) for e in some], axis=2))
+        table = table.reshape(*table.shape[:2], rows.size, _PARTS)
         # Of leaps at any time between the rows, how much of each part comes after them.
-        after = np.clip(np.linspace(0, len(_SHARES), 1001)[:, None] - np.arange(len(_SHARES)), 0, 1)
+        after = np.clip(np.linspace(0, _PARTS, 1001)[:, None] - np.arange(_PARTS), 0, 1)
         each = table @ root_of(np.cov(after.T))
         together = table.sum(axis=2) @ root_of(after.T @ after / len(after))
-        return np.concatenate([each.reshape(*as_logged.shape, -1), together], axis=2)
+        return np.concatenate([each.reshape(*table.shape[:2], -1), together], axis=2)
 
     @cached_property
     def leaping(self) -> tuple[Array, ...]:
@@ -193,13 +198,9 @@ class Problem(Candidates):
         return self._simulated(FINAL.cells, [FINAL] * len(self.data))
 
     def _simulated(
-        self,
-        cells: int,
-        grids: Sequence[Resolution | Simulation],
-        derivatives: bool = False,
-        of: Sequence[tuple[int, Run]] | None = None,
+        self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
     ) -> list[Readings]:
-        """Readings of each run, simulated on the grid for that run; or of some with other inputs."""
+        """Readings of each run, simulated on the grid for that run."""
 
         def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
             known, rig = self.known(run), self.experiment.rig
@@ -214,5 +215,5 @@ class Problem(Candidates):
 
         return [
             Readings(simulation(run, grid), self.variables, self.outer, self.data[i].within.ravel())
-            for (i, run), grid in zip(of or enumerate(self.experiment.runs), grids, strict=True)
+            for i, (run, grid) in enumerate(zip(self.experiment.runs, grids, strict=True))
         ]

@@ -81,8 +81,15 @@ class Equations:
         # What is not zero of the transposes, by column as CasADi has it, is row by row of the matrices.
         found: list[Any] = [ca.densify(rates), ca.jacobian(rates, x).T, ca.jacobian(rates, z).T]
         self.linear = ca.Function("linear", arguments, found, {"cse": True})
-        found = [ca.densify(v) for v in (observed, ca.jacobian(observed, x), ca.jacobian(observed, z))]
-        self._observe = ca.Function("observe", arguments, found, {"cse": True}).map(_BLOCK)
+        # What slots and parameters alone say of the outputs is computed once for all points.
+        tables: list[Any] = [observed, ca.jacobian(observed, x), ca.jacobian(observed, z)]
+        self._places = [(each.shape, *each.sparsity().get_triplet()) for each in tables]
+        entries, held = ca.vertcat(*(e for each in tables for e in each.nonzeros())), arguments[1:3]
+        there, *parts = ca.extract_parametric(entries, ca.vertcat(*held), {"extract_trivial": True})
+        symbols, once = (ca.vertcat(ca.SX(0, 1), *each) for each in parts)
+        self._once = ca.Function("once", held, [once], {"cse": True})
+        observe = ca.Function("observe", [x, symbols, joined.w, joined.time], [there], {"cse": True})
+        self._observe = observe.map(_BLOCK)
         found = [ca.densify(v) for v in (begun, ca.jacobian(begun, z))]
         self._begin = ca.Function("begin", arguments[1:4], found, {"cse": True})
 
@@ -157,18 +164,22 @@ class Equations:
             Outputs, shape (points, outputs); derivatives by state, shape (points, outputs, n), and by
             slot, shape (points, outputs, columns).
         """
-        points, m, n, k = time.size, len(self.outputs), len(self.states), self.columns
-        rows = np.minimum(np.arange(-(-points // _BLOCK) * _BLOCK), points - 1)
+        rows = np.minimum(np.arange(-(-time.size // _BLOCK) * _BLOCK), time.size - 1)
         at, fed, when = (np.ascontiguousarray(course[rows]) for course in (x.T, w.T, time))
-        held = [np.tile(each, (_BLOCK, 1)) for each in (z, p)]
-        # CasADi stores by column: a row of NumPy is a point, and the derivatives come as transposes.
-        found = [np.empty((rows.size, *shape)) for shape in ((m,), (n, m), (k, m))]
+        once = np.tile(np.array(self._once(z, p)).ravel(), (_BLOCK, 1))
+        found = np.empty((rows.size, self._observe.size1_out(0)))  # CasADi's columns are rows here
         for block in (slice(first, first + _BLOCK) for first in range(0, rows.size, _BLOCK)):
-            given = [at[block], *held, fed[block], when[block]]
-            _buffer, evaluate = bound(self._observe, given, [each[block] for each in found])
+            _buffer, evaluate = bound(
+                self._observe, [at[block], once, fed[block], when[block]], [found[block]]
+            )
             evaluate()
-        y, by_state, by_slot = (each[:points] for each in found)
-        return y, by_state.transpose(0, 2, 1), by_slot.transpose(0, 2, 1)
+        tables, begin = [], 0
+        for shape, row, column in self._places:
+            tables.append(np.zeros((time.size, *shape)))
+            tables[-1][:, row, column] = found[: time.size, begin : begin + len(row)]
+            begin += len(row)
+        y, by_state, by_slot = tables
+        return y[:, :, 0], by_state, by_slot
 
 
 @lru_cache(maxsize=24)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.equations import Equations
-from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot, nowhere
 from warmlink.orchestration.diagnosis.model.simulation import (
     NotSimulatedError,
     Simulation,
@@ -22,6 +23,9 @@ from warmlink.orchestration.diagnosis.model.steps import Levels, Resolution, con
 
 _AT_ONCE = 100.0
 """Multiple of the states' median rate from which one settles at once."""
+
+_Tables = tuple[Array, Array, Array]
+"""States at the points between steps, and slopes at both ends of each step, sensitivities beside them."""
 
 
 class Forward(Simulation):
@@ -89,14 +93,47 @@ class Forward(Simulation):
         key = z.tobytes()
         if key not in self._kept:
             self._kept = {key: self._integrate(z)}
-        values, slopes, by_slot, direct = self._interpolated(z, *self._kept[key], times)
+        values, slopes, by_slot, direct = self._interpolated(z, self.steps, self._kept[key], times)
         return Trajectory(values, slopes, by_slot + direct)
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives by the courses' values; the outputs follow the courses through the states alone."""
-        return self._interpolated(z, *self._integrate(z, courses), times)[2]
+        return self._interpolated(z, self.steps, self._integrate(z, courses), times)[2]
 
-    def _integrate(self, z: Array, courses: Courses | None = None) -> tuple[Array, Array, Array]:
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+        """What each part of the time before a row adds, if the inputs of the row act from then on.
+
+        A difference of two courses up to the next of the rows, and from there on a derivative.
+        """
+        edges = np.linspace(self.run.time[rows - 1], self.run.time[rows], parts + 1)
+        steps = self._levels.steps(np.unique([*self.time, *edges.ravel()]))
+        at = np.searchsorted(steps.time, edges)
+        begins = {point: place for place, point in np.ndenumerate(at[:-1])}
+        x, _ = self.equations.begin(z, self._p, self._table[:, 0])
+        begun = np.column_stack([x, np.zeros((x.size, rows.size * parts))])
+        step = Integrator(self.equations, z, self._p, nowhere(rows.size * parts))
+        alone, leap, sooner = Integrator(self.equations, z, self._p), 0, list[Array]()
+        count = steps.time.size - 1
+        whole = tuple(np.empty((points, *begun.shape)) for points in (count + 1, count, count))
+        for first, last in pairwise(np.unique([0, *at.ravel(), count]).tolist()):
+            here = steps.part(first, last)
+            tables = step(here, begun)
+            if first in begins:
+                part, leap = begins[first]
+                sooner = [begun[:, :1], *(sooner if part else ())]
+                here = here.on(self._table[:, rows[leap]])
+            courses = [tables, *(alone(here, each) for each in sooner)]
+            for column, (later, earlier) in enumerate(pairwise(courses), (leap + 1) * parts - len(sooner)):
+                for table, one, other in zip(tables, later, earlier, strict=True):
+                    table[:, :, 1 + column] = other[:, :, 0] - one[:, :, 0]
+            sooner = [states[-1] for states, _, _ in courses[1:]] if first in begins else []
+            begun = tables[0][-1]
+            for table, each in zip(whole, tables, strict=True):
+                table[first : first + len(each)] = each
+        values, slopes, changes, _ = self._interpolated(z, steps, self._drawn(steps, *whole), times)
+        return Trajectory(values, slopes, changes)
+
+    def _integrate(self, z: Array, courses: Courses | None = None) -> _Tables:
         """States and sensitivities between steps, and their slopes at both ends of each step.
 
         The sensitivities are those by the slots, or else by courses, which begin at rest.
@@ -110,21 +147,25 @@ class Forward(Simulation):
         states, left, right = step(self.steps, np.column_stack([x, begun]))
         if not np.isfinite(states[:, :, 0]).all():
             raise NotSimulatedError("with these values of the parameters the simulation is not finite")
+        return self._drawn(self.steps, states, left, right)
+
+    def _drawn(self, steps: Steps, states: Array, left: Array, right: Array) -> _Tables:
+        """States and slopes, of which those of the thin states are drawn through these."""
         if self._thin.size:
-            left[:, self._thin], right[:, self._thin] = _drawn(self.steps, states[:, self._thin])
+            left[:, self._thin], right[:, self._thin] = _drawn(steps, states[:, self._thin])
         return states, left, right
 
     def _interpolated(
-        self, z: Array, states: Array, left: Array, right: Array, times: Array
+        self, z: Array, steps: Steps, tables: _Tables, times: Array
     ) -> tuple[Array, Array, Array, Array]:
         """Outputs at times, their slopes, and derivatives through the states and directly by slot.
 
         Cubic Hermite in time, as the states' slopes are known at both ends.
         """
-        time = self.steps.time
-        columns = np.append(self.steps.first, self.steps.first[-1:])
+        time, (states, left, right) = steps.time, tables
+        columns = np.append(steps.first, steps.first[-1:])
         y, by_state, direct = self.equations.observe(
-            states[:, :, 0].T, z, self._p, self.steps.inputs[columns].T, time
+            states[:, :, 0].T, z, self._p, steps.inputs[columns].T, time
         )
         # (points, outputs, 1 + slots): value and sensitivity through the states
         through = by_state @ states

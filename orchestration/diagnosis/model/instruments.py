@@ -10,14 +10,16 @@ than at samples:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.simulation import Simulation
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -107,6 +109,19 @@ class Readings:
         tuple of numpy.ndarray
             Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
         """
+        values, through, by_fault = self._seen(z, self.forward)
+        by_slot = np.zeros((*values.shape, z.size))
+        by_slot[:, :, : through.shape[2]] = through
+        by_slot[:, :, self._inner :] = by_fault
+        return values, by_slot
+
+    def sooner(self, z: Array, rows: NDArray[np.int64], parts: int) -> Array:
+        """What it does to the readings that inputs act sooner, as `Simulation.sooner` has it."""
+        course = partial(self.forward.sooner, rows=rows, parts=parts)
+        return self._seen(z, course)[1]
+
+    def _seen(self, z: Array, course: Callable[[Array, Array], Trajectory]) -> tuple[Array, Array, Array]:
+        """Readings of a course, of its derivatives, and the derivatives by the instruments' slots."""
         named = {name: float(z[slot]) for name, slot in self._slots.items()}
         ends = self.forward.time
         late = [sum(named.get(clock, 0.0) for clock in clocks) for clocks in self._clocks]
@@ -116,21 +131,20 @@ class Readings:
         dense = asked[late[0]]
         if lagging or len(asked) > 1:
             dense = np.unique(np.concatenate([ends, *asked.values()]))
-        truth = self.forward(z[: self._inner], dense)
-        values = np.empty((self.times.size, len(self._channels)))
-        by_slot = np.zeros((*values.shape, z.size))
+        truth = course(z[: self._inner], dense)
+        through = np.empty((self.times.size, len(self._channels), 1 + truth.by_slot.shape[2]))
+        by_fault = np.zeros((*through.shape[:2], len(self._slots)))
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
-            joined, slope, by_fault = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
+            joined, slope, found = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
             pick = np.searchsorted(dense, asked[late[i]])
-            values[:, i] = joined[pick, 0]
-            by_slot[:, i, : truth.by_slot.shape[2]] = joined[pick, 1:]
+            through[:, i] = joined[pick]
             moving = np.where(wanted[late[i]] == asked[late[i]], slope[pick], 0.0)
-            extra = {channel.variable(name): each[pick] for name, each in by_fault.items()}
+            extra = {channel.variable(name): each[pick] for name, each in found.items()}
             extra |= dict.fromkeys(self._clocks[i], -moving) | {DRIFT: moving * self.times}
             for name in extra.keys() & self._slots.keys():
-                by_slot[:, i, self._slots[name]] = extra[name]
-        return values, by_slot
+                by_fault[:, i, self._slots[name] - self._inner] = extra[name]
+        return through[:, :, 0], through[:, :, 1:], by_fault
 
     def _read(self, faults: Mapping[str, float], joined: Array, slope: Array, times: Array) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from itertools import chain, pairwise
 
@@ -58,6 +58,16 @@ class Steps:
         found[:: self.together] = False
         return found
 
+    def part(self, first: int, last: int) -> Steps:
+        """Steps that follow one another from one point to another."""
+        time, begins = self.time[first : last + 1], self.begins[first : last + 1]
+        return replace(self, time=time, begins=begins)
+
+    def on(self, inputs: Array) -> Steps:
+        """The same steps on one level of the inputs, shape (inputs,)."""
+        each = np.arange(len(self.begins))
+        return Steps(self.time, inputs.copy()[None], each, np.zeros_like(each[1:]), np.ones(each.size - 1))
+
 
 @dataclass(frozen=True)
 class Courses:
@@ -88,6 +98,11 @@ class Courses:
 def each_slot(count: int) -> Courses:
     """Courses that stay the same, one added to each slot."""
     return Courses(tuple((i,) for i in range(count)), np.zeros(1))
+
+
+def nowhere(count: int) -> Courses:
+    """Courses that act on nothing: sensitivities go on as they have begun."""
+    return Courses(((),) * count, np.zeros(1))
 
 
 Acting = Sequence[tuple[Array, float]]

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -99,6 +100,17 @@ class Loop(Simulation):
             added = [dict.fromkeys(slots, size * hat) for slots, size in wanted for hat in hats]
             self._answers[key] = self._derivatives(z, added, np.repeat(sizes, len(hats)))
         return self._interpolated(self._answers[key], times)
+
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+        """What each part of the time before a row adds, by runs with a further row each."""
+        sooner = [self.run.sooner(row, k / parts) for row in rows.tolist() for k in range(1, parts + 1)]
+        alike = self.rig, self.slots, self._outputs
+        found = [Loop(*alike, run, self._known, None, None)(z, times) for run in (self.run, *sooner)]
+        values = np.stack([each.values for each in found], axis=2)
+        shape = *values.shape[:2], rows.size, parts
+        changes = (values[:, :, 1:] - values[:, :, :1]).reshape(shape)
+        changes[..., 1:] -= changes[..., :-1].copy()
+        return replace(found[0], by_slot=changes.reshape(*values.shape[:2], -1))
 
     def _interpolated(self, values: Array, times: Array) -> Array:
         from scipy.interpolate import make_interp_spline

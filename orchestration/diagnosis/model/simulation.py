@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
@@ -68,6 +69,14 @@ class Simulation(ABC):
     @abstractmethod
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
+
+    @abstractmethod
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+        """What each part of the time before a row adds, if the inputs of the row act from then on.
+
+        It stands in place of the derivatives by slot, shape (times, outputs, rows * parts); of the parts of a
+        row's time the last, which ends at it, comes first.
+        """
 
     @abstractmethod
     def refine(self, z: Array) -> None:

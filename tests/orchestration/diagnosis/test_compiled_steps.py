@@ -24,14 +24,18 @@ ROOM = Courses(((2, 3),), np.linspace(0.0, 7200.0, 9))
 
 
 def simulated(slots: tuple[str, ...] = SLOTS, derivatives: bool = True) -> tuple[Equations, list[Array]]:
-    """Outputs, their derivatives by slot, and by a room that wanders, on inputs that change in many steps."""
+    """Outputs, and their derivatives by slot, by a room that wanders, and by when inputs change.
+
+    The inputs change in many steps.
+    """
     compiled = Equations(rig("WarmupCell", 10), slots, OUTPUTS, derivatives)
     run = logged_run(Logger(interval=8.0, jitter=3.0, room=0.8, pad_noise=0.1), seed=3)
     forward = Forward(compiled, run, {}, SEARCH)
     z = forward.start_values()
     course = forward(z, run.time)
     room = forward.responses(z, run.time, ROOM) if derivatives and slots else np.zeros(0)
-    return compiled, [course.values, course.by_slot, room]
+    sooner = forward.sooner(z, run.time, np.arange(40, 400, 40), 2)
+    return compiled, [course.values, course.by_slot, room, sooner.by_slot]
 
 
 @pytest.mark.platform

@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
-from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution
+from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
 from warmlink.orchestration.scenarios.duties.duty import NO_PAD, Segment
@@ -117,6 +117,24 @@ def test_values_are_the_same_without_derivatives() -> None:
     z = both.start_values()
     np.testing.assert_allclose(alone(z, run.time).values, both(z, run.time).values, rtol=1e-12)
     assert alone(z, run.time).by_slot.shape == (run.time.size, len(OUTPUTS), 0)
+
+
+def test_a_leap_that_comes_sooner_does_what_a_run_with_a_further_row_does() -> None:
+    run = run_of(INFORMATIVE[:6], 13.0)
+    equations = Equations(rig("WarmupCell", 10), [], OUTPUTS, derivatives=False)
+    simulated, fine = Forward(equations, run, {}, FINAL), Resolution(10, 0.5, 0.05, 12.0, 3e-5)
+    z = simulated.start_values()
+    rows = leaps(simulated._table)
+    assert rows.size == 5
+    found = simulated.sooner(z, run.time, rows, 2).by_slot.reshape(run.time.size, len(OUTPUTS), -1, 2)
+    as_logged = Forward(equations, run, {}, fine)(z, run.time).values
+    for k, row in enumerate(rows.tolist()):
+        half, whole = (
+            Forward(equations, run.sooner(row, share), {}, fine)(z, run.time).values - as_logged
+            for share in (0.5, 1.0)
+        )
+        for part, exact in enumerate((half, whole - half)):
+            assert np.linalg.norm(found[:, :, k, part] - exact) < 0.02 * np.linalg.norm(exact)
 
 
 @pytest.mark.filterwarnings("error")

@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from warmlink.orchestration.diagnosis.answer.entries import errors_in_noise
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
@@ -23,6 +25,18 @@ def test_rows_beside_the_changes_are_no_fault(tmp_path: Path, interval: float, s
     columns = hide({}, [Segment(*each) for each in UNEVEN], interval=interval, seed=seed)
     write_csv(columns, tmp_path / "run.csv")
     assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
+
+
+def test_errors_are_told_in_units_of_all_of_the_noise(tmp_path: Path) -> None:
+    """A run with nothing wrong was off by 2.1 times the noise, and worst after a change of torque."""
+    write_csv(hide({}, INFORMATIVE, interval=7.0, seed=14), tmp_path / "run.csv")
+    found = diagnose_experiment(read_experiment(tmp_path / "run.csv"))
+    assert found.verdict == "adequate"
+    for heldout in (False, True):
+        errors = errors_in_noise(found, found.before, heldout)
+        assert errors is not None
+        assert 0.9 < errors["rmse_before"] < 1.1
+    assert not any(each.when for each in found.wrong.values())
 
 
 def test_a_pad_between_two_rows_is_no_fault(tmp_path: Path) -> None:

@@ -121,13 +121,11 @@ def test_only_what_differs_in_an_axis_enters_its_experiment(experiments: Mapping
     assert len(third.columns) == 6
 
 
-def test_rows_stand_where_the_duty_cycle_changes(run: Path) -> None:
-    table = pd.read_csv(run)
-    gaps = np.diff(table["time [s]"])
-    assert gaps.max() <= 10.0
-    changed = np.diff(table["axis2.speed [rad/s]"]) != 0
-    # Jobs last whole seconds, few of them tens.
-    assert np.any(table["time [s]"].to_numpy()[1:][changed] % 10.0 != 0)
+def test_rows_do_not_know_when_a_duty_cycle_changes(run: Path) -> None:
+    """There was one more at each change, as no logger has it."""
+    spacing = np.diff(pd.read_csv(run)["time [s]"])
+    assert 10.0 <= spacing[0] < 20.0
+    assert np.all(spacing[1:] == 10.0)
 
 
 def test_files_of_the_arm_are_told_by_their_header(run: Path, tmp_path: Path) -> None:
