@@ -7,7 +7,6 @@ are said not to overlap.
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
 from itertools import accumulate, count
 from pathlib import Path
 from typing import Any
@@ -51,14 +50,11 @@ _PLACED = re.compile(r"(\w+)\[(\d+)\]")
 """A number that lies in a vector: in which, and where."""
 
 
-@cache
-def _dialect(lanes: bool) -> Mapping[int | str, str]:
-    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's number, and more.
+def _dialect(lanes: bool) -> Mapping[str, str]:
+    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's name, and more.
 
     Beside them the type of a number, a constant, a choice, and the question whether a condition holds.
     """
-    import casadi
-
     asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
     asked |= {"NOT": "{0}==0.", "AND": "({0}!=0.)&({1}!=0.)", "OR": "({0}!=0.)|({1}!=0.)"}
     forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
@@ -68,21 +64,21 @@ def _dialect(lanes: bool) -> Mapping[int | str, str]:
     forms |= {name.upper(): f"{prefix}{name}({{0}})" for name in _OF_ONE.split()}
     forms |= {name.upper(): f"{prefix}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
     forms["CONSTPOW"] = forms["POW"]
-    forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
-    forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
-    own = ("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})")
-    usual = ("double", "{0}", "({0}?{1}:{2})", "{0}!=0")
-    return {
-        **{getattr(casadi, f"OP_{name}"): form for name, form in forms.items()},
-        **dict(zip(("type", "constant", "choice", "asked"), own if lanes else usual, strict=True)),
-    }
+    if lanes:
+        forms |= {"type": "lanes", "constant": "EACH({0})", "choice": "EITHER({0},{1},{2})"}
+        return forms | {"asked": "any_of({0})", "IF_ELSE_ZERO": "IF({0},{1})", "SIGN": "lanes_sign({0})"}
+    forms |= {"type": "double", "constant": "{0}", "choice": "({0}?{1}:{2})", "asked": "{0}!=0"}
+    return forms | {"IF_ELSE_ZERO": "({0}?{1}:0)", "SIGN": "({0}<0?-1:{0}>0?1:{0})"}
 
 
 class _Writer:
     """C of functions, each of them once and after those that it calls."""
 
-    def __init__(self, forms: Mapping[int | str, str]) -> None:
+    def __init__(self, forms: Mapping[str, str]) -> None:
+        import casadi
+
         self.forms, self.type = forms, forms["type"]
+        self.operations = {getattr(casadi, name): name[3:] for name in dir(casadi) if name.startswith("OP_")}
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
 
@@ -122,27 +118,25 @@ class _Body:
     """
 
     def __init__(self, writer: _Writer, function: Any, paired: Sequence[bool]) -> None:
-        import casadi
-
         self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
         self._statements: list[tuple[str, str]] = []
         """C, and the name of the number that it makes, if that is all it does."""
-        self._made: dict[str, tuple[int, list[str]]] = {}  # by which operation, of what
+        self._made: dict[str, tuple[str, list[str]]] = {}  # by which operation, of what
         self._gathered: dict[str, str] = {}
         self._vectors = count()
         held: dict[int, str] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
-            kind = function.instruction_id(k)
+            kind = writer.operations[function.instruction_id(k)]
             given, taken = function.instruction_input(k), function.instruction_output(k)
-            if kind == casadi.OP_INPUT:
+            if kind == "INPUT":
                 held[taken[0]] = f"x{given[0]}[{_index(given[1], paired[given[0]])}]"
-            elif kind == casadi.OP_CONST:
+            elif kind == "CONST":
                 held[taken[0]] = self._literal(function.instruction_constant(k))
-            elif kind == casadi.OP_CALL:
+            elif kind == "CALL":
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
-            elif kind == casadi.OP_OUTPUT:
+            elif kind == "OUTPUT":
                 self._add(f"y{taken[0]}[{_index(taken[1], any(paired))}]={held[given[0]]};")
             else:
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
@@ -164,20 +158,17 @@ class _Body:
         text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
         return self.forms["constant"].format(f"({text})" if text[0] == "-" else text)
 
-    def _operation(self, kind: int, given: list[str]) -> str:
+    def _operation(self, kind: str, given: list[str]) -> str:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
-        import casadi
-
         form = self.forms.get(kind)
         if form is None:
-            name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
             raise InputError(
-                f"{self.name}: CasADi's operation {name[3:].lower()} has no C here; write it with others"
+                f"{self.name}: CasADi's operation {kind.lower()} has no C here; write it with others"
             )
-        parts = [self._made.get(each, (0, [])) for each in given]
-        if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
+        parts = [self._made.get(each, ("", [])) for each in given]
+        if kind == "ADD" and all(made == "IF_ELSE_ZERO" for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
-            if self._made.get(other) == (casadi.OP_NOT, [one]):
+            if self._made.get(other) == ("NOT", [one]):
                 form, given = self.forms["choice"], [one, then, otherwise]
         found = f"a{len(self._statements)}"
         self._add(f"const {self.type} {found}={form.format(*given)};", found)
