@@ -3,10 +3,10 @@
 import importlib
 import importlib.util
 import pkgutil
+from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.records import dataclass
 
 HOMES = ("warmlink.fmus", "warmlink.controllers")
 """Packages whose folders are searched."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -17,7 +17,6 @@ from warmlink.fmus.packaging.cache import (
     used,
     wanted_cache_folder,
 )
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.catalogue import entries
 
 FmuKind = Literal["native", "python"]

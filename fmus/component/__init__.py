@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,6 @@ from warmlink.fmus.component.variables import (  # noqa: F401 - what a component
     Variable,
     VariableType,
 )
-from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     from warmlink.fmus.component.join import Joint

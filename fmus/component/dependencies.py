@@ -6,12 +6,12 @@ Dependencies are found from the structure of a component's functions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     import casadi

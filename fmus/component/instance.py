@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -10,7 +11,6 @@ from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 
 TICK_TOLERANCE = 1e-9
 """Share of a sample time, or of a micro step, by which a communication point may miss it."""

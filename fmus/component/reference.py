@@ -7,6 +7,7 @@ steps between its parts, so there is no coupling error in it either.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ import numpy as np
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.integrator import Vector
-from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     import casadi

@@ -6,10 +6,8 @@ where it has several factors (Modelica specification 3.6, section 19.1).
 
 import math
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
-
-from warmlink.fmus.records import dataclass
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 """Base units in which FMI states exponents, in its order."""

@@ -2,14 +2,13 @@
 
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any, Literal
 
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.records import dataclass
 
 VariableType = Literal["Real", "Integer", "Boolean"]
 

@@ -7,7 +7,7 @@ from finite elements by projection (A. C. Antoulas, *Approximation of Large-Scal
 """
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, where
-from warmlink.fmus.records import dataclass
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN, ambient_temperature, convection_coefficient
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ and z, with the tool's `pitch` above the horizontal and `roll`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
 from typing import Annotated, Any
 
@@ -25,7 +25,6 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.pose_sequence.equations import POSES
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arm import blueprint
 from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.arm.errors import ArmErrors

@@ -10,13 +10,12 @@ and which instance is the controller (`scenarios/setup.py`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 
 

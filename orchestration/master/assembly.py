@@ -7,14 +7,13 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.fmi import FmiSlave

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 
 
 @dataclass(frozen=True)

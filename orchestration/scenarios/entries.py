@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 from warmlink.orchestration.text_files import shortened, shown
 

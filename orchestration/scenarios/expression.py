@@ -6,13 +6,13 @@ import ast
 import copy
 import operator
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.fmus.syntax import parsed
 
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -13,7 +12,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.studies.case import Constraint
 from warmlink.orchestration.studies.points import Judged, evaluate
-from warmlink.orchestration.studies.study import Axis, Point, Study
+from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
@@ -34,46 +33,36 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     from scipy.optimize import minimize
 
     axes = [axis for axis in study.axes if not axis.integer and not axis.choice]
-    found = [winner]
-    linear = cache(partial(_linear, study, axes, workers, found))
+    reached = zip(study.objectives, winner.objectives, strict=True)
+    limits = [*(Constraint(**vars(each), at_most=value) for each, value in reached), *study.constraints]
+    found, cases = [winner], study.cases(winner.point, "")
+
+    @cache
+    def margins(*shares: float) -> list[Array]:
+        """Margins of the runs to each limit, at shares of the ways between the axes' bounds."""
+        moved = {axis.name: axis.at(float(x)) for axis, x in zip(axes, shares, strict=True)}
+        (ended,) = evaluate(study, [{**winner.point, **moved}], workers, winner.number)
+        if ended.reason is not None:
+            raise ArithmeticError
+        found.append(ended)
+        return [limit.margins(ended.outcomes, cases) for limit in limits]
+
+    def left(z: Array) -> Array:
+        """Margins where the first objective's bound is lowered by the first of `z`."""
+        first, *others = margins(*z[1:])
+        return np.concatenate([first + z[0], *others])
+
     with suppress(ArithmeticError):
         minimize(
             lambda z: z[0],
             [0.0, *(axis.share(winner.point[axis.name]) for axis in axes)],
-            jac=lambda z: np.eye(len(z))[0],
             bounds=[(None, None), *[(0.0, 1.0)] * len(axes)],
-            constraints={"type": "ineq", "fun": lambda z: linear(*z)[0], "jac": lambda z: linear(*z)[1]},
+            constraints={"type": "ineq", "fun": left},
             method="SLSQP",
-            options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6},
+            options={"maxiter": MOST_ITERATIONS, "ftol": 1e-6, "eps": DIFFERENCE},
         )
     fit = [each for each in found if each.feasible and each.objectives[1:] <= winner.objectives[1:]]
     return min(fit, key=lambda each: each.objective)
-
-
-def _linear(
-    study: Study, axes: Sequence[Axis], workers: Workers, found: list[Judged], bound: float, *place: float
-) -> tuple[Array, Array]:
-    """Margins to a bound of what the first one found reached, and to constraints, and their derivatives.
-
-    The place is given by shares of the ways between the axes' bounds; its point is found, too. Derivatives
-    are differences of runs that go side by side. ArithmeticError where there is no axis, or no figure.
-    """
-    winner, steps = found[0], np.where(np.array(place) > 0.5, -DIFFERENCE, DIFFERENCE)
-    points = [
-        {**winner.point, **{axis.name: axis.at(float(x)) for axis, x in zip(axes, each, strict=True)}}
-        for each in (place, *(place + np.diag(steps)))
-    ]
-    ended = sorted(evaluate(study, points, workers, winner.number), key=lambda each: each.number)
-    if not axes or any(each.reason is not None for each in ended):
-        raise ArithmeticError
-    found.append(ended[0])
-    reached = zip(study.objectives, winner.objectives, strict=True)
-    limits = [*(Constraint(**vars(each), at_most=value) for each, value in reached), *study.constraints]
-    cases = study.cases(winner.point, "")
-    margins = [[limit.margins(each.outcomes, cases) for limit in limits] for each in ended]
-    first, *moved = map(np.concatenate, margins)
-    bounded = np.arange(first.size) < margins[0][0].size
-    return first + bound * bounded, np.column_stack([bounded, (np.array(moved) - first).T / steps])
 
 
 def write_winner(study: Study, point: Point, folder: Path) -> list[Path]:

@@ -7,11 +7,10 @@ flattened on reading; a component then bears its full dotted name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 

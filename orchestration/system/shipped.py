@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from warmlink.fmus.component.join import Wire, join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.views import with_flag_wires
 from warmlink.fmus.plant import ROD_WIRES, WIRES
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description

@@ -11,13 +11,13 @@ import contextlib
 import math
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import xml
 
 ZERO_CELSIUS = 273.15

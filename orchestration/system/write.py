@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.views import flag_of
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description

@@ -1,14 +1,13 @@
 """CasADi's functions as C, written from their instructions: for numbers, or for vectors of several runs.
 
-What is only moved is read where it lies, a result is made where it belongs, and an idle function leaves its
-arguments as they are by pointing at them. A choice is one expression, which becomes one or two instructions;
-what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
+What is only moved is read where it lies, and an idle function leaves its arguments as they are by pointing at
+them. A choice is one expression, which becomes one or two instructions; and what is given and what is found
+are said not to overlap.
 """
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
-from itertools import accumulate, groupby
+from itertools import accumulate, count
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +41,7 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     writer = _Writer(_dialect(lanes > 0))
     for each in functions:
         name = each.name()
-        writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each, alone=False)
+        writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each)
     header = f"#define LANES {lanes}\n{_LANES.read_text('utf-8')}" if lanes else "#include <math.h>\n"
     return "\n".join([header, *writer.texts])
 
@@ -51,14 +50,11 @@ _PLACED = re.compile(r"(\w+)\[(\d+)\]")
 """A number that lies in a vector: in which, and where."""
 
 
-@cache
-def _dialect(lanes: bool) -> Mapping[int | str, str]:
-    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's number, and more.
+def _dialect(lanes: bool) -> Mapping[str, str]:
+    """Forms of C for numbers, or for the vectors of `lanes.h`: of operations, by CasADi's name, and more.
 
     Beside them the type of a number, a constant, a choice, and the question whether a condition holds.
     """
-    import casadi
-
     asked = {"LT": "{0}<{1}", "LE": "{0}<={1}", "EQ": "{0}=={1}", "NE": "{0}!={1}"}
     asked |= {"NOT": "{0}==0.", "AND": "({0}!=0.)&({1}!=0.)", "OR": "({0}!=0.)|({1}!=0.)"}
     forms = {name: f"TRUTH({form})" if lanes else f"({form})" for name, form in asked.items()}
@@ -68,39 +64,36 @@ def _dialect(lanes: bool) -> Mapping[int | str, str]:
     forms |= {name.upper(): f"{prefix}{name}({{0}})" for name in _OF_ONE.split()}
     forms |= {name.upper(): f"{prefix}{name}({{0}},{{1}})" for name in _OF_TWO.split()}
     forms["CONSTPOW"] = forms["POW"]
-    forms["SIGN"] = "lanes_sign({0})" if lanes else "({0}<0?-1:{0}>0?1:{0})"
-    forms["IF_ELSE_ZERO"] = "IF({0},{1})" if lanes else "({0}?{1}:0)"
-    own = ("lanes", "EACH({0})", "EITHER({0},{1},{2})", "any_of({0})")
-    usual = ("double", "{0}", "({0}?{1}:{2})", "{0}!=0")
-    return {
-        **{getattr(casadi, f"OP_{name}"): form for name, form in forms.items()},
-        **dict(zip(("type", "constant", "choice", "asked"), own if lanes else usual, strict=True)),
-    }
+    if lanes:
+        forms |= {"type": "lanes", "constant": "EACH({0})", "choice": "EITHER({0},{1},{2})"}
+        return forms | {"asked": "any_of({0})", "IF_ELSE_ZERO": "IF({0},{1})", "SIGN": "lanes_sign({0})"}
+    forms |= {"type": "double", "constant": "{0}", "choice": "({0}?{1}:{2})", "asked": "{0}!=0"}
+    return forms | {"IF_ELSE_ZERO": "({0}?{1}:0)", "SIGN": "({0}<0?-1:{0}>0?1:{0})"}
 
 
 class _Writer:
     """C of functions, each of them once and after those that it calls."""
 
-    def __init__(self, forms: Mapping[int | str, str]) -> None:
+    def __init__(self, forms: Mapping[str, str]) -> None:
+        import casadi
+
         self.forms, self.type = forms, forms["type"]
+        self.operations = {getattr(casadi, name): name[3:] for name in dir(casadi) if name.startswith("OP_")}
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
 
-    def write(self, head: str, function: Any, alone: bool) -> None:
-        """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
-        alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
+    def write(self, head: str, function: Any) -> None:
+        """Write a function that takes and gives vectors."""
         whole, paired, _ = written(function)
         with unsimplified():
             numbers = whole.expand() if whole.is_a("MXFunction") else whole
-        lines = _Body(self, numbers, alones, paired or [False] * len(alones)).lines()
+        lines, used = _Body(self, numbers, paired or [False] * function.n_in()).lines()
         if any(paired):
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        one, many = f"{self.type} ", f"{self.type} *restrict "
-        declared = {f"x{k}": one if single else f"const {many}" for k, single in enumerate(alones)}
-        declared |= {f"y{k}": many for k in range(function.n_out())}
-        used = set(re.findall(r"\w+", " ".join(lines)))
+        declared = {f"x{k}": f"const {self.type}" for k in range(function.n_in())}
+        declared |= {f"y{k}": self.type for k in range(function.n_out())}
         lines = [f"(void){name};" for name in declared if name not in used] + lines
-        parameters = (kind + name for name, kind in declared.items())
+        parameters = (f"{kind} *restrict {name}" for name, kind in declared.items())
         text = "".join(f"  {line}\n" for line in lines)
         self.texts.append(f"{head}({', '.join(parameters)})\n{{\n{text}}}\n")
 
@@ -109,7 +102,7 @@ class _Writer:
         key = function.__hash__()
         if key not in self._names:
             self._names[key] = name = f"{function.name()}_{len(self._names)}"
-            self.write(f"static void {name}", function, alone=True)
+            self.write(f"static void {name}", function)
         return self._names[key]
 
 
@@ -120,89 +113,62 @@ class _Body:
     ----------
     writer : writes the functions that this one calls
     function : of numbers, and of calls of such
-    alone : for each argument whether it is a single number
     paired : for each argument whether it holds two side by side; if any does, the statements are those of a
         loop over both, and so are the results
     """
 
-    def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: Sequence[bool]) -> None:
-        import casadi
-
+    def __init__(self, writer: _Writer, function: Any, paired: Sequence[bool]) -> None:
         self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
-        self._statements: list[tuple[str, Sequence[str]]] = []
-        """C, and the names that it makes; none: results of the function."""
-        self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
-        self._needed: set[str] = set()  # names of vectors that are a part of a result
-        self._made: dict[str, tuple[int, list[str]]] = {}  # by which operation, of what
+        self._statements: list[tuple[str, str]] = []
+        """C, and the name of the number that it makes, if that is all it does."""
+        self._made: dict[str, tuple[str, list[str]]] = {}  # by which operation, of what
         self._gathered: dict[str, str] = {}
-        handed: list[tuple[int, int, str, int]] = []  # what of results lies in vectors: of which, where
+        self._vectors = count()
         held: dict[int, str] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
-            kind = function.instruction_id(k)
+            kind = writer.operations[function.instruction_id(k)]
             given, taken = function.instruction_input(k), function.instruction_output(k)
-            if kind == casadi.OP_INPUT:
-                which, place = given
-                index = f"{2 * place}+i" if paired[which] else place
-                held[taken[0]] = f"x{which}" if alone[which] else f"x{which}[{index}]"
-            elif kind == casadi.OP_CONST:
+            if kind == "INPUT":
+                held[taken[0]] = f"x{given[0]}[{_index(given[1], paired[given[0]])}]"
+            elif kind == "CONST":
                 held[taken[0]] = self._literal(function.instruction_constant(k))
-            elif kind == casadi.OP_CALL:
+            elif kind == "CALL":
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
-            elif kind != casadi.OP_OUTPUT:
+            elif kind == "OUTPUT":
+                self._add(f"y{taken[0]}[{_index(taken[1], any(paired))}]={held[given[0]]};")
+            else:
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
-            elif any(paired):
-                self._add(f"y{taken[0]}[{2 * taken[1]}+i]={held[given[0]]};")
-            elif placed := _PLACED.fullmatch(held[given[0]]):
-                handed.append((*taken, placed[1], int(placed[2])))
-            else:
-                self._add(f"y{taken[0]}[{taken[1]}]={held[given[0]]};")
-        self._hand_over(sorted(handed))
 
-    def lines(self) -> list[str]:
-        """Lines of what any result needs."""
-        needed, lines = {*self._needed}, list[str]()
+    def lines(self) -> tuple[list[str], set[str]]:
+        """Lines without the numbers that a choice has made needless, and the names that they use."""
+        used, lines = set[str](), list[str]()
         for text, makes in reversed(self._statements):
-            if not makes or not needed.isdisjoint(makes):
-                needed.update(re.findall(r"\w+", text))
-                lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
-        return lines[::-1]
+            if not makes or makes in used:
+                used.update(re.findall(r"\w+", text))
+                lines.append(text)
+        return lines[::-1], used
 
-    def _add(self, text: str, *makes: str) -> None:
+    def _add(self, text: str, makes: str = "") -> None:
         self._statements.append((text, makes))
-
-    def _hand_over(self, handed: list[tuple[int, int, str, int]]) -> None:
-        """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
-        keys = [(of, place - i, name, at - i) for i, (of, place, name, at) in enumerate(handed)]
-        for _, places in groupby(range(len(handed)), keys.__getitem__):
-            run = [handed[i] for i in places]
-            which, first, name, at = run[0]
-            if self._vectors.get(name, (0, ""))[0] == len(run):
-                self._vectors[name] = 0, f"{self.type} *{name}=&y{which}[{first}];"
-                self._needed.add(name)
-            else:
-                self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
 
     def _literal(self, value: float) -> str:
         """A number that is written out, with a point."""
         text = f"{value:#}".replace("inf", "(double)INFINITY").replace("nan", "(double)NAN")
         return self.forms["constant"].format(f"({text})" if text[0] == "-" else text)
 
-    def _operation(self, kind: int, given: list[str]) -> str:
+    def _operation(self, kind: str, given: list[str]) -> str:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
-        import casadi
-
         form = self.forms.get(kind)
         if form is None:
-            name = next(n for n in dir(casadi) if n.startswith("OP_") and getattr(casadi, n) == kind)
             raise InputError(
-                f"{self.name}: CasADi's operation {name[3:].lower()} has no C here; write it with others"
+                f"{self.name}: CasADi's operation {kind.lower()} has no C here; write it with others"
             )
-        parts = [self._made.get(each, (0, [])) for each in given]
-        if kind == casadi.OP_ADD and all(made == casadi.OP_IF_ELSE_ZERO for made, _ in parts):
+        parts = [self._made.get(each, ("", [])) for each in given]
+        if kind == "ADD" and all(made == "IF_ELSE_ZERO" for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
-            if self._made.get(other) == (casadi.OP_NOT, [one]):
+            if self._made.get(other) == ("NOT", [one]):
                 form, given = self.forms["choice"], [one, then, otherwise]
         found = f"a{len(self._statements)}"
         self._add(f"const {self.type} {found}={form.format(*given)};", found)
@@ -218,25 +184,30 @@ class _Body:
             return f"&{numbers[0]}"
         if listed not in self._gathered:
             name = self._gathered[listed] = f"g{len(self._gathered)}"
-            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};", name)
+            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};")
         return self._gathered[listed]
 
     def _called(self, function: Any, numbers: list[str]) -> list[str]:
         """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
-        given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
         how = written(function)
-        found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
-        self._vectors |= {t: (size, f"{self.type} {t}[{size or 1}];") for t, size in found.items()}
-        name, made = self.writer.named(how.function if how.idle else function), [*found]
-        call = f"{name}({', '.join([*given[how.idle :], *found])});"
+        given = [self._beside(part) for part in parts[how.idle :]]
+        found = {f"t{next(self._vectors)}": function.nnz_out(k) for k in range(function.n_out())}
+        for t, size in found.items():
+            self._add(f"{self.type} {t}[{size or 1}];")
+        name = self.writer.named(how.function if how.idle else function)
+        call = f"{name}({', '.join([*given, *found])});"
         if how.idle:
-            left = map(self._beside, parts[1 : len(found) + 1])
-            lines = [f"const {self.type} *p{t}={place};" for t, place in zip(found, left, strict=True)]
+            for t, place in zip(found, given, strict=False):
+                self._add(f"const {self.type} *p{t}={place};")
             moved = " ".join(f"p{t}={t};" for t in found)
-            lines.append(f"if ({self.forms['asked'].format(given[0])}) {{ {call} {moved} }}")
-            call, found = "\n  ".join(lines), {f"p{t}": size for t, size in found.items()}
-            made += found
-        self._add(call, *made)
+            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} {moved} }}"
+            found = {f"p{t}": size for t, size in found.items()}
+        self._add(call)
         return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]
+
+
+def _index(place: int, paired: bool) -> str:
+    """Index of a number in a vector; of one of two that lie side by side, in the loop over both."""
+    return f"{2 * place}+i" if paired else str(place)

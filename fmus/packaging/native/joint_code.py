@@ -56,37 +56,23 @@ def starting(component: Component, joint: Joint) -> Iterator[Function]:
     yield "begin_tangent", [s.u, s.d, du], casadi.vertcat(*moved.values())
 
 
-def running_parts(component: Component, joint: Joint, now: list[Expression]) -> Iterator[Function]:
-    """Yield what the sampled parts need: the sample of each kind, the inputs of each part.
-
-    Symbols are those of the whole's states, inputs, settled parameters and time `now`.
-    """
-    for kind in {part.name: part for part in joint.parts.values() if part.sampled}.values():
-        yield sampling(kind, 0, f"update_{kind.name}")
-    for number, (key, part) in enumerate(joint.parts.items()):
-        if part.sampled:
-            yield f"inputs_{number}", now, part_inputs(component, joint, key, now)
-
-
 def samples(component: Component, joint: Joint) -> Iterator[Function]:
     """Yield `sample_0` and so on of the whole: what each clock does."""
-    made = {
-        each[0]: called(function(*each))
-        for each in running_parts(component, joint, Symbols.of(component).now)
-    }
-    s = Symbols.of(component, calls=True)
-    for clock, (inputs, update, part, d, x) in enumerate(sampled_parts(component, joint)):
+    s, now = Symbols.of(component, calls=True), Symbols.of(component).now
+    kinds = {part.name: part for _, part, *_ in sampled_parts(component, joint)}
+    update = {name: called(function(*sampling(kind, 0, f"update_{name}"))) for name, kind in kinds.items()}
+    for clock, (key, part, d, x) in enumerate(sampled_parts(component, joint)):
         states, own = s.x[x : x + part.x.size], s.d[d : d + part.d.size]
-        updated = made[update](states, made[inputs](*s.now), own, s.time, s.step)
-        yield f"sample_{clock}", [*s.now, s.step], updated
+        inputs = called(function(f"inputs_{clock}", now, part_inputs(component, joint, key, now)))(*s.now)
+        yield f"sample_{clock}", [*s.now, s.step], update[part.name](states, inputs, own, s.time, s.step)
 
 
-def sampled_parts(component: Component, joint: Joint) -> Iterator[tuple[str, str, Component, int, int]]:
-    """Yield names of inputs and sample of each sampled part, the part, and where `d` and `x` of it begin."""
-    for number, (key, part) in enumerate(joint.parts.items()):
+def sampled_parts(component: Component, joint: Joint) -> Iterator[tuple[str, Component, int, int]]:
+    """Yield name of each sampled part, the part, and where `d` and `x` of it begin."""
+    for key, part in joint.parts.items():
         if part.sampled:
             _, d, x = _places(component, key, part)
-            yield f"inputs_{number}", f"update_{part.name}_0", part, d, x
+            yield key, part, d, x
 
 
 def part_inputs(component: Component, joint: Joint, key: str, now: list[Expression]) -> Expression:

@@ -33,6 +33,7 @@ class Rollout:
     level : oldest processor that it runs on; None for any
     lanes : runs that go side by side
     starting : CasADi function, serialised, from the parameters to what the C core starts from
+    table : CasADi function, serialised, from what such parts settle and the time to what they give
     parameters : start values by name, in the order of the parameters
     recorded : names of the outputs and states that are recorded
     sample_times : parameter of each clock
@@ -45,6 +46,7 @@ class Rollout:
     level: str | None
     lanes: int
     starting: str
+    table: str
     parameters: Mapping[str, float]
     recorded: tuple[str, ...]
     sample_times: tuple[str, ...]
@@ -79,8 +81,7 @@ class Rollout:
         tasks, times, steps = task_list(*schedule)
         free, driven, states, refused = self._started(given)
         if drive is None:
-            size = len(self.given)
-            tables = [_table(self.library, size, self.lanes, each.tobytes(), schedule) for each in free.T]
+            tables = [_table(self.table, each.tobytes(), schedule) for each in free.T]
         else:
             tables = [_by_change(drive)] * self.lanes
             times = np.round(np.where(tasks == _ADVANCE, times + steps, times), 6)
@@ -133,16 +134,11 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
 
 
 @lru_cache(maxsize=32)
-def _table(library: bytes, given: int, lanes: int, settled: bytes, schedule: tuple[Any, ...]) -> Array:
+def _table(function: str, settled: bytes, schedule: tuple[Any, ...]) -> Array:
     """What parts that nothing drives give, from what they settled, as `_by_change`."""
     _, done, _ = task_list(*schedule)
     instants = done[np.append(True, np.diff(done) != 0)]
-    blocks = -(-instants.size // lanes)
-    times = aligned(np.resize(instants, (blocks, lanes)))
-    free = aligned(np.repeat(np.frombuffer(settled), lanes))
-    found = aligned(np.empty((blocks, given, lanes)))
-    loaded(library).table(ctypes.c_long(blocks), *(each.ctypes for each in (times, free, found)))
-    return _by_change(found.transpose(0, 2, 1).reshape(times.size, given)[: instants.size])
+    return _by_change(_function(function)(np.frombuffer(settled), instants[None]).toarray().T)
 
 
 def _by_change(rows: Array) -> Array:

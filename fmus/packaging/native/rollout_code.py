@@ -1,13 +1,11 @@
 """C of a joined component that goes through whole runs in one call.
 
-Nothing is computed more often than it changes. Parts that nothing drives and that remember nothing, as a duty
-cycle, become a table over time. Of what the others compute, that which depends on held values alone (the
-factors of a micro step's matrix, say, as long as the duty stays the same) is kept until one of them changes.
+Parts that nothing drives and that remember nothing, as a duty cycle, become a table over time. The others are
+joined without them, and step and sample as in an FMU.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import accumulate
 from pathlib import Path
 
 from warmlink.fmus.component import Component, Input, Parameter
@@ -16,15 +14,9 @@ from warmlink.fmus.component.join import join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.c_code import functions_text
-from warmlink.fmus.packaging.native.casadi_code import (
-    Expression,
-    Function,
-    Symbols,
-    function,
-    unsimplified,
-)
+from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, function
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
-from warmlink.fmus.packaging.native.joint_code import part_inputs, running_parts, sampled_parts
+from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import rare_places, stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
@@ -54,11 +46,13 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     options = ("-w", *(() if level is None else (f"-march={level}",)))
     sources = _sources(whole, driven, given, recorded, lanes)
     p, u = whole.start_values()
+    starting, table = _starting(whole, driven, given)
     return Rollout(
         library=replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout"),
         level=level,
         lanes=lanes,
-        starting=_starting(whole, driven),
+        starting=starting,
+        table=table,
         parameters=dict(zip(whole.p.names, p.tolist(), strict=True)),
         recorded=tuple(recorded),
         sample_times=tuple(clock.sample_time for clock in driven.clocks),
@@ -68,134 +62,84 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     )
 
 
-def _starting(whole: Component, driven: Component) -> str:
-    """CasADi function from the whole's parameters to what is settled, free and driven part, and states.
+def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[str, str]:
+    """CasADi functions of what a run starts from, and of what the parts give then that nothing drives.
 
-    Its last result is how many of the parameters, and of the conditions across them, an FMU refuses.
+    The first one goes from the whole's parameters to what is settled, free and driven part, and states; its
+    last result is how many of the parameters, and of the conditions across them, an FMU refuses. The second
+    one goes from the free part and the time to what is given.
     """
     import casadi
 
-    p = casadi.SX.sym("p", whole.p.size)
-    refused = _refused(whole.parameters, p)
-    refused += [casadi.if_else(check.margin(whole.p.read(p)) >= 0, 0, 1) for check in whole.checks]
-    settled, inputs = casadi.SX(whole.settled(p)), casadi.SX(casadi.DM(whole.start_values()[1]))
-    free, own = settled[_free(whole, driven)], settled[[whole.d.index[name] for name in driven.d.names]]
-    results = [free, own, whole.states_at_start(inputs, settled), sum(refused)]
-    return str(casadi.Function("starting", [p], results).serialize())
-
-
-def _free(whole: Component, driven: Component) -> list[int]:
-    """Where among all settled values those of the parts lie that nothing drives."""
-    return [place for name, place in whole.d.index.items() if name not in driven.d.index]
-
-
-def _split(given: Function, held: Sequence[int]) -> list[Function]:
-    """A change of states in two: what depends on some arguments alone, which are held, and the rest."""
-    name, arguments, result = given
-    _, u, d, _, step = arguments
-    (rest,), kept, found = _apart([type(d)(result)], [arguments[i] for i in held])
-    return [(f"{name}_held", [u, d, step], found), (name, [*arguments, kept], rest)]
-
-
-def _apart(
-    results: list[Expression], held: list[Expression]
-) -> tuple[list[Expression], Expression, Expression]:
-    """Results that read from new symbols what depends on held arguments alone; those; what they hold.
-
-    Every number stays the same double.
-    """
-    import casadi
-
-    none = type(results[0]).sym("none", 0)
-    with unsimplified():
-        dense = [casadi.densify(each) for each in casadi.cse(results)]
-        rest, *both = casadi.extract_parametric(dense, held)
-        kept, found = (casadi.vertcat(none, *map(casadi.vec, each)) for each in both)
-    return rest, kept, found
+    s = Symbols.of(whole)
+    refused = _refused(whole.parameters, s.p)
+    refused += [casadi.if_else(check.margin(whole.p.read(s.p)) >= 0, 0, 1) for check in whole.checks]
+    settled, inputs = casadi.SX(whole.settled(s.p)), casadi.SX(casadi.DM(whole.start_values()[1]))
+    free = [place for name, place in whole.d.index.items() if name not in driven.d.index]
+    own = settled[[whole.d.index[name] for name in driven.d.names]]
+    results = [settled[free], own, whole.states_at_start(inputs, settled), sum(refused)]
+    outputs = casadi.SX(whole.outputs_of(*s.now))[[whole.y.index[name] for name in given]]
+    starting = casadi.Function("starting", [s.p], results)
+    table = casadi.Function("table", [s.d[free], s.time], [outputs])
+    return str(starting.serialize()), str(table.serialize())
 
 
 def _sources(
     whole: Component, driven: Component, given: Sequence[str], recorded: Sequence[str], lanes: int
 ) -> dict[str, str]:
-    """C files by name, of which a similar system needs some as they are."""
+    """C files by name; with another law the micro step stays as it is."""
     assert driven.joint is not None
     s = Symbols.of(driven)
-    running = {each[0]: each for each in running_parts(driven, driven.joint, s.now)}
-    sampled = list(sampled_parts(driven, driven.joint))
-    files = {"advance": [half for each in stepping(driven, s) for half in _split(each, (1, 2, 4))]}
-    files |= {name: _split(each, (2, 4)) for name, each in running.items() if name.startswith("update")}
-    halves = {each[0]: each for of in files.values() for each in of}
-    usual, full = files["advance"][-1][0], files["advance"][1][0]
-    changes = [(name, "0", 0, 0, driven.continuous.size) for name in (usual, full)]
-    changes += [(update, f"{inputs}_of", x, d, part.x.size) for inputs, update, part, d, x in sampled]
-    *kept, size = accumulate((halves[f"{name}_held"][2].numel() for name, *_ in changes), initial=0)
-    seen = _seen(driven, s, given, recorded, [running[inputs] for inputs, *_ in sampled])
-    widths = [part.u.size for _, _, part, *_ in sampled]
+    steps, record = list(stepping(driven, s)), _record(driven, s, given, recorded)
+    changes = [(f"WL({name})", 0, driven.continuous.size) for name in (steps[-1][0], steps[0][0])]
+    clocks = enumerate(sampled_parts(driven, driven.joint))
+    changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, _, x) in clocks]
+    running = [*samples(driven, driven.joint), _inputs(whole, driven, given), record]
     defined = {
         "GIVEN": len(given),
-        "KEPT": size,
-        "LONGEST": max(driven.x.size, driven.u.size + len(given), seen[0][2].numel(), *widths),
+        "LONGEST": max(driven.x.size, driven.u.size + len(given)),
         "RECORDED": len(recorded),
         "RARE": " || ".join(["0", *(f"any_of(d[{place}])" for place in rare_places(driven))]),
-        "DECLARED": " ".join(f"DECLARE({name})" for name in dict.fromkeys(name for name, *_ in changes)),
-        "CHANGES": ", ".join(
-            f"CHANGE({', '.join(map(str, change))}, {first})"
-            for change, first in zip(changes, kept, strict=True)
-        ),
+        "STEPS": ", ".join(f"WL({name})" for name, *_ in steps),
+        "CHANGES": ", ".join(f"{{{', '.join(map(str, change))}}}" for change in changes),
     }
-    files["run"] = [*_given(whole, driven, given), *seen]
     texts = {
-        f"{file}.c": functions_text((function(*each) for each in of), halves, lanes)
-        for file, of in files.items()
+        file: functions_text((function(*each) for each in of), [name for name, *_ in steps], lanes)
+        for file, of in {"advance.c": steps, "rollout.c": running}.items()
     }
-    texts["run.c"] += "".join(f"#define {name} {value}\n" for name, value in defined.items())
-    texts["run.c"] += _LOOP.read_text("utf-8")
+    texts["rollout.c"] += "".join(f"#define {name} {value}\n" for name, value in defined.items())
+    texts["rollout.c"] += _LOOP.read_text("utf-8")
     return texts
 
 
-def _given(whole: Component, driven: Component, given: Sequence[str]) -> list[Function]:
-    """What the free parts give over time; and from that the inputs, or what they start at, and itself."""
+def _inputs(whole: Component, driven: Component, given: Sequence[str]) -> Function:
+    """Inputs from what is given, or what they start at; after them what is given itself."""
     import casadi
 
     assert whole.joint is not None
-    s, none, table = Symbols.of(whole), casadi.SX(0, 1), casadi.SX.sym("table", len(given))
-    outputs, starts = casadi.SX(whole.outputs_of(*s.now)), whole.start_values()[1].tolist()
+    table, starts = casadi.SX.sym("table", len(given)), whole.start_values()[1].tolist()
     held = dict(zip(whole.u.names, starts, strict=True)) | {name: table[i] for i, name in enumerate(given)}
     inputs = (held[whole.joint.wires.get(name, name)] for name in driven.u.names)
-    free = casadi.vertcat(none, *(s.d[i] for i in _free(whole, driven)))
-    return [
-        ("given", [free, s.time], casadi.vertcat(none, *(outputs[whole.y.index[name]] for name in given))),
-        ("inputs", [table], casadi.vertcat(none, *inputs, table)),
-    ]
+    return "inputs", [table], casadi.vertcat(casadi.SX(0, 1), *inputs, table)
 
 
-def _seen(
-    driven: Component, s: Symbols, given: Sequence[str], recorded: Sequence[str], inputs: list[Function]
-) -> list[Function]:
-    """What is seen of the states: the view, the inputs of sampled parts, and what is recorded.
-
-    The view is what these share, since it follows from the continuous states. The record ends with how many
-    inputs of parts an FMU would refuse, of those that states move; `standing` counts the others.
-    """
+def _record(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequence[str]) -> Function:
+    """What is recorded, and after it how many inputs of parts an FMU would refuse."""
     import casadi
 
     assert driven.joint is not None
-    counts = {True: casadi.SX(0), False: casadi.SX(0)}
-    for key, part in driven.joint.parts.items():
-        for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now))):
-            counts[casadi.depends_on(each, casadi.vertcat(s.x, s.time))] += each
     extra = casadi.SX.sym("extra", len(given))
     outputs = casadi.SX(driven.outputs_of(*s.now))
     values = {name: s.x[i] for name, i in driven.x.index.items()}
     values |= {name: outputs[i] for name, i in driven.y.index.items()}
     values |= {name: extra[i] for i, name in enumerate(given)}
-    row = casadi.vertcat(*(values[name] for name in recorded), counts[True])
-    together = [*inputs, ("record", s.now, row)]
-    continuous = [s.x[: driven.continuous.size], s.u, s.d, s.time]
-    rest, kept, view = _apart([casadi.SX(result) for *_, result in together], continuous)
-    arguments = [s.x, casadi.vertcat(s.u, extra), s.d, s.time, kept]
-    seen = [(name, arguments, each) for (name, *_), each in zip(together, rest, strict=True)]
-    return [("view", s.now, view), ("standing", [s.u, s.d], counts[False]), *seen]
+    refused = [
+        each
+        for key, part in driven.joint.parts.items()
+        for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
+    ]
+    row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
+    return "record", [s.x, casadi.vertcat(s.u, extra), s.d, s.time], row
 
 
 def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list[Expression]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Stepper
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper

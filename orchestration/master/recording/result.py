@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.master.communication import CommunicationPoints

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection as Pipe
@@ -18,7 +19,6 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
 

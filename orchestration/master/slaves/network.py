@@ -6,11 +6,11 @@ import math
 import os
 from collections.abc import Collection, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import Connection, Value
 

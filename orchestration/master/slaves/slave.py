@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, Protocol
-
-from warmlink.fmus.records import dataclass
 
 if TYPE_CHECKING:
     from warmlink.orchestration.system.description import Capabilities, Variable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -14,7 +14,6 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.model import StartValues
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2

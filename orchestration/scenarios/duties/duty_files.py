@@ -9,6 +9,7 @@ one `[random]` table from whose seed the segments are drawn. A segment has `dura
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +18,6 @@ import numpy as np
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.scenarios.duties.duty import (
     MOST_SEGMENTS,
     Duty,

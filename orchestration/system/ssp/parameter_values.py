@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system import xml
 from warmlink.orchestration.system.model import TYPES, Value

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
 from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
 from warmlink.orchestration.system.ssp.net import Edge, Net, Node, Path

@@ -5,13 +5,12 @@ What the rest cannot make use of is refused here, by name.
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path as File
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.records import dataclass
 from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path

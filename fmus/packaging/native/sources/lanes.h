@@ -1,6 +1,5 @@
 /* What the C of c_code.py needs where each number is a vector of LANES runs. */
 #include <math.h>
-#include <string.h>
 #define WL(name) name##_lanes
 typedef double lanes __attribute__((vector_size(8 * LANES)));
 typedef long long masks __attribute__((vector_size(8 * LANES)));
