@@ -45,8 +45,8 @@ WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
 
 DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
-"""Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out or it
-is unknown how warm the cell is, and what the thermometers tell."""
+"""Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out or
+it is unknown how warm the cell is, and what the thermometers tell."""
 
 
 def first_states(readings: Number, told: Told, known: Number) -> dict[str, Number]:
