@@ -20,8 +20,8 @@ from warmlink.fmus.component.arithmetic import (
     exp,
     maximum,
     minimum,
+    placed,
     stack,
-    total,
     truth,
     where,
 )
@@ -155,29 +155,25 @@ def _growths(p: Record) -> Values:
     G = E_T (S_TT + R)^-1, with the covariances of such links, one sensor's row after the other
     """
     spread = 100.0 * (symmetric(p.warm_spread, MODES) + outer(p.uniform_profile, p.uniform_profile))
-    rows = [sensor_row(i, p) for i in range(SENSORS)]
-    alone = []
-    for i in range(SENSORS):
-        across = spread @ rows[i]
-        used = truth(p.sensor_std[i] > 0)
-        alone.append(used * total(p.elongation_row * across) / maximum(total(rows[i] * across), 1e-9))
+    rows, used = matrix(p.sensor_rows, SENSORS), truth(p.sensor_std > 0)
+    seen = rows @ spread
+    alone = used * (seen @ p.elongation_row) / maximum(diagonal(seen @ rows.T), 1e-9)
     # The gain of all at once, as the filter that takes one after the other makes it: mean = K y.
-    gain = outer(p.uniform_profile, stack(*[0.0] * SENSORS))
+    gain = outer(p.uniform_profile, 0.0 * used)
     for i in range(SENSORS):
-        across = spread @ rows[i]
-        used = truth(p.sensor_std[i] > 0)
-        k = across * (used / (total(rows[i] * across) + p.sensor_std[i] ** 2 + 1e-9))
-        picked = stack(*[1.0 if j == i else 0.0 for j in range(SENSORS)])
-        gain = gain + outer(k, picked - gain.T @ rows[i])
+        row = sensor_row(i, p)
+        across = spread @ row
+        k = across * (used[i] / (dot(row, across) + p.sensor_std[i] ** 2 + 1e-9))
+        gain = gain + outer(k, placed(1.0, i, SENSORS) - gain.T @ row)
         spread = spread - outer(k, across)
     by_all = gain.T @ p.elongation_row
     contrast = _contrast(by_all / p.elongation_per_kelvin, p)
-    steady = matrix(p.sensor_rows, SENSORS) @ (p.shaft_heat_gain / -p.mode_rate)
+    steady = rows @ (p.shaft_heat_gain / -p.mode_rate)
     return {
         "growth_by_all": by_all,
-        "growth_by_one": stack(*alone),
+        "growth_by_one": alone,
         "contrast": contrast,
-        "contrast_row": matrix(p.sensor_rows, SENSORS).T @ contrast,
+        "contrast_row": rows.T @ contrast,
         "flattest_rise": maximum(steady, 1e-9) ** FLATTER,
     }
 
