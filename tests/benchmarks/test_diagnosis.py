@@ -11,13 +11,13 @@ from warmlink.orchestration.diagnosis.practice.hide import hide
 
 @pytest.mark.slow
 def test_the_bench_counts_and_writes(tmp_path: Path) -> None:
-    bench = bench_diagnosis({"single": 2, "none": 1}, seed=1)
+    bench = bench_diagnosis({"single": 1, "none": 2}, seed=1)
     bench.write(tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {"bench_diagnosis.csv", "confusion.csv", "trials.csv"}
     rows = {row["kind"]: row for row in bench.table()}
-    assert rows["single"]["runs"] == 2
+    assert rows["single"]["runs"] == 1
     assert rows["single"]["right_percent"] == 100
-    assert rows["none"]["adequate"] == 1
+    assert rows["none"]["runs"] == rows["none"]["adequate"] == 2
 
 
 def test_fresh_seeds_give_fresh_trials_and_the_same_seed_the_same() -> None:

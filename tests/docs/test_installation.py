@@ -22,7 +22,7 @@ ROOT = DOCS.parent
 CHANGE = blocks((ROOT / "CONTRIBUTING.md").read_text("utf-8"), "sh")[0]
 
 NOT_THERE = shutil.ignore_patterns(
-    ".git", ".venv", ".typing", "out", "build", "dist", "*.egg-info", "__pycache__"
+    ".git", ".venv", ".typing", ".*_cache", ".hypothesis", "out", "build", "dist", "*.egg-info", "__pycache__"
 )
 
 

@@ -29,8 +29,8 @@ from warmlink.orchestration.report.diagnosis import SSV, write_diagnoses
 ELBOW = 3
 RESISTANCE = 0.6
 NEVER = np.array([])
-TWO_HOURS = 7200.0
-"""s, half of the run."""
+LONG_ENOUGH = 4800.0
+"""s, a third of the run."""
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def experiments(run: Path) -> Mapping[int, Experiment]:
 @pytest.mark.slow
 def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Path) -> None:
     table = pd.read_csv(run)
-    table[table["time [s]"] <= TWO_HOURS].to_csv(tmp_path / "arm.csv", index=False)
+    table[table["time [s]"] <= LONG_ENOUGH].to_csv(tmp_path / "arm.csv", index=False)
     experiments = arm_experiments(tmp_path / "arm.csv")
     assert list(experiments) == [1, 2, 3, 4, 5, 6]
     found = diagnose_arm(experiments)
@@ -67,8 +67,9 @@ def test_a_cause_hidden_in_joint_3_is_named_as_joint_3s(run: Path, tmp_path: Pat
     assert cause.name == "joint_resistance"
     said = json_content(found.axes[ELBOW])["causes"][0]["parameters"]["motor.joint_resistance"]
     assert said["low95"] <= RESISTANCE <= said["high95"]
-    for _ in range(2):  # a second time over the first
-        write_diagnoses(found.by_name, found.to_json(SSV), tmp_path / "out")
+    first = {"axis3": found.by_name["axis3"]}
+    for written in (first, found.by_name):  # the second time over the first
+        write_diagnoses(written, found.to_json(SSV), tmp_path / "out")
     whole = json.loads((tmp_path / "out/diagnosis.json").read_text())
     assert whole["at_fault"] == ["axis3"]
     assert not undescribed("diagnosis.json", whole)
