@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import SCALE
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
@@ -126,6 +127,21 @@ class Doubts:
         changes = np.nanstd(self._measured, axis=0)
         moving = changes > 0
         return _rms((self._measured - simulated)[:, moving] / changes[moving])
+
+
+def unchanging_inputs(experiment: Experiment) -> tuple[str, ...]:
+    """Ask after inputs other than temperatures that never change while others do, which may be right."""
+    runs, rig = experiment.runs, experiment.rig
+    driven = (each for each in runs[0].columns if each.variable in runs[0].inputs)
+    values = {
+        column: np.concatenate([run.inputs[column.variable] for run in runs if column.variable in run.inputs])
+        for column in driven
+        if rig.unit(column.variable) != "K"
+    }
+    still = [column for column, each in values.items() if np.ptp(each) == 0]
+    told = "in every row, while other inputs change: was it logged?"
+    asked = tuple(f"{column.name} is {column.least:g} {column.unit} {told}" for column in still)
+    return asked if len(still) < len(values) else ()
 
 
 def _longest_level(values: Array) -> slice:
