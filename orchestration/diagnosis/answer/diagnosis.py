@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
+from warmlink.orchestration.diagnosis.answer.doubtful import Doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
@@ -118,10 +118,12 @@ class Diagnosis:
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """What looks like columns that are stuck, swapped or in another unit, unless nothing is wrong."""
+        """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
         problem, null = self.assessment.problem, self.assessment.null
-        values = problem.values_by_run(null.freed, null.theta)
-        return () if self.verdict == "adequate" else Doubts(problem, values).sentences()
+        if self.verdict == "adequate":
+            return ()
+        found = Doubts(problem, problem.values_by_run(null.freed, null.theta)).sentences()
+        return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
 
     @property
     def adopted(self) -> Predicted:

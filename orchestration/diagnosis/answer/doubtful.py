@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import SCALE
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
@@ -47,7 +48,10 @@ class Doubts:
         """Say which columns look like something else, and like what; an input alone if it explains all."""
         if inputs := tuple(self._inputs_in_other_units()):
             return inputs
-        said = {**dict(self._stuck()), **dict(self._in_other_units())}
+        stuck = dict(self._stuck())
+        if 1 < len(self._names) < 2 * len(stuck):
+            stuck = {}  # no sensor is to blame where most of them move too little
+        said = {**stuck, **dict(self._in_other_units())}
         return (*said.values(), *self._swapped([i for i in range(len(self._names)) if i not in said]))
 
     def _with(self, given: Mapping[str, float]) -> Array:
@@ -68,11 +72,14 @@ class Doubts:
         for i, (name, unit) in enumerate(zip(self._names, self._units, strict=True)):
             read = np.flatnonzero(np.isfinite(self._measured[:, i] + self._simulated[:, i]))
             if unit in _MOVES and read.size:
-                for rows in (read, read[_longest_level(self._measured[read, i])]):
+                # Readings that are rounded stay where they are while they move by less than a step.
+                step = 2 * max(float(data.quantum[i]) for data in self._problem.data)
+                level = read[_longest_level(self._measured[read, i])]
+                for rows, least in ((level, max(_MOVES[unit] / 4, step)), (read, _MOVES[unit])):
                     shows, should = (
                         float(np.std(each[rows, i])) for each in (self._measured, self._simulated)
                     )
-                    if should > _MOVES[unit] and shows < _SHARE * should:
+                    if should > least and shows < _SHARE * should:
                         change = f"{_shown(shows, unit)} rms where it should by {_shown(should, unit)}"
                         told = f"{name} changes in {rows.size} of {read.size} rows by {change}"
                         yield i, f"{told}: is the sensor connected, and in its place?"
@@ -126,6 +133,21 @@ class Doubts:
         changes = np.nanstd(self._measured, axis=0)
         moving = changes > 0
         return _rms((self._measured - simulated)[:, moving] / changes[moving])
+
+
+def unchanging_inputs(experiment: Experiment) -> tuple[str, ...]:
+    """Ask after inputs other than temperatures that never change while others do, which may be right."""
+    runs, rig = experiment.runs, experiment.rig
+    driven = (each for each in runs[0].columns if each.variable in runs[0].inputs)
+    values = {
+        column: np.concatenate([run.inputs[column.variable] for run in runs if column.variable in run.inputs])
+        for column in driven
+        if rig.unit(column.variable) != "K"
+    }
+    still = [column for column, each in values.items() if np.ptp(each) == 0]
+    told = "in every row, while other inputs change: was it logged?"
+    asked = tuple(f"{column.name} is {column.least:g} {column.unit} {told}" for column in still)
+    return asked if len(still) < len(values) else ()
 
 
 def _longest_level(values: Array) -> slice:

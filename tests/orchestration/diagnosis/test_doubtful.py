@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
+from warmlink.orchestration.diagnosis.answer.doubtful import Doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -70,6 +70,15 @@ def test_a_column_that_is_something_else_is_named(
 ) -> None:
     (sentence,) = doubts(tmp_path, {**sound, **change(sound)})
     assert sentence.startswith(said)
+
+
+def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Columns, tmp_path: Path) -> None:
+    nothing = experiment(tmp_path, {**sound, TORQUE: 0 * sound[TORQUE]})
+    told = "torque is 0 N.m in every row, while other inputs change: was it logged?"
+    assert unchanging_inputs(nothing) == (told,)
+    assert unchanging_inputs(experiment(tmp_path, sound)) == ()
+    still = experiment(tmp_path, {**sound, TORQUE: 0 * sound[TORQUE], SPEED: 0 * sound[SPEED]})
+    assert unchanging_inputs(still) == ()
 
 
 @pytest.mark.parametrize("effect", ["", "joint_resistance", "copper_loss", "hub_heat_loss", "friction_level"])
