@@ -290,7 +290,7 @@ def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tu
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
     # What changes nothing over all its room stays where it is.
-    alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e300) > _NOTHING
+    alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e100) > _NOTHING
     matrix = correlation + 1e-11 * np.eye(scale.size)
     matrix[~alive, :] = 0.0
     matrix[:, ~alive] = 0.0
