@@ -194,8 +194,8 @@ def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: f
     NaN where the arm does not reach, or a joint would pass its limit; parameters as for `reaching_angles`.
     """
     angles = reaching_angles(x, y, z, pitch, roll)
-    within = ~beyond_limits(angles).any(axis=1)
-    return np.where(within[:, None], angles, np.nan)
+    beyond = np.any(beyond_limits(angles), axis=1, keepdims=True)
+    return np.where(beyond, np.nan, angles)
 
 
 def beyond_limits(angles: Array) -> NDArray[np.bool_]:
