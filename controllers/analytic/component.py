@@ -4,7 +4,8 @@ from warmlink.controllers.analytic import law
 from warmlink.controllers.fail_safe import LIMITS
 from warmlink.controllers.interface import compensator, error_parameters
 from warmlink.fmus.component import Choice, Parameter, State
-from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, length_parameter
+from warmlink.fmus.component.quantities import length_parameter
+from warmlink.fmus.component.variables import NOMINAL_TEMPERATURE
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 
 _MATERIAL = {"conductivity", "density", "specific_heat", "expansion_coefficient"}

@@ -14,6 +14,7 @@ from warmlink.controllers.design.plant import (
     LinearPlant,
     Plant,
     cell_plant,
+    no_growth,
     plant_model,
 )
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
@@ -188,6 +189,7 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
     return {
         **{name: float(getattr(motor, name)) for name in LOSSES},
         "linearisation_temperature": ROOM_TEMPERATURE,
+        "reference_temperature": no_growth(plant),
         "mode_rate": reduced.rate.tolist(),
         "convection": reduced.A_speed.ravel().tolist(),
         "winding_heat_gain": reduced.B[:, column["winding_heat"]].tolist(),

@@ -231,6 +231,29 @@ def plant_model(given: Plant | None = None) -> LinearPlant:
     )
 
 
+def no_growth(plant: Plant) -> float:
+    """Temperature in K of all links at which what the law corrects is 0.
+
+    Of links that count their growth from different temperatures, the mean by how much each grows.
+    """
+    joined, model = plant.component, plant_model(plant)
+    even = {name: value for name, value in plant.given.items() if ".initial_temperature_rise" not in name}
+    begun = start(joined, even)
+    found = joined.outputs_of(begun.x, begun.u, joined.settled(begun.p), begun.time)
+    grown = sum(weight * found[joined.y.index[name]] for name, weight in plant.growth.items())
+    states = [name.rpartition(".")[0] for name in joined.continuous.names if "temperature" in name]
+    by_state = dict.fromkeys(plant.links, 0.0)
+    for part, each in zip(states, model.C[OUTPUTS.index("elongation")] * model.uniform, strict=True):
+        if part in by_state:
+            by_state[part] += float(each)
+    per_kelvin = sum(by_state.values())
+    if per_kelvin == 0:
+        return ROOM_TEMPERATURE
+    first = [float(begun.p[joined.p.index[f"{link}.initial_temperature"]]) for link in by_state]
+    mean = sum(e * t for e, t in zip(by_state.values(), first, strict=True)) / per_kelvin
+    return round(mean - float(grown) / per_kelvin, 9)
+
+
 def _outputs(plant: Plant, slopes: Array) -> Array:
     """Rows of `OUTPUTS`: the temperatures that are read, 0 for those that are not, and the growth."""
     index = plant.component.y.index

@@ -60,8 +60,9 @@ def fit_regression(
         raise InputError(f"run: {rows.shape[0]} rows are too few for a regression; give {2 * rows.shape[1]}")
     if not np.isfinite(rows).all():
         raise InputError("run: a temperature or the elongation is not finite; leave such rows out")
+    still = np.ptp(rows, axis=0) == 0.0
+    rows[:, still] = 0.0
     moments = rows.T @ rows / rows.shape[0]
-    still = np.diag(moments) == 0.0
     moments[still, still] = 1.0  # K2: of a temperature that nobody read, nothing else is known
     stds = sensor_stds(sensors, sensor_std)
     return {
@@ -71,6 +72,13 @@ def fit_regression(
         "memory_time": MEMORY_TIME,
         "residual_std": _residual(rows, moments, np.array(stds)),
     }
+
+
+def cold_in(run: TrainingRun, sensors: Sequence[str]) -> float:
+    """Temperature in K of no growth: where a run begins with none, the mean of what sensors read there."""
+    used = np.array(sensor_stds(sensors, 1.0)) > 0
+    begins_cold = abs(run.elongation[0]) <= 1e-6 * np.ptp(run.elongation)
+    return float(np.mean(run.temperature[0, used])) if begins_cold else ROOM_TEMPERATURE
 
 
 def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:

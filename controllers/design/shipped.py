@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from warmlink.controllers.design.gains import design_controller, plant_parameters
-from warmlink.controllers.design.plant import Plant, plant_model
+from warmlink.controllers.design.plant import Plant, no_growth, plant_model
 from warmlink.controllers.design.reduction import reduce_plant
 from warmlink.controllers.design.regression import fit_regression, training_run
 from warmlink.controllers.observer.model import MODES
@@ -18,7 +18,10 @@ def observer_facts(plant: Plant) -> Values:
 
 
 PLANT_FACTS: Mapping[str, Callable[[Plant], Values]] = {
-    "regression": lambda plant: {"moments": fit_regression(training_run(plant))["moments"]},
+    "regression": lambda plant: {
+        "moments": fit_regression(training_run(plant))["moments"],
+        "reference_temperature": no_growth(plant),
+    },
     "observer": observer_facts,
     "observer_drift": observer_facts,
 }

@@ -9,7 +9,8 @@ from warmlink.controllers.observer import law, model, offset, retained, witnesse
 from warmlink.controllers.observer.filters import filter_states
 from warmlink.controllers.start_values import Values, shipped_design, with_values
 from warmlink.fmus.component import Check, Component, Derived, Parameter, State
-from warmlink.fmus.component.quantities import NOMINAL_TEMPERATURE, temperature_parameter
+from warmlink.fmus.component.quantities import temperature_parameter
+from warmlink.fmus.component.variables import NOMINAL_TEMPERATURE
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 
 _MODES = model.MODES

@@ -5,12 +5,10 @@ from functools import partial
 from typing import Any, TypeVar
 
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Choice, Input, Output, Parameter, Terminal, Variable
+from warmlink.fmus.component.variables import NOMINAL_TEMPERATURE, is_difference
 
 ROOM_TEMPERATURE = 295.15
 """K, the temperature from which every cold start begins."""
-
-NOMINAL_TEMPERATURE = 300.0
-"""K, by which tolerances on temperatures are scaled."""
 
 PAD_MODE = Choice("PadMode", ("none", "power", "temperature"))
 """What a heating pad does: nothing, give a power, or be held at a temperature."""
@@ -45,11 +43,6 @@ _QUANTITIES = {
 def quantity(variable: Variable) -> str | None:
     """Name of what a variable measures, as Modelica.Units.SI calls it; None for what has no name there."""
     return "TemperatureDifference" if is_difference(variable) else _QUANTITIES.get(variable.unit)
-
-
-def is_difference(variable: Variable) -> bool:
-    """Whether a variable in K is a difference of temperatures, to which no unit's zero applies."""
-    return variable.unit == "K" and variable.display is None and variable.nominal != NOMINAL_TEMPERATURE
 
 
 Declared = TypeVar("Declared", bound=Variable)

@@ -10,6 +10,9 @@ from typing import Any, Literal
 
 from warmlink.fmus.component.arithmetic import Number, stack
 
+NOMINAL_TEMPERATURE = 300.0
+"""K, by which tolerances on temperatures are scaled."""
+
 VariableType = Literal["Real", "Integer", "Boolean"]
 
 Record = Any
@@ -17,6 +20,11 @@ Record = Any
 
 Values = Mapping[str, Number]
 """The same by name."""
+
+
+def is_difference(variable: "Variable") -> bool:
+    """Whether a variable in K is a difference of temperatures, to which no unit's zero applies."""
+    return variable.unit == "K" and variable.display is None and variable.nominal != NOMINAL_TEMPERATURE
 
 
 @dataclass(frozen=True)
@@ -173,7 +181,7 @@ class Scalar:
     @property
     def is_temperature(self) -> bool:
         """Whether it is a temperature, which has a zero (degC), rather than a difference of two (K)."""
-        return self.variable.unit == "K" and self.variable.display == "degC"
+        return self.variable.unit == "K" and not is_difference(self.variable)
 
     @property
     def is_discrete(self) -> bool:

@@ -6,8 +6,9 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from warmlink.fmus.component import Parameter, Scalar, Variable
-from warmlink.fmus.component.quantities import is_difference, quantity
+from warmlink.fmus.component.quantities import quantity
 from warmlink.fmus.component.units import display_conversion, unit
+from warmlink.fmus.component.variables import is_difference
 
 VENDOR = "warmlink"
 """Name under which this project annotates a model description."""

@@ -18,6 +18,8 @@ PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
 SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
+_COUNTED_FROM = "reference_temperature"
+
 _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
 
 
@@ -49,7 +51,11 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
             f"{_command(scenario, changed, law)}; then add --parameters {law}.ssv"
         ), ideal
     own = {name.removeprefix(LAW) for name in known if name.startswith(LAW)}
-    if not changed or own - _NO_PART_OF_A_DESIGN or _facts(SUBSTITUTE, known) == _facts(SUBSTITUTE, {}):
+    if not changed or own - _NO_PART_OF_A_DESIGN:
+        return None, False
+    # What these laws go by is no temperature, or the rise of one since the start.
+    mine, nominal = ({**_facts(SUBSTITUTE, each), _COUNTED_FROM: 0.0} for each in (known, {}))
+    if mine == nominal:
         return None, False
     return (
         f"the parameters of {law} suit the nominal cell; this one {told}; tune them, or use a "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
+    from warmlink.orchestration.system.model import System
 
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
@@ -136,7 +137,7 @@ def simulate(
                 )
 
             found = attempted(chosen, allowed, watch, run) if repeats else Attempt(chosen, run(chosen, False))
-            result = found.result
+            result, late = found.result, _late(read, found.unseen)
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
                 lost = write_files(target, series_writers(result.table, written, csv))
@@ -151,7 +152,21 @@ def simulate(
         remark(told)
     for name in found.missed if found.broken is None else ():
         remark(f"{name}: the coupling error is not within the tolerance; allow more")
+    for part in late:
+        remark(
+            f"{part}: follows steps of an FMU's own that are as long as those of the run, so that a second "
+            "run does not show how late it is; take longer steps to bound its coupling error"
+        )
     arguments.finish(folder, lost, found.stopped)
+
+
+def _late(system: System, unseen: Sequence[str]) -> list[str]:
+    """Components of variables whose lateness is not seen; not of those that say that they sample."""
+    from warmlink.orchestration.system.description import read_description
+
+    fed = dict.fromkeys(link.target_component for link in system.connections)
+    told = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
+    return [n for n in told if "sample_time" not in read_description(system.components[n].fmu).variables]
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

@@ -30,6 +30,9 @@ BOLD = (100.0, 10.0, 1.0)
 Once = Callable[[Algorithm, bool], Result]
 """A run by an algorithm, at the step that was asked for, or at half of it."""
 
+FEW_STEPS, MOST_STEPS = 20, 0.5
+"""Half steps that say nothing yet, and the share of the steps that are most of them."""
+
 PROBE_STEPS = 120
 DISTURBANCE = 1e-5  # of the nominal values
 # What slaves in a row integrate grows with a power of time, a thermal runaway slowly: both stay below.
@@ -49,6 +52,7 @@ class Attempt:
     bounds : by variable, in its unit; none where there was no second run, infinite where that ended early
     broken : why the run at half the step, or a later attempt, ended early; None where none did
     missed : variables whose bounds exceed their tolerances
+    unseen : variables whose bounds may be too small, see `unseen_in`
     """
 
     algorithm: Algorithm
@@ -56,6 +60,7 @@ class Attempt:
     bounds: Mapping[str, float] = field(default_factory=dict)
     broken: str | None = None
     missed: Sequence[str] = ()
+    unseen: Sequence[str] = ()
 
     @property
     def stopped(self) -> str | None:
@@ -89,15 +94,17 @@ def attempted(
                 # Ctrl-C, or a full disk
                 return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
             names, bounds, broken = watched or result.table.names, dict[str, float](), None
+            unseen: list[str] = []
             if result.reason is None:
                 try:
                     fine = once(finer, True)
                     bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
+                    unseen = unseen_in(fine, names)
                 except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
                     bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
             missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
             broken = broken and f"{broken} in the run at half the step"
-            found.append(Attempt(whole, result, bounds, broken, missed))
+            found.append(Attempt(whole, result, bounds, broken, missed, unseen))
             if broken or not (missed or result.error):
                 break
     return found[-1]
@@ -130,6 +137,21 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
     for name in variables:
         halved = fine[name][::2]
         found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
+    return found
+
+
+def unseen_in(fine: Result, variables: Sequence[str]) -> list[str]:
+    """Variables that move in most steps, but in the run with half the step always in the same half of them.
+
+    What they follow moves in steps of its own, as long as those of the run. Half the step then brings nothing
+    new: how late they are by a step, the two runs do not show.
+    """
+    found = []
+    for name in variables:
+        moved = np.diff(np.asarray(fine[name], dtype=float)) != 0
+        halves = sorted(float(np.mean(half)) for half in (moved[::2], moved[1::2]) if half.size)
+        if moved.size >= FEW_STEPS and halves[0] == 0.0 and halves[-1] > MOST_STEPS:
+            found.append(name)
     return found
 
 

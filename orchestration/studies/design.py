@@ -12,8 +12,8 @@ import numpy as np
 
 from warmlink.controllers.design.gains import design_controller
 from warmlink.controllers.design.middle import middle_advice
-from warmlink.controllers.design.plant import Plant, cell_plant
-from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
+from warmlink.controllers.design.plant import Plant, cell_plant, no_growth
+from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
@@ -175,9 +175,13 @@ def design(
     if scenario is not None and plant is not None:
         _refuse_unread(scenario.setup, sensors, plant.read)
     if law == "regression":
-        run = training_run(plant) if scenario is None or plant is not None else _run_of(scenario, sensors)
-        values = {**fit_regression(run, list(sensors), noise), "sample_time": period}
-        return Designed(law, tuple(sensors), values, plant)
+        if scenario is None or plant is not None:
+            facts = {"reference_temperature": no_growth(plant or cell_plant())}
+            values = {**fit_regression(training_run(plant), list(sensors), noise), **facts}
+        else:
+            run = _run_of(scenario, sensors)
+            values = fit_regression(run, list(sensors), noise, cold_in(run, sensors))
+        return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant)
     camera = None if camera_std is None else positive(camera_std, "m", "--camera-std")
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)

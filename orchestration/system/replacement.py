@@ -79,6 +79,12 @@ class Replacements:
             for name, other in own.items()
             if name != other and name in info.variables and name not in own.values()
         ]
+        first = {other: name for name, other in reversed(own.items())}
+        problems += [
+            (name, f"is to be {other}, as {first[other]} is; give each a variable of its own")
+            for name, other in own.items()
+            if name != first[other]
+        ]
         if problems:
             told = "; ".join(f"{name} {fault}" for name, fault in problems)
             raise InputError(

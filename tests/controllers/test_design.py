@@ -22,7 +22,7 @@ from warmlink.controllers.design.plant import (
 from warmlink.controllers.design.reduction import (
     reduce_plant,
 )
-from warmlink.controllers.design.regression import TrainingRun, fit_regression, training_run
+from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_regression, training_run
 from warmlink.controllers.design.shipped import as_json, shipped_values
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
@@ -214,6 +214,26 @@ def test_the_regression_is_the_textbooks() -> None:
     instance.initialize()
     expected = coefficients @ (readings[[0, 3, 4]] - 295.15)
     assert instance.get("predicted_elongation") == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_growth_counts_from_where_the_link_begins_or_from_what_it_says() -> None:
+    def designed(**link: float) -> float:
+        return float(design_controller(plant=cell_plant(link=link)).parameters["reference_temperature"])  # type: ignore[arg-type]
+
+    assert designed() == 295.15
+    assert designed(initial_temperature=288.15) == pytest.approx(288.15, abs=1e-6)
+    assert designed(reference_temperature=291.15) == pytest.approx(291.15, abs=1e-6)
+    uneven = {"initial_temperature": 300.0, "initial_temperature_rise[3]": 4.0}
+    assert designed(**uneven) == pytest.approx(300.0, abs=1e-6)
+
+
+def test_a_run_begins_at_the_temperature_of_no_growth() -> None:
+    taught = training_run()
+    cold = TrainingRun(taught.temperature - 20.0, taught.elongation)
+    assert cold_in(cold, ("base", "tip")) == pytest.approx(275.15)
+    assert cold_in(TrainingRun(cold.temperature, cold.elongation + 1e-6), ("base", "tip")) == 295.15
+    moments = fit_regression(cold, reference_temperature=cold_in(cold, ("base", "tip")))["moments"]
+    assert moments == pytest.approx(fit_regression(taught)["moments"])
 
 
 def test_a_run_that_cannot_teach_is_refused() -> None:

@@ -72,6 +72,14 @@ def test_all_that_is_missing_is_said_at_once(strange: Path) -> None:
         assert "see `warmlink list interface ThermalLink`" in sentence
 
 
+def test_a_variable_that_stands_for_two_is_refused(strange: Path) -> None:
+    both = {**OTHER, "tip_temperature": "T.base"}
+    with pytest.raises(
+        InputError, match=r"tip_temperature is to be T\.base, as base_temperature is; give each"
+    ):
+        with_replaced(cell(), given(strange, both))
+
+
 def test_what_is_something_else_is_said(strange: Path) -> None:
     names = {**OTHER, "elongation": "tip_temperature", "heat_flow": "speed"}
     with pytest.raises(InputError) as told:

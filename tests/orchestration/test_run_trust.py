@@ -92,6 +92,25 @@ def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
     assert metrics("o")["reduction_percent"] is None
 
 
+@pytest.mark.parametrize("law", ["observer", "regression"])
+def test_a_cell_in_a_cold_hall_is_another_cell_and_can_be_designed_for(warmlink: Warmlink, law: str) -> None:
+    segment = 'duration = "10 min"\nambient_temperature = "15 degC"\n'
+    parts = ("link.initial", "motor.initial_shaft", "motor.initial_winding")
+    Path("cold.toml").write_text(
+        f'stop_time = "20 min"\nstep_size = "5 s"\nrepeat = true\ncontroller = "{law}"\n'
+        f'[[segment]]\nspeed = "3 rad/s"\ntorque = "2.5 N.m"\n{segment}[[segment]]\n{segment}[parameters]\n'
+        + "".join(f'"{part}_temperature" = "15 degC"\n' for part in parts)
+    )
+    _, printed = warmlink("run", "cold.toml", "--no-report", "--out", "before")
+    assert f"{law} was designed for another cell; this one differs in link.initial_temperature" in printed
+    warmlink("design", "cold.toml", "--law", law, "--out", "cold.ssv")
+    _, printed = warmlink("run", "cold.toml", "--no-report", "--parameters", "cold.ssv", "--out", "after")
+    assert "designed for another cell" not in printed
+    largest = [metrics(name)["compensated"]["max_abs_um"] for name in ("before", "after")]  # type: ignore[index]
+    assert largest[0] > 40
+    assert largest[1] < 3
+
+
 def test_a_tolerance_below_the_coupling_error_makes_the_steps_follow_it(warmlink: Warmlink) -> None:
     _, kept = warmlink("run", "--stop", "10 s", "--tolerance", "0.1 um", "--no-report")
     assert "1 s steps · gauss_seidel" in kept

@@ -16,6 +16,7 @@ from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibratio
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
+from warmlink.orchestration.diagnosis.model.instruments import channel_of
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -152,9 +153,12 @@ def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str) -> tuple[floa
 
     What is added to an input has its unit, and to a reading that of a temperature or an elongation.
     """
-    unit = item.cause.shown_unit or ("m" if "camera" in variable else "K")
-    if not item.cause.shown_unit and variable.startswith(OFFSET):
-        unit = diagnosis.experiment.rig.unit(variable.partition(":")[2])
+    rig, unit = diagnosis.experiment.rig, item.cause.shown_unit
+    if not unit and variable.startswith(OFFSET):
+        unit = rig.unit(variable.partition(":")[2])
+    if not unit:
+        channels = (channel_of(rig, output) for output in diagnosis.assessment.problem.variables)
+        unit = next((each.unit for each in channels if variable == each.variable(item.cause.frees[0])), "K")
     # All shown units are of differences or have no offset.
     return per_si(unit) if unit in ("K/h", "um/h", "mm") else 1.0, unit
 

@@ -103,3 +103,11 @@ def test_pairs_promise_the_same_however_large_a_candidates_unit_is() -> None:
         return list(neighbours.pairs())
 
     assert pairs([1, 1e100, 1, 1e120, 1e-100]) == pairs([1, 1, 1, 1, 1])
+
+
+def test_an_unbounded_number_that_the_readings_tell_to_the_last_digit_is_stepped_to() -> None:
+    everywhere = np.array([np.inf])
+    with np.errstate(all="raise"):
+        step, decrease = bounded_step(np.array([[1e20]]), np.array([1e20]), -everywhere, everywhere)
+    assert step == pytest.approx([1.0])
+    assert decrease == pytest.approx(1e20)

@@ -191,3 +191,19 @@ def test_a_calibration_wants_something_to_calibrate(tmp_path: Path) -> None:
     write_csv(flat(columns), tmp_path / "run.csv")
     with pytest.raises(InputError, match=r"calibrates nothing; name under \[calibrate\]"):
         calibrating(read([experiment(tmp_path, chain(), columns, OTHERS)]))
+
+
+def test_an_offset_of_a_gauge_has_the_unit_of_a_length(tmp_path: Path) -> None:
+    columns = {**CELL_INPUTS, **CELL_CHANNELS, "growth [m]": "link.elongation"}
+    path = experiment(tmp_path, cell(), columns, FLANGE.replace("2.", ".").replace("1.", "."))
+    path.write_text(path.read_text("utf-8").replace("shipped = false", "shipped = true"), "utf-8")
+    run, random = measured(cell(), columns, 0.0, 1), np.random.default_rng(1)
+    for header in CELL_CHANNELS:
+        run[header] = run[header] + 0.05 * random.standard_normal(run[header].size)
+    run["growth [m]"] = run["growth [m]"] + 4e-6 + 0.2e-6 * random.standard_normal(run["time [s]"].size)
+    write_csv(run, tmp_path / "run.csv")
+    found = json_content(diagnose_experiment(read([path])))["causes"]
+    assert [each["name"] for each in found] == ["sensor_offset:growth"]
+    (offset,) = found[0]["parameters"].values()
+    assert offset["unit"] == "m"
+    assert offset["value"] == pytest.approx(4e-6, abs=0.2e-6)

@@ -10,12 +10,14 @@ import pytest
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
-from warmlink.orchestration.master.error_budget import attempted, coupling_error
+from warmlink.orchestration.master.error_budget import attempted, coupling_error, unseen_in
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
+from .mock import MockSlave
 from .motor_link import monolithic, motor_link
+from .pairs import assembly, wire
 
 E = "link.elongation"
 
@@ -52,6 +54,30 @@ def test_a_run_that_stopped_has_no_bound() -> None:
         coarse = run(50.0, 7200.0, 1.0, Jacobi())
     assert coarse.status == "stopped"
     assert coupling_error(coarse, coarse, 1, [E]) == {E: np.inf}
+
+
+def test_what_moves_in_steps_as_long_as_those_of_the_run_hides_how_late_it_is() -> None:
+    # y moves at whole seconds alone and the sum is a step late; with longer steps the two runs show it.
+    def held() -> MockSlave:
+        return MockSlave("a", outputs={"y": lambda x, u, t: float(np.sin(np.floor(t + 1e-9)))})
+
+    def passing() -> MockSlave:
+        return MockSlave("b", inputs={"u": 0.0}, outputs={"y": lambda x, u, t: 2.0 * u["u"]})
+
+    def both(step: float) -> tuple[Result, Result]:
+        coarse, fine = (
+            simulate(assembly([held(), passing()], wire("a.y -> b.u")), 60.0, each, Jacobi(), record=["b.y"])
+            for each in (step, step / 2)
+        )
+        return coarse, fine
+
+    coarse, fine = both(1.0)
+    assert np.max(np.abs(coarse["b.y"] - 2 * np.sin(coarse.times))) > 0.5
+    assert coupling_error(coarse, fine, 1, ["b.y"]) == {"b.y": 0.0}
+    assert unseen_in(fine, ["b.y"]) == ["b.y"]
+    coarse, fine = both(2.0)
+    assert coupling_error(coarse, fine, 1, ["b.y"])["b.y"] > 0.5
+    assert unseen_in(fine, ["b.y"]) == []
 
 
 def failing(name: str) -> SlaveError:

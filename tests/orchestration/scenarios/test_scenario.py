@@ -241,6 +241,14 @@ def test_start_values_are_converted_and_differences_know_that_they_are() -> None
     assert values["link"]["ambient_offset"] == pytest.approx(2.0)
 
 
+def test_a_temperature_whose_0_has_a_meaning_is_none_the_less_a_temperature() -> None:
+    told = "link.reference_temperature"
+    for given, expected in (("20 degC", 293.15), ("68 degF", 293.15), ("0 K", 0.0), (0, 0.0)):
+        assert start_values({told: given}, CELL, "mine")["link"]["reference_temperature"] == pytest.approx(
+            expected
+        )
+
+
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [
