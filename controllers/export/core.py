@@ -229,7 +229,7 @@ def readme(core: Core) -> str:
     return core.filled(
         "readme.txt",
         precision=core.precision,
-        memory=(core.component.x.size + core.component.y.size) * size + 8,
+        memory=8 * math.ceil((core.component.x.size + core.component.y.size) * size / 8) + 8,
         operations=core.operations(),
         samples=SAMPLES,
         kept=", retained, passed" if core.goes_on else "",
