@@ -59,15 +59,19 @@ class Written(NamedTuple):
 
     Attributes
     ----------
-    function : what it does; of two side by side to one of them, of what is idle where its first argument is
-        not 0, to those after it
+    function : what it does; of two side by side to one of them, where its first argument is not 0 to those
+        after that
     paired : for each argument whether it holds two side by side
-    idle : whether it returns the arguments after the first one where that is 0
+    otherwise : what is done in its place where its first argument is 0: a function, or `IDLE`
     """
 
     function: Any
     paired: Sequence[bool] = ()
-    idle: bool = False
+    otherwise: Any = None
+
+
+IDLE = "idle"
+"""The arguments after the first one are the results."""
 
 
 def written(function: Any) -> Written:
@@ -85,9 +89,10 @@ def called(function: Any, how: Written | None = None) -> Any:
 
     given = function.mx_in()
     results, asked = function.call(given), []
-    if how and how.idle:
+    if how and how.otherwise:
         asked = [casadi.MX.sym("asked")]
-        results = [casadi.if_else(asked[0], *each) for each in zip(results, given, strict=False)]
+        others = given if how.otherwise is IDLE else how.otherwise.call(given)
+        results = [casadi.if_else(asked[0], *each) for each in zip(results, others, strict=False)]
     kept = casadi.Function(function.name(), [*asked, *given], results, {"never_inline": True})
     _WRITTEN[kept.__hash__()] = kept, how or Written(function)
     return kept
@@ -152,7 +157,7 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
     )
     if idle:
         run = casadi.Function(name, arguments, [casadi.densify(each) for each in results])
-        return called(run, Written(run, idle=True)), [len(symbols) - 1, *used], result
+        return called(run, Written(run, otherwise=IDLE)), [len(symbols) - 1, *used], result
     plain = casadi.Function(name, arguments, casadi.cse(results))
     pairs = len(_leaves(given[: getattr(function, "paired", 0)]))
     if not pairs:

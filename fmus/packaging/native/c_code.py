@@ -11,7 +11,7 @@ from itertools import accumulate, count
 from pathlib import Path
 from typing import Any
 
-from warmlink.fmus.calls import written
+from warmlink.fmus.calls import IDLE, written
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
@@ -188,22 +188,26 @@ class _Body:
         return self._gathered[listed]
 
     def _called(self, function: Any, numbers: list[str]) -> list[str]:
-        """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
+        """Results of a function."""
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
         how = written(function)
-        given = [self._beside(part) for part in parts[how.idle :]]
+        asked = how.otherwise is not None
+        given = [self._beside(part) for part in parts[asked:]]
         found = {f"t{next(self._vectors)}": function.nnz_out(k) for k in range(function.n_out())}
         for t, size in found.items():
             self._add(f"{self.type} {t}[{size or 1}];")
-        name = self.writer.named(how.function if how.idle else function)
-        call = f"{name}({', '.join([*given, *found])});"
-        if how.idle:
+        handed, otherwise = ", ".join([*given, *found]), ""
+        call = f"{self.writer.named(how.function if asked else function)}({handed});"
+        if how.otherwise is IDLE:
             for t, place in zip(found, given, strict=False):
                 self._add(f"const {self.type} *p{t}={place};")
-            moved = " ".join(f"p{t}={t};" for t in found)
-            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} {moved} }}"
+                call += f" p{t}={t};"
             found = {f"p{t}": size for t, size in found.items()}
+        elif asked:
+            otherwise = f" else {{ {self.writer.named(how.otherwise)}({handed}); }}"
+        if asked:
+            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} }}{otherwise}"
         self._add(call)
         return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]
 
