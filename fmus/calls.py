@@ -1,6 +1,6 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, partial, wraps
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -61,12 +61,12 @@ class Written(NamedTuple):
     ----------
     function : what it does; of two side by side to one of them, where its first argument is not 0 to those
         after that
-    paired : for each argument whether it holds two side by side
+    paired : how many of the first arguments hold two side by side
     otherwise : what is done in its place where its first argument is 0: a function, or `IDLE`
     """
 
     function: Any
-    paired: Sequence[bool] = ()
+    paired: int = 0
     otherwise: Any = None
 
 
@@ -166,7 +166,7 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
     halves = [casadi.SX.sym("a", s.shape[0] // 2) if i < pairs else s for i, s in enumerate(symbols)]
     both = plain.call([beside(halves[i], halves[i]) if i < pairs else halves[i] for i in used])
     one = casadi.Function(name, [halves[i] for i in used], casadi.cse([side(0, each) for each in both]))
-    return called(plain, Written(one, [i < pairs for i in used])), used, result
+    return called(plain, Written(one, sum(i < pairs for i in used))), used, result
 
 
 def _as_graph(value: Any) -> Any:
