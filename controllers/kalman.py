@@ -73,16 +73,10 @@ def counted(row: Number, sight: Sight, innovation: Number, variance: Number, use
     return Counts(share, share * where(use > 0, innovation, 0.0))
 
 
+@kept_whole
 def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
     """Belief after one scalar measurement; unchanged where `use` is 0. The arguments as for `counted`."""
     sight = sighted(belief, row)
-    return _corrected(belief, row, sight, innovation, variance, use)
-
-
-@kept_whole
-def _corrected(
-    belief: Belief, row: Number, sight: Sight, innovation: Number, variance: Number, use: Number
-) -> Belief:
     return taught(belief, sight, counted(row, sight, innovation, variance, use), row, variance)
 
 

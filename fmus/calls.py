@@ -1,6 +1,6 @@
 """Functions that the generated C contains once and calls, rather than written out at each use."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, partial, wraps
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -59,15 +59,19 @@ class Written(NamedTuple):
 
     Attributes
     ----------
-    function : what it does; of two side by side to one of them, of what is idle where its first argument is
-        not 0, to those after it
-    paired : for each argument whether it holds two side by side
-    idle : whether it returns the arguments after the first one where that is 0
+    function : what it does; of two side by side to one of them, where its first argument is not 0 to those
+        after that
+    paired : how many of the first arguments hold two side by side
+    otherwise : what is done in its place where its first argument is 0: a function, or `IDLE`
     """
 
     function: Any
-    paired: Sequence[bool] = ()
-    idle: bool = False
+    paired: int = 0
+    otherwise: Any = None
+
+
+IDLE = "idle"
+"""The arguments after the first one are the results."""
 
 
 def written(function: Any) -> Written:
@@ -85,9 +89,10 @@ def called(function: Any, how: Written | None = None) -> Any:
 
     given = function.mx_in()
     results, asked = function.call(given), []
-    if how and how.idle:
+    if how and how.otherwise:
         asked = [casadi.MX.sym("asked")]
-        results = [casadi.if_else(asked[0], *each) for each in zip(results, given, strict=False)]
+        others = given if how.otherwise is IDLE else how.otherwise.call(given)
+        results = [casadi.if_else(asked[0], *each) for each in zip(results, others, strict=False)]
     kept = casadi.Function(function.name(), [*asked, *given], results, {"never_inline": True})
     _WRITTEN[kept.__hash__()] = kept, how or Written(function)
     return kept
@@ -152,7 +157,7 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
     )
     if idle:
         run = casadi.Function(name, arguments, [casadi.densify(each) for each in results])
-        return called(run, Written(run, idle=True)), [len(symbols) - 1, *used], result
+        return called(run, Written(run, otherwise=IDLE)), [len(symbols) - 1, *used], result
     plain = casadi.Function(name, arguments, casadi.cse(results))
     pairs = len(_leaves(given[: getattr(function, "paired", 0)]))
     if not pairs:
@@ -161,7 +166,7 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
     halves = [casadi.SX.sym("a", s.shape[0] // 2) if i < pairs else s for i, s in enumerate(symbols)]
     both = plain.call([beside(halves[i], halves[i]) if i < pairs else halves[i] for i in used])
     one = casadi.Function(name, [halves[i] for i in used], casadi.cse([side(0, each) for each in both]))
-    return called(plain, Written(one, [i < pairs for i in used])), used, result
+    return called(plain, Written(one, sum(i < pairs for i in used))), used, result
 
 
 def _as_graph(value: Any) -> Any:

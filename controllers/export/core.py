@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.start_values import with_scalars
-from warmlink.fmus.calls import written
+from warmlink.fmus.calls import IDLE, written
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.component.instance import Instance
@@ -146,7 +146,7 @@ def _operations(function: Any) -> int:
     """Operations of a CasADi function and of those it calls; those on vectors count once for each element."""
     import casadi
 
-    if written(function).idle:  # while it is not
+    if written(function).otherwise is IDLE:  # while it is not
         function = written(function).function
     if not function.is_a("MXFunction"):
         moved = (casadi.OP_INPUT, casadi.OP_OUTPUT, casadi.OP_CONST)

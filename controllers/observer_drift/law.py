@@ -18,9 +18,9 @@ from warmlink.controllers.kalman import Belief, Sight, counted, sighted, taught_
 from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
-from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led
+from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led, together
 from warmlink.controllers.observer.witnesses import Look
-from warmlink.fmus.calls import idle_at_zero, side_by_side
+from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     LARGEST,
@@ -172,40 +172,30 @@ def _looked(
     """
     filters, calm_for, out = before
     variance = p.camera_std**2
-    row, sight = _sighted(filters, p)
-    innovation = _innovation(expected, measured, p)
+    both = filters.alert, filters.quiet
+    rows = [elongation_row(each.mean, p) for each in both]
+    sights = [sighted(*each) for each in zip(both, rows, strict=True)]
+    innovations = [measured - elongation(side(k, expected), p) for k in range(2)]
     # A leap within the camera's authority is harmless, so it is believed.
-    by_all = dot(side(0, row), side(0, sight.spread))
+    by_all = dot(rows[0], sights[0].spread)
     leap = (p.camera_authority / p.gate) ** 2
     widest = maximum(by_all, 0.0) + variance + leap
     sure = variance + leap / fail_safe.RETURN_GATE**2
     trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    verdict = fail_safe.judged(trust, looked, side(1, innovation), widest, sure, gates, age)
-    filters = _taught(filters, sight, row, innovation, variance, verdict.use)
+    verdict = fail_safe.judged(trust, looked, innovations[1], widest, sure, gates, age)
+    seen = zip(both, sights, rows, innovations, strict=True)
+    filters = together(*(_taught(*each, variance, verdict.use) for each in seen))
     return filters, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
 
 
-@side_by_side(1)
-def _sighted(belief: Filters, p: Record) -> tuple[Number, Sight]:
-    """Derivative of the elongation by the state, and how either filter sees it."""
-    row = elongation_row(belief.mean, p)
-    return row, sighted(Belief(*belief), row)
-
-
-@side_by_side(1)
-def _innovation(expected: Number, measured: Number, p: Record) -> Number:
-    return measured - elongation(expected, p)
-
-
-@side_by_side(4)
+@kept_whole
 def _taught(
-    belief: Filters, sight: Sight, row: Number, innovation: Number, variance: Number, use: Number
-) -> Filters:
-    """Either filter after a look of the camera, which changes only what it reveals."""
+    belief: Belief, sight: Sight, row: Number, innovation: Number, variance: Number, use: Number
+) -> Belief:
+    """A belief after a look of the camera, which changes only what it reveals."""
     counts = counted(row, sight, innovation, variance, use)
-    last = _TAUGHT[1] - _TAUGHT[0]
-    return Filters(*taught_in_part(Belief(*belief), sight, counts, row, variance, last))
+    return taught_in_part(belief, sight, counts, row, variance, _TAUGHT[1] - _TAUGHT[0])
 
 
 @side_by_side(1)

@@ -6,8 +6,8 @@ import pickle
 import re
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -47,15 +47,19 @@ def kept(folder: str, made_from: object, make: Callable[[], bytes]) -> bytes:
     """What was made before from the same things; else it is made, and kept where that is possible.
 
     The folder lies below the cache; `made_from` is everything that it depends on, told apart by its `repr`.
+    While one process makes it, others that want it wait.
     """
     content = kept_before(folder, made_from)
     if content is None:
-        with _alone(folder, made_from):
+        held = _alone(folder, made_from)
+        try:
             content = kept_before(folder, made_from)  # which another process has made meanwhile
             if content is None:
                 content = make()
                 with suppress(OSError, InputError):
                     _write(folder, made_from, content)
+        finally:
+            unlock(held)
         make_room()
     return content
 
@@ -146,19 +150,14 @@ def _place(folder: str, made_from: object) -> Path:
     return cache_folder() / folder / f"{hashlib.sha256(repr(made_from).encode()).hexdigest()}.kept"
 
 
-@contextmanager
-def _alone(folder: str, made_from: object) -> Iterator[None]:
-    """While one makes a thing, others that want it wait; nobody does where there can be no lock."""
-    handle = None
+def _alone(folder: str, made_from: object) -> int | None:
+    """A lock that one alone holds who makes a thing; None where there can be none."""
     with suppress(OSError, InputError):
         file = _place(folder, made_from).with_suffix(".lock")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()
-        handle, _ = lock(file, wait=True)
-    try:
-        yield
-    finally:
-        unlock(handle)
+        return lock(file, wait=True)[0]
+    return None
 
 
 def cache_folder() -> Path:

@@ -6,12 +6,12 @@ are said not to overlap.
 """
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from itertools import accumulate, count
 from pathlib import Path
 from typing import Any
 
-from warmlink.fmus.calls import written
+from warmlink.fmus.calls import IDLE, written
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.casadi_code import unsimplified
 
@@ -87,8 +87,8 @@ class _Writer:
         whole, paired, _ = written(function)
         with unsimplified():
             numbers = whole.expand() if whole.is_a("MXFunction") else whole
-        lines, used = _Body(self, numbers, paired or [False] * function.n_in()).lines()
-        if any(paired):
+        lines, used = _Body(self, numbers, paired).lines()
+        if paired:
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
         declared = {f"x{k}": f"const {self.type}" for k in range(function.n_in())}
         declared |= {f"y{k}": self.type for k in range(function.n_out())}
@@ -113,11 +113,11 @@ class _Body:
     ----------
     writer : writes the functions that this one calls
     function : of numbers, and of calls of such
-    paired : for each argument whether it holds two side by side; if any does, the statements are those of a
-        loop over both, and so are the results
+    paired : how many of the first arguments hold two side by side; if any does, the statements are those of
+        a loop over both, and so are the results
     """
 
-    def __init__(self, writer: _Writer, function: Any, paired: Sequence[bool]) -> None:
+    def __init__(self, writer: _Writer, function: Any, paired: int) -> None:
         self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
         self._statements: list[tuple[str, str]] = []
         """C, and the name of the number that it makes, if that is all it does."""
@@ -130,14 +130,14 @@ class _Body:
             kind = writer.operations[function.instruction_id(k)]
             given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == "INPUT":
-                held[taken[0]] = f"x{given[0]}[{_index(given[1], paired[given[0]])}]"
+                held[taken[0]] = f"x{given[0]}[{_index(given[1], given[0] < paired)}]"
             elif kind == "CONST":
                 held[taken[0]] = self._literal(function.instruction_constant(k))
             elif kind == "CALL":
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
             elif kind == "OUTPUT":
-                self._add(f"y{taken[0]}[{_index(taken[1], any(paired))}]={held[given[0]]};")
+                self._add(f"y{taken[0]}[{_index(taken[1], paired > 0)}]={held[given[0]]};")
             else:
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
 
@@ -188,22 +188,26 @@ class _Body:
         return self._gathered[listed]
 
     def _called(self, function: Any, numbers: list[str]) -> list[str]:
-        """Results of a function; of one that is idle where its first argument is 0, its next ones there."""
+        """Results of a function."""
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
         how = written(function)
-        given = [self._beside(part) for part in parts[how.idle :]]
+        asked = how.otherwise is not None
+        given = [self._beside(part) for part in parts[asked:]]
         found = {f"t{next(self._vectors)}": function.nnz_out(k) for k in range(function.n_out())}
         for t, size in found.items():
             self._add(f"{self.type} {t}[{size or 1}];")
-        name = self.writer.named(how.function if how.idle else function)
-        call = f"{name}({', '.join([*given, *found])});"
-        if how.idle:
+        handed, otherwise = ", ".join([*given, *found]), ""
+        call = f"{self.writer.named(how.function if asked else function)}({handed});"
+        if how.otherwise is IDLE:
             for t, place in zip(found, given, strict=False):
                 self._add(f"const {self.type} *p{t}={place};")
-            moved = " ".join(f"p{t}={t};" for t in found)
-            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} {moved} }}"
+                call += f" p{t}={t};"
             found = {f"p{t}": size for t, size in found.items()}
+        elif asked:
+            otherwise = f" else {{ {self.writer.named(how.otherwise)}({handed}); }}"
+        if asked:
+            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} }}{otherwise}"
         self._add(call)
         return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]
 

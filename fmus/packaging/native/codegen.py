@@ -17,7 +17,7 @@ from warmlink.fmus.packaging.native.casadi_code import (
     function,
     sampling,
 )
-from warmlink.fmus.packaging.native.micro_step import choice_of_step, stepping
+from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
@@ -41,8 +41,6 @@ def generate(component: Component, arrays: bool = False) -> dict[str, str]:
     header = '#include "model.h"\n'
     starting = header + functions_text(_starting_functions(component))
     running = header + functions_text(_running_functions(component, groups))
-    if component.continuous.size:
-        running += choice_of_step(component)
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
@@ -110,8 +108,7 @@ def _running_functions(component: Component, groups: Sequence[Sequence[int]]) ->
     for part in sampled if joint is None else joint_code.samples(component, joint):
         yield function(*part)
     if component.continuous.size:
-        for part in stepping(component, s, _like(s.u)):
-            yield function(*part)
+        yield function(*stepping(component, s, _like(s.u)))
         if not component.sampled:  # what samples gives no output derivatives
             rates = casadi.SX(component.rates_of(*s.now))
             yield function("rates", s.now, rates)

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
+from warmlink.fmus.calls import Written, called
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.integrator import GAMMA, ros2
-from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, unsimplified
+from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, function, unsimplified
 
 
 def elimination_order(coupled: list[set[int]]) -> list[int]:
@@ -89,27 +90,8 @@ def _eliminate(
         yield i, factor
 
 
-_CHOICE = """
-#include <string.h>
-
-void WL(advance)(const double *x, const double *u, const double *later, const double *d, \
-const double *time, const double *step, double *result)
-{
-    static const int rare[] = {RARE};
-    static const double zero;
-    int i;
-    for (i=0; i < (int)(sizeof rare / sizeof *rare); i++)
-        if (memcmp(d + rare[i], &zero, sizeof zero)) {
-            advance_with_all_of(x, u, later, d, time, step, result);
-            return;
-        }
-    advance_without_of(x, u, later, d, time, step, result);
-}
-"""
-
-
-def stepping(component: Component, s: Symbols, later: Expression | None = None) -> Iterator[Function]:
-    """Yield `advance`, the states after one step; where parameters are rare, with all of them and without.
+def stepping(component: Component, s: Symbols, later: Expression | None = None) -> Function:
+    """`advance`, the states after one step; what rare parameters bring is left out while they are all 0.
 
     Parameters
     ----------
@@ -122,24 +104,17 @@ def stepping(component: Component, s: Symbols, later: Expression | None = None) 
     ends = [] if later is None else [later]
     arguments = [s.x, s.u, *ends, s.d, s.time, s.step]
     at_end = s.u if later is None else later
-    rare = rare_places(component)
-    yield "advance_with_all" if rare else "advance", arguments, _micro_step(component, s, at_end)
-    if rare:
-        zero = casadi.SX(0)
-        kept = (zero if i in rare else each for i, each in enumerate(casadi.vertsplit(s.d)))
-        without = replace(s, d=casadi.vertcat(*kept))
-        yield "advance_without", arguments, _micro_step(component, without, at_end)
-
-
-def choice_of_step(component: Component) -> str:
-    """C function `advance`, which leaves out what is rare while that is all 0; empty if nothing is rare."""
-    rare = rare_places(component)
-    return _CHOICE.replace("RARE", ", ".join(map(str, rare))) if rare else ""
-
-
-def rare_places(component: Component) -> list[int]:
-    """Places of the rare parameters among the settled values."""
-    return [component.d.index[each.name] for each in component.parameters if each.rare]
+    step = _micro_step(component, s, at_end)
+    rare = [component.d.index[each.name] for each in component.parameters if each.rare]
+    if not rare:
+        return "advance", arguments, step
+    settled = casadi.SX(s.d)
+    settled[rare] = 0
+    whole = function("advance_with_all", arguments, step)
+    less = function("advance_without", arguments, _micro_step(component, replace(s, d=settled), at_end))
+    given = whole.mx_in()
+    asked = casadi.sum1(given[-3][rare] != 0)
+    return "advance", given, called(whole, Written(whole, otherwise=less))(asked, *given)
 
 
 def _micro_step(component: Component, s: Symbols, later: Expression) -> Expression:

@@ -18,7 +18,7 @@ from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Sym
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
-from warmlink.fmus.packaging.native.micro_step import rare_places, stepping
+from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
 
 _LOOP = Path(__file__).parent / "sources" / "rollout.c"
@@ -90,26 +90,21 @@ def _sources(
     """C files by name; with another law the micro step stays as it is."""
     assert driven.joint is not None
     s = Symbols.of(driven)
-    steps, record = list(stepping(driven, s)), _record(driven, s, given, recorded)
-    changes = [(f"WL({name})", 0, driven.continuous.size) for name in (steps[-1][0], steps[0][0])]
+    inputs, record = _inputs(whole, driven, given), _record(driven, s, given, recorded)
     clocks = enumerate(sampled_parts(driven, driven.joint))
+    changes = [("WL(advance)", 0, driven.continuous.size)]
     changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, _, x) in clocks]
-    running = [*samples(driven, driven.joint), _inputs(whole, driven, given), record]
     defined = {
         "GIVEN": len(given),
         "LONGEST": max(driven.x.size, driven.u.size + len(given)),
         "RECORDED": len(recorded),
-        "RARE": " || ".join(["0", *(f"any_of(d[{place}])" for place in rare_places(driven))]),
-        "STEPS": ", ".join(f"WL({name})" for name, *_ in steps),
         "CHANGES": ", ".join(f"{{{', '.join(map(str, change))}}}" for change in changes),
     }
-    texts = {
-        file: functions_text((function(*each) for each in of), [name for name, *_ in steps], lanes)
-        for file, of in {"advance.c": steps, "rollout.c": running}.items()
-    }
-    texts["rollout.c"] += "".join(f"#define {name} {value}\n" for name, value in defined.items())
-    texts["rollout.c"] += _LOOP.read_text("utf-8")
-    return texts
+    advance = functions_text([function(*stepping(driven, s))], ["advance"], lanes)
+    others = [*samples(driven, driven.joint), inputs, record]
+    running = functions_text((function(*each) for each in others), (), lanes)
+    running += "".join(f"#define {name} {value}\n" for name, value in defined.items())
+    return {"advance.c": advance, "rollout.c": running + _LOOP.read_text("utf-8")}
 
 
 def _inputs(whole: Component, driven: Component, given: Sequence[str]) -> Function:

@@ -25,7 +25,6 @@ from warmlink.orchestration.scenarios.duties.duty import (
     check_segments,
     padded,
 )
-from warmlink.orchestration.scenarios.duties.recorded import read_csv
 from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
@@ -165,6 +164,8 @@ def load(source: str | Path) -> Duty:
     """
     path, name = Path(source), str(source)
     if path.suffix == ".csv":
+        from warmlink.orchestration.scenarios.duties.recorded import read_csv
+
         return read_csv(path)
     if path.suffix != ".toml":
         if name not in names():

@@ -3,10 +3,9 @@
 
 typedef void Change(const lanes *x, const lanes *u, const lanes *d, const lanes *time, const lanes *step,
     lanes *next);
-Change STEPS;
+Change WL(advance);
 
-/* What changes states: where those begin that it changes, and how many they are. The usual micro step, that
-   with all that is rare, the clocks. */
+/* What changes states: where those begin that it changes, and how many they are. The micro step, the clocks. */
 static const struct {
     Change *change;
     int first, size;
@@ -32,7 +31,6 @@ __attribute__((visibility("default"))) void rollout(long count, long points, con
     double *rows, lanes *refused)
 {
     lanes given[GIVEN + 1], u[LONGEST], next[LONGEST], row[RECORDED + 1];
-    const int step_as = RARE;
     long instant = 0, point = 0;
     for (long i = 0; i < count; i++) {
         const lanes time = EACH(times[i]), step = EACH(steps[i]);
@@ -46,7 +44,7 @@ __attribute__((visibility("default"))) void rollout(long count, long points, con
                     rows[(RECORDED * run + k) * points + point] = row[k][run];
             point++;
         } else {
-            const int change = tasks[i] == 0 ? step_as : tasks[i];
+            const int change = tasks[i] == 0 ? 0 : tasks[i] - 1;
             changes[change].change(x, u, d, &time, &step, next);
             memcpy(x + changes[change].first, next, changes[change].size * sizeof *x);
         }

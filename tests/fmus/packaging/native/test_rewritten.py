@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.built import call_of
-from warmlink.fmus.calls import Written, called
+from warmlink.fmus.calls import IDLE, Written, called
 from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import function
 
@@ -42,7 +42,7 @@ def idle(size: int = SIZE) -> casadi.Function:
     pair = [casadi.MX.sym(name, size) for name in "abc"]
     one, other = (plain if size == SIZE else of_one)("inner")(pair[2])
     run = casadi.Function("idle", pair, [2.0 * pair[0] + one, pair[1] + other])
-    return called(run, Written(run, idle=True))
+    return called(run, Written(run, otherwise=IDLE))
 
 
 def same_names(x: casadi.MX, use: casadi.MX) -> Any:
