@@ -122,7 +122,7 @@ class Readings:
 
         def around(times: Array) -> tuple[Array, Array]:
             later, earlier = edges[:0:-1].T.reshape(-1, 1), edges[-2::-1].T.reshape(-1, 1)
-            inside = ((times >= earlier) & (times < later)).T
+            inside = ((times > earlier) & (times < later)).T
             now, then = self._around(times), self._around(np.repeat(self.forward.run.time[rows], parts))
             ambient, current = (np.hstack([a, inside * (b.T - a)]) for a, b in zip(now, then, strict=True))
             return ambient, current

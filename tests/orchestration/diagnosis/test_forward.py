@@ -138,10 +138,11 @@ def test_a_leap_that_comes_sooner_does_what_a_run_with_a_further_row_does() -> N
             assert np.linalg.norm(found[:, :, k, part] - exact) < 0.02 * np.linalg.norm(exact)
 
 
-def test_instruments_show_late_what_a_leap_of_the_inputs_did_to_them_too() -> None:
+@pytest.mark.parametrize("late", [0.0, -36.0])
+def test_instruments_show_what_a_leap_of_the_inputs_does_to_them_too(late: float) -> None:
     run = run_of(INFORMATIVE[:5], 20.0)
     equations = Equations(rig("WarmupCell", 10), [], OUTPUTS, derivatives=False)
-    slots, z = (CLOCK, "sensors.stem_conduction[3]", "sensors.lag[1]"), np.array([-36.0, 0.05, 70.0])
+    slots, z = (CLOCK, "sensors.stem_conduction[3]", "sensors.lag[1]"), np.array([late, 0.05, 70.0])
 
     def readings(of: Run, resolution: Resolution) -> Readings:
         return Readings(Forward(equations, of, {}, resolution), OUTPUTS, slots, run.time)
