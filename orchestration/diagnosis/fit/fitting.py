@@ -53,7 +53,7 @@ class Point:
         """The same, by the linearisation, where numbers of all that are `overriding` have changed."""
         chi2, gradient = self.chi2, []
         for run, (gram, slope) in enumerate(zip(self.gram, self.gradient, strict=True)):
-            step = by_number(np.eye(slope.size), numbers, run, overriding) @ change
+            step = slots_of(numbers, slope.size, run, overriding) @ change
             chi2 += float((gram @ step - 2 * slope) @ step)
             gradient.append(slope - gram @ step)
         return Point(chi2, self.gram, tuple(gradient))
@@ -112,22 +112,27 @@ def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: Poin
     """Gram matrix and gradient of chosen numbers, put together from those of the slots."""
     gram, gradient = np.zeros((len(wanted), len(wanted))), np.zeros(len(wanted))
     for run, (by_slot, slope) in enumerate(zip(point.gram, point.gradient, strict=True)):
-        selection = by_number(np.eye(slope.size), wanted, run, overriding)
+        selection = slots_of(wanted, slope.size, run, overriding)
         gram += selection.T @ by_slot @ selection
         gradient += selection.T @ slope
     return gram, gradient
 
 
 def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Array:
-    """Derivatives in a run by chosen numbers, shape (..., numbers), from those by slot, shape (..., slots).
+    """Derivatives in a run by numbers, shape (..., numbers), from those by slot, shape (..., slots)."""
+    return np.asarray(by_slot @ slots_of(wanted, by_slot.shape[-1], run, overriding))
 
-    They are 0 for a number that does not act in the run, and for a calibrated one that a cause's replaces.
+
+def slots_of(wanted: Sequence[Freed], count: int, run: int, overriding: Sequence[Freed]) -> Array:
+    """Which of so many slots take each of some numbers in a run, 1 or 0, shape (slots, numbers).
+
+    None takes a number that does not act in the run, nor a calibrated one that a cause's replaces.
     """
-    result = np.zeros((*by_slot.shape[:-1], len(wanted)))
+    result = np.zeros((count, len(wanted)))
     replaced = {slot for f in overriding if run in f.runs and not f.calibrated for slot in f.slots}
     for j, freed in enumerate(wanted):
         if run in freed.runs and not (freed.calibrated and replaced.intersection(freed.slots)):
-            result[..., j] = by_slot[..., list(freed.slots)].sum(axis=-1)
+            result[freed.slots, j] = 1.0
     return result
 
 

@@ -29,7 +29,7 @@ _SPACING, _MOST_NODES = 120.0, 120
 _PARTS = 2
 """Of the time between two rows, in each of which a leap is simulated to come sooner."""
 
-_AT_ONCE = 20
+_AT_ONCE = 12
 """Leaps that are simulated together, at most: each takes memory for all states."""
 
 _FLOORS = {"K": 1e-3, "m": 1e-8}
@@ -155,7 +155,7 @@ class Problem(Candidates):
         """
         run = self.experiment.runs[i]
         rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
-        some = np.array_split(rows, rows.size // _AT_ONCE + 1)
+        some = np.array_split(rows, max(1, -(-rows.size // _AT_ONCE)))
         table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, _PARTS) for e in some], axis=2))
         table = table.reshape(*table.shape[:2], rows.size, _PARTS)
         # Of leaps at any time between the rows, how much of each part comes after them.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import Rig
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory
+from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, parts_before
 
 _Read = tuple[Array, Array, dict[str, Array]]
 
@@ -109,7 +109,7 @@ class Readings:
         tuple of numpy.ndarray
             Readings in SI, shape (times, outputs), and their derivatives, shape (times, outputs, slots).
         """
-        values, through, by_fault = self._seen(z, self.forward)
+        values, through, by_fault = self._seen(z, self.forward, self.forward.time, self._around)
         by_slot = np.zeros((*values.shape, z.size))
         by_slot[:, :, : through.shape[2]] = through
         by_slot[:, :, self._inner :] = by_fault
@@ -117,26 +117,49 @@ class Readings:
 
     def sooner(self, z: Array, rows: NDArray[np.int64], parts: int) -> Array:
         """What it does to the readings that inputs act sooner, as `Simulation.sooner` has it."""
+        edges = parts_before(self.forward.run, rows, parts)
         course = partial(self.forward.sooner, rows=rows, parts=parts)
-        return self._seen(z, course)[1]
 
-    def _seen(self, z: Array, course: Callable[[Array, Array], Trajectory]) -> tuple[Array, Array, Array]:
-        """Readings of a course, of its derivatives, and the derivatives by the instruments' slots."""
+        def around(times: Array) -> tuple[Array, Array]:
+            later, earlier = edges[:0:-1].T.reshape(-1, 1), edges[-2::-1].T.reshape(-1, 1)
+            inside = ((times > earlier) & (times < later)).T
+            now, then = self._around(times), self._around(np.repeat(self.forward.run.time[rows], parts))
+            ambient, current = (np.hstack([a, inside * (b.T - a)]) for a, b in zip(now, then, strict=True))
+            return ambient, current
+
+        return self._seen(z, course, np.append(self.forward.time, edges), around)[1]
+
+    def _around(self, times: Array) -> tuple[Array, Array]:
+        """Ambient temperature in K and motor current in A at times, shape (times, 1) each."""
+        return self.forward.ambient(times)[:, None], self.forward.current(times)[:, None]
+
+    def _seen(
+        self,
+        z: Array,
+        course: Callable[[Array, Array], Trajectory],
+        bends: Array,
+        around: Callable[[Array], tuple[Array, Array]],
+    ) -> tuple[Array, Array, Array]:
+        """Readings of a course, of its derivatives, and the derivatives by the instruments' slots.
+
+        The course is given for slots at times; between the bends and the times asked for it is about linear.
+        What is `around` the instruments at times may have derivatives beside it, as the course has.
+        """
         named = {name: float(z[slot]) for name, slot in self._slots.items()}
-        ends = self.forward.time
         late = [sum(named.get(clock, 0.0) for clock in clocks) for clocks in self._clocks]
         wanted = {lag: self.times * (1 + named.get(DRIFT, 0.0)) - lag for lag in late}
-        asked = {lag: np.clip(times, 0.0, ends[-1]) for lag, times in wanted.items()}
+        asked = {lag: np.clip(times, 0.0, self.forward.time[-1]) for lag, times in wanted.items()}
         lagging = any(c.faults(named)["lag"] > _SHORTEST_LAG for c in self._channels)
         dense = asked[late[0]]
         if lagging or len(asked) > 1:
-            dense = np.unique(np.concatenate([ends, *asked.values()]))
+            dense = np.unique(np.concatenate([bends, *asked.values()]))
         truth = course(z[: self._inner], dense)
         through = np.empty((self.times.size, len(self._channels), 1 + truth.by_slot.shape[2]))
         by_fault = np.zeros((*through.shape[:2], len(self._slots)))
         for i, channel in enumerate(self._channels):
             joined = np.column_stack([truth.values[:, i], truth.by_slot[:, i]])
-            joined, slope, found = self._read(channel.faults(named), joined, truth.slopes[:, i], dense)
+            faults, there = channel.faults(named), around(dense)
+            joined, slope, found = self._read(faults, joined, truth.slopes[:, i], dense, *there)
             pick = np.searchsorted(dense, asked[late[i]])
             through[:, i] = joined[pick]
             moving = np.where(wanted[late[i]] == asked[late[i]], slope[pick], 0.0)
@@ -146,13 +169,15 @@ class Readings:
                 by_fault[:, i, self._slots[name] - self._inner] = extra[name]
         return through[:, :, 0], through[:, :, 1:], by_fault
 
-    def _read(self, faults: Mapping[str, float], joined: Array, slope: Array, times: Array) -> _Read:
+    @staticmethod
+    def _read(
+        faults: Mapping[str, float], joined: Array, slope: Array, times: Array, ambient: Array, current: Array
+    ) -> _Read:
         """Readings beside their derivatives, their slopes in time, and the derivatives by fault."""
-        stem, lag, scale = faults["stem_conduction"], faults["lag"], faults["scale"]
-        ambient, current = self.forward.ambient(times), self.forward.current(times)
-        by_stem = ambient - joined[:, 0]
+        stem, lag, scale, known = faults["stem_conduction"], faults["lag"], faults["scale"], ambient.shape[1]
+        by_stem = ambient[:, 0] - joined[:, 0]
         joined = (1 - stem) * joined
-        joined[:, 0] += stem * ambient
+        joined[:, :known] += stem * ambient
         slope = (1 - stem) * slope
         by_lag = -slope
         if lag > _SHORTEST_LAG:
@@ -162,13 +187,14 @@ class Readings:
             joined, by_stem = followed[:, :-1].copy(), followed[:, -1]
         by_scale = joined[:, 0].copy()
         joined = scale * joined
-        joined[:, 0] += faults["offset"] + faults["crosstalk"] * current + faults["drift_rate"] * times
+        joined[:, :known] += faults["crosstalk"] * current
+        joined[:, 0] += faults["offset"] + faults["drift_rate"] * times
         by_fault = {
             "lag": scale * by_lag,
             "stem_conduction": scale * by_stem,
             "scale": by_scale,
             "drift_rate": times,
-            "crosstalk": current,
+            "crosstalk": current[:, 0],
             "offset": np.ones(times.size),
         }
         return joined, scale * slope + faults["drift_rate"], by_fault

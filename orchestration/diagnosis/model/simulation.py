@@ -110,6 +110,11 @@ def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], tab
     return np.array([held.get(slot, float(slot.startswith(SCALE))) for slot in slots])
 
 
+def parts_before(run: Run, rows: NDArray[np.int64], parts: int) -> Array:
+    """Times in s that divide the time before each of some rows evenly, rising, shape (parts + 1, rows)."""
+    return np.linspace(run.time[rows - 1], run.time[rows], parts + 1)
+
+
 def halved(time: Array) -> Array:
     """Times with another one in the middle of each step."""
     return np.interp(np.arange(2 * time.size - 1) / 2, np.arange(time.size), time)

@@ -11,6 +11,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK, Readings
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
@@ -135,6 +136,25 @@ def test_a_leap_that_comes_sooner_does_what_a_run_with_a_further_row_does() -> N
         )
         for part, exact in enumerate((half, whole - half)):
             assert np.linalg.norm(found[:, :, k, part] - exact) < 0.02 * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("late", [0.0, -36.0])
+def test_instruments_show_what_a_leap_of_the_inputs_does_to_them_too(late: float) -> None:
+    run = run_of(INFORMATIVE[:5], 20.0)
+    equations = Equations(rig("WarmupCell", 10), [], OUTPUTS, derivatives=False)
+    slots, z = (CLOCK, "sensors.stem_conduction[3]", "sensors.lag[1]"), np.array([late, 0.05, 70.0])
+
+    def readings(of: Run, resolution: Resolution) -> Readings:
+        return Readings(Forward(equations, of, {}, resolution), OUTPUTS, slots, run.time)
+
+    fine = Resolution(10, 0.5, 0.05, 12.0, 3e-5)
+    rows = np.array([75, 99])  # the room becomes warmer, and a pad begins to heat
+    found = readings(run, FINAL).sooner(z, rows, 2).reshape(run.time.size, len(OUTPUTS), 2, 2)
+    as_logged = readings(run, fine)(z)[0]
+    for k, row in enumerate(rows.tolist()):
+        exact = readings(run.sooner(row, 1.0), fine)(z)[0] - as_logged
+        error = np.abs(found[:, :, k].sum(axis=2) - exact)
+        assert np.all(error < 0.02 * np.abs(exact).max(axis=0) + 2e-3 / MICRO)
 
 
 @pytest.mark.filterwarnings("error")
