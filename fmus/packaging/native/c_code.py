@@ -1,13 +1,13 @@
 """CasADi's functions as C, written from their instructions: for numbers, or for vectors of several runs.
 
-What is only moved is read where it lies, and an idle function leaves its arguments as they are by pointing at
-them. A choice is one expression, which becomes one or two instructions; and what is given and what is found
-are said not to overlap.
+What is only moved is read where it lies, a result is made where it belongs, and an idle function leaves its
+arguments as they are by pointing at them. A choice is one expression, which becomes one or two instructions;
+what is given and what is found are said not to overlap; and single numbers are handed over as numbers.
 """
 
 import re
-from collections.abc import Collection, Iterable, Mapping
-from itertools import accumulate, count
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import accumulate, groupby
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ def functions_text(functions: Iterable[Any], declared: Collection[str] = DECLARE
     writer = _Writer(_dialect(lanes > 0))
     for each in functions:
         name = each.name()
-        writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each)
+        writer.write(f"void WL({name})" if name in declared else f"static void {name}_of", each, alone=False)
     header = f"#define LANES {lanes}\n{_LANES.read_text('utf-8')}" if lanes else "#include <math.h>\n"
     return "\n".join([header, *writer.texts])
 
@@ -82,18 +82,21 @@ class _Writer:
         self.texts: list[str] = []
         self._names: dict[int, str] = {}
 
-    def write(self, head: str, function: Any) -> None:
-        """Write a function that takes and gives vectors."""
+    def write(self, head: str, function: Any, alone: bool) -> None:
+        """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
+        alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
         whole, paired, _ = written(function)
         with unsimplified():
             numbers = whole.expand() if whole.is_a("MXFunction") else whole
-        lines, used = _Body(self, numbers, paired).lines()
+        lines = _Body(self, numbers, alones, paired).lines()
         if paired:
             lines = ["for (int i=0; i<2; ++i) {", *(f"  {line}" for line in lines), "}"]
-        declared = {f"x{k}": f"const {self.type}" for k in range(function.n_in())}
-        declared |= {f"y{k}": self.type for k in range(function.n_out())}
+        one, many = f"{self.type} ", f"{self.type} *restrict "
+        declared = {f"x{k}": one if single else f"const {many}" for k, single in enumerate(alones)}
+        declared |= {f"y{k}": many for k in range(function.n_out())}
+        used = set(re.findall(r"\w+", " ".join(lines)))
         lines = [f"(void){name};" for name in declared if name not in used] + lines
-        parameters = (f"{kind} *restrict {name}" for name, kind in declared.items())
+        parameters = (kind + name for name, kind in declared.items())
         text = "".join(f"  {line}\n" for line in lines)
         self.texts.append(f"{head}({', '.join(parameters)})\n{{\n{text}}}\n")
 
@@ -102,7 +105,7 @@ class _Writer:
         key = function.__hash__()
         if key not in self._names:
             self._names[key] = name = f"{function.name()}_{len(self._names)}"
-            self.write(f"static void {name}", function)
+            self.write(f"static void {name}", function, alone=True)
         return self._names[key]
 
 
@@ -113,45 +116,67 @@ class _Body:
     ----------
     writer : writes the functions that this one calls
     function : of numbers, and of calls of such
-    paired : how many of the first arguments hold two side by side; if any does, the statements are those of
-        a loop over both, and so are the results
+    alone : for each argument whether it is a single number
+    paired : how many of the first arguments hold two of each number side by side; if any do, the statements
+        are those of a loop over both, and so are the results
     """
 
-    def __init__(self, writer: _Writer, function: Any, paired: int) -> None:
+    def __init__(self, writer: _Writer, function: Any, alone: Sequence[bool], paired: int) -> None:
         self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
-        self._statements: list[tuple[str, str]] = []
-        """C, and the name of the number that it makes, if that is all it does."""
+        self._statements: list[tuple[str, Sequence[str]]] = []
+        """C, and the names that it makes; none: results of the function."""
+        self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
+        self._needed: set[str] = set()  # names of vectors that are a part of a result
         self._made: dict[str, tuple[str, list[str]]] = {}  # by which operation, of what
         self._gathered: dict[str, str] = {}
-        self._vectors = count()
+        handed: list[tuple[int, int, str, int]] = []  # what of results lies in vectors: of which, where
         held: dict[int, str] = {}  # in CasADi's places
         nodes = function.instructions_sx()
         for k in range(function.n_instructions()):
             kind = writer.operations[function.instruction_id(k)]
             given, taken = function.instruction_input(k), function.instruction_output(k)
             if kind == "INPUT":
-                held[taken[0]] = f"x{given[0]}[{_index(given[1], given[0] < paired)}]"
+                which, place = given
+                index = f"{2 * place}+i" if which < paired else place
+                held[taken[0]] = f"x{which}" if alone[which] else f"x{which}[{index}]"
             elif kind == "CONST":
                 held[taken[0]] = self._literal(function.instruction_constant(k))
             elif kind == "CALL":
                 found = self._called(nodes.nz[k].which_function(), [held[place] for place in given])
                 held |= zip(taken, found, strict=True)
-            elif kind == "OUTPUT":
-                self._add(f"y{taken[0]}[{_index(taken[1], paired > 0)}]={held[given[0]]};")
-            else:
+            elif kind != "OUTPUT":
                 held[taken[0]] = self._operation(kind, [held[place] for place in given])
+            elif paired:
+                self._add(f"y{taken[0]}[{2 * taken[1]}+i]={held[given[0]]};")
+            elif placed := _PLACED.fullmatch(held[given[0]]):
+                handed.append((*taken, placed[1], int(placed[2])))
+            else:
+                self._add(f"y{taken[0]}[{taken[1]}]={held[given[0]]};")
+        self._hand_over(sorted(handed))
 
-    def lines(self) -> tuple[list[str], set[str]]:
-        """Lines without the numbers that a choice has made needless, and the names that they use."""
-        used, lines = set[str](), list[str]()
+    def lines(self) -> list[str]:
+        """Lines of what any result needs."""
+        needed, lines = {*self._needed}, list[str]()
         for text, makes in reversed(self._statements):
-            if not makes or makes in used:
-                used.update(re.findall(r"\w+", text))
-                lines.append(text)
-        return lines[::-1], used
+            if not makes or not needed.isdisjoint(makes):
+                needed.update(re.findall(r"\w+", text))
+                lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
+        return lines[::-1]
 
-    def _add(self, text: str, makes: str = "") -> None:
+    def _add(self, text: str, *makes: str) -> None:
         self._statements.append((text, makes))
+
+    def _hand_over(self, handed: list[tuple[int, int, str, int]]) -> None:
+        """Copy what lies in vectors to the results, but for a vector that is a part of one: it lies there."""
+        keys = [(of, place - i, name, at - i) for i, (of, place, name, at) in enumerate(handed)]
+        for _, places in groupby(range(len(handed)), keys.__getitem__):
+            run = [handed[i] for i in places]
+            which, first, name, at = run[0]
+            if self._vectors.get(name, (0, ""))[0] == len(run):
+                self._vectors[name] = 0, f"{self.type} *{name}=&y{which}[{first}];"
+                self._needed.add(name)
+            else:
+                self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
 
     def _literal(self, value: float) -> str:
         """A number that is written out, with a point."""
@@ -184,34 +209,30 @@ class _Body:
             return f"&{numbers[0]}"
         if listed not in self._gathered:
             name = self._gathered[listed] = f"g{len(self._gathered)}"
-            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};")
+            self._add(f"const {self.type} {name}[{len(numbers)}]={{{listed}}};", name)
         return self._gathered[listed]
 
     def _called(self, function: Any, numbers: list[str]) -> list[str]:
         """Results of a function."""
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
+        given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
         how = written(function)
-        asked = how.otherwise is not None
-        given = [self._beside(part) for part in parts[asked:]]
-        found = {f"t{next(self._vectors)}": function.nnz_out(k) for k in range(function.n_out())}
-        for t, size in found.items():
-            self._add(f"{self.type} {t}[{size or 1}];")
-        handed, otherwise = ", ".join([*given, *found]), ""
+        found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
+        self._vectors |= {t: (size, f"{self.type} {t}[{size or 1}];") for t, size in found.items()}
+        asked, made, lines = how.otherwise is not None, [*found], list[str]()
+        handed = ", ".join([*given[asked:], *found])
         call = f"{self.writer.named(how.function if asked else function)}({handed});"
         if how.otherwise is IDLE:
-            for t, place in zip(found, given, strict=False):
-                self._add(f"const {self.type} *p{t}={place};")
-                call += f" p{t}={t};"
+            left = map(self._beside, parts[1 : len(found) + 1])
+            lines = [f"const {self.type} *p{t}={place};" for t, place in zip(found, left, strict=True)]
+            call += "".join(f" p{t}={t};" for t in found)
             found = {f"p{t}": size for t, size in found.items()}
-        elif asked:
-            otherwise = f" else {{ {self.writer.named(how.otherwise)}({handed}); }}"
+            made += found
         if asked:
-            call = f"if ({self.forms['asked'].format(parts[0][0])}) {{ {call} }}{otherwise}"
-        self._add(call)
+            other = (
+                "" if how.otherwise is IDLE else f" else {{ {self.writer.named(how.otherwise)}({handed}); }}"
+            )
+            call = f"if ({self.forms['asked'].format(given[0])}) {{ {call} }}{other}"
+        self._add("\n  ".join([*lines, call]), *made)
         return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]
-
-
-def _index(place: int, paired: bool) -> str:
-    """Index of a number in a vector; of one of two that lie side by side, in the loop over both."""
-    return f"{2 * place}+i" if paired else str(place)
