@@ -49,8 +49,8 @@ class Doubts:
         if inputs := tuple(self._inputs_in_other_units()):
             return inputs
         stuck = dict(self._stuck())
-        if 1 < len(self._names) < 2 * len(stuck):
-            stuck = {}  # no sensor is to blame where most of them move too little
+        if 1 < len(stuck) >= len(self._names) / 2:
+            stuck = {}  # no sensor is to blame where half of them move too little
         said = {**stuck, **dict(self._in_other_units())}
         return (*said.values(), *self._swapped([i for i in range(len(self._names)) if i not in said]))
 
@@ -80,8 +80,10 @@ class Doubts:
                         float(np.std(each[rows, i])) for each in (self._measured, self._simulated)
                     )
                     if should > least and shows < _SHARE * should:
-                        change = f"{_shown(shows, unit)} rms where it should by {_shown(should, unit)}"
-                        told = f"{name} changes in {rows.size} of {read.size} rows by {change}"
+                        told = (
+                            f"{name} changes by {_shown(shows, unit)} rms in {rows.size} of {read.size} rows"
+                        )
+                        told += f", the simulation by {_shown(should, unit)}"
                         yield i, f"{told}: is the sensor connected, and in its place?"
 
     def _in_other_units(self) -> Iterator[tuple[int, str]]:
@@ -146,7 +148,8 @@ def unchanging_inputs(experiment: Experiment) -> tuple[str, ...]:
     }
     still = [column for column, each in values.items() if np.ptp(each) == 0]
     told = "in every row, while other inputs change: was it logged?"
-    asked = tuple(f"{column.name} is {column.least:g} {column.unit} {told}" for column in still)
+    # A pad's power that is empty throughout is off.
+    asked = tuple(f"{column.name} is {column.least or 0:g} {column.unit} {told}" for column in still)
     return asked if len(still) < len(values) else ()
 
 
@@ -170,4 +173,5 @@ def _to_si(unit: str) -> tuple[float, float]:
 
 def _shown(value: float, unit: str) -> str:
     """A difference in the unit in which people read it."""
-    return f"{round(1e6 * value, 6):.2g} um" if unit == "m" else f"{round(value, 6):.2g} {unit}"
+    factor, shown = (1e6, "um") if unit == "m" else (1.0, unit)
+    return f"{float(f'{round(factor * value, 6):.2g}'):g} {shown}"

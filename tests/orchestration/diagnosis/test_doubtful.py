@@ -26,7 +26,7 @@ TORQUE, SPEED, BASE, TIP = (
     "base_temperature [degC]",
     "tip_temperature [degC]",
 )
-GROWTH = "elongation [um]"
+GROWTH, AMBIENT = "elongation [um]", "ambient_temperature [degC]"
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,8 @@ def sound() -> Columns:
 def experiment(folder: Path, columns: Columns) -> Experiment:
     write_csv(columns, folder / "run.csv")
     return read(
-        [folder / "run.csv"], ["pad_temperature=off"] if "pad_temperature [degC]" not in columns else []
+        [folder / "run.csv"],
+        ["pad_temperature=off"] if not any(header.startswith("pad_") for header in columns) else [],
     )
 
 
@@ -60,9 +61,16 @@ def stuck(columns: Columns) -> Columns:
         (lambda c: {TORQUE: c[TORQUE] / 1000}, "torque looks as if it were in kN.m, not N.m"),
         (lambda c: {SPEED: c[SPEED] * 30 / np.pi}, "speed looks as if it were in rpm, not rad/s"),
         (lambda c: {GROWTH: c[GROWTH] / 1000}, "elongation looks as if it were in mm, not um"),
+        (
+            lambda c: {BASE: c[BASE] + 273.15},
+            "base_temperature looks as if it were in K, not degC: then it is off by 0.12 K instead of 270 K.",
+        ),
         (lambda c: {BASE: 1.8 * c[BASE] + 32}, "base_temperature looks as if it were in degF, not degC"),
-        (lambda c: {TIP: 22 + 0.01 * (c[TIP] - 22)}, "tip_temperature changes in 168 of 168 rows by"),
-        (stuck, "tip_temperature changes in 50 of 168 rows by 0 K rms where it should by"),
+        (
+            lambda c: {TIP: 22 + 0.01 * (c[TIP] - 22)},
+            "tip_temperature changes by 0.047 K rms in 168 of 168 rows, the simulation by 4.7 K: is",
+        ),
+        (stuck, "tip_temperature changes by 0 K rms in 50 of 168 rows, the simulation by"),
     ],
 )
 def test_a_column_that_is_something_else_is_named(
@@ -79,6 +87,16 @@ def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Colum
     assert unchanging_inputs(experiment(tmp_path, sound)) == ()
     still = experiment(tmp_path, {**sound, TORQUE: 0 * sound[TORQUE], SPEED: 0 * sound[SPEED]})
     assert unchanging_inputs(still) == ()
+    power = {header: values for header, values in sound.items() if "pad" not in header}
+    power["pad_power [W]"] = np.full(sound[TORQUE].size, np.nan)
+    (told,) = unchanging_inputs(experiment(tmp_path, power))
+    assert told.startswith("pad_power is 0 W in every row")
+
+
+def test_no_sensor_is_doubted_where_half_of_them_move_less_than_a_wrong_input_makes_the_simulation(
+    sound: Columns, tmp_path: Path
+) -> None:
+    assert doubts(tmp_path, {**sound, AMBIENT: sound[AMBIENT] + 273.15}) == ()
 
 
 @pytest.mark.parametrize("effect", ["", "joint_resistance", "copper_loss", "hub_heat_loss", "friction_level"])
