@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.check.cases import CASES, Outcome, Subject
+from warmlink.orchestration.check.cases import CASES, Outcome, Subject, asks_to_end
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -129,15 +129,11 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
     for name in names:
         try:
             pipe.send(CASES[name](subject))
-        except (SlaveError, InputError) as fault:
-            if (
-                isinstance(fault, SlaveError)
-                and fault.status == "terminated"
-                and fault.time > subject.start_time
-            ):
-                pipe.send(("skip", f"the FMU asks to end at {fault.time:g} s, before the check has"))
-            else:
-                pipe.send(("fail", str(fault)))
+        except SlaveError as fault:
+            early = f"the FMU asks to end at {fault.time:g} s, before the check has"
+            pipe.send(("skip", early) if asks_to_end(fault, subject) else ("fail", str(fault)))
+        except InputError as fault:
+            pipe.send(("fail", str(fault)))
 
 
 def validity_problems(path: Path) -> list[str]:
