@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts, unchanging_inputs
+from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -42,9 +42,9 @@ def experiment(folder: Path, columns: Columns) -> Experiment:
     )
 
 
-def doubts(folder: Path, columns: Columns) -> tuple[str, ...]:
-    problem = Problem(fitted_part(experiment(folder, columns)))
-    return Doubts(problem, problem.neutral).sentences()
+def doubted(given: Experiment) -> tuple[str, ...]:
+    problem = Problem(fitted_part(given))
+    return doubts(problem, problem.neutral)
 
 
 def stuck(columns: Columns) -> Columns:
@@ -76,8 +76,21 @@ def stuck(columns: Columns) -> Columns:
 def test_a_column_that_is_something_else_is_named(
     sound: Columns, change: Callable[[Columns], Columns], said: str, tmp_path: Path
 ) -> None:
-    (sentence,) = doubts(tmp_path, {**sound, **change(sound)})
+    (sentence,) = doubted(experiment(tmp_path, {**sound, **change(sound)}))
     assert sentence.startswith(said)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_column_that_is_something_else_in_one_of_two_runs_is_named_with_the_run(
+    sound: Columns, tmp_path: Path
+) -> None:
+    """With all runs taken together, the sound one hid what was wrong with the other."""
+    other = hide({}, seed=2, interval=30.0)
+    write_csv({**other, GROWTH: other[GROWTH] / 1000}, tmp_path / "gauge.csv")
+    write_csv({**sound, SPEED: sound[SPEED] * 30 / np.pi, TIP: np.nan * sound[TIP]}, tmp_path / "joint.csv")
+    gauge, joint = doubted(read([tmp_path / "gauge.csv", tmp_path / "joint.csv"]))
+    assert gauge.startswith("gauge: elongation looks as if it were in mm, not um")
+    assert joint.startswith("joint: speed looks as if it were in rpm, not rad/s")
 
 
 def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Columns, tmp_path: Path) -> None:
@@ -96,7 +109,7 @@ def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Colum
 def test_no_sensor_is_doubted_where_half_of_them_move_less_than_a_wrong_input_makes_the_simulation(
     sound: Columns, tmp_path: Path
 ) -> None:
-    assert doubts(tmp_path, {**sound, AMBIENT: sound[AMBIENT] + 273.15}) == ()
+    assert doubted(experiment(tmp_path, {**sound, AMBIENT: sound[AMBIENT] + 273.15})) == ()
 
 
 @pytest.mark.parametrize("effect", ["", "joint_resistance", "copper_loss", "hub_heat_loss", "friction_level"])
@@ -111,7 +124,8 @@ def test_no_column_of_a_sound_log_is_doubted(effect: str, seed: int, tmp_path: P
         for _ in range(5)
     ]
     hidden = {effect: EFFECTS[effect].size} if effect else {}
-    assert doubts(tmp_path, hide(hidden, duty, noise=WHITE, seed=seed, interval=20.0)) == ()
+    columns = hide(hidden, duty, noise=WHITE, seed=seed, interval=20.0)
+    assert doubted(experiment(tmp_path, columns)) == ()
 
 
 def test_what_cannot_be_simulated_is_refused_with_the_column_that_is_to_blame(
