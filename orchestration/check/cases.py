@@ -107,11 +107,6 @@ class Instance:
         return values
 
 
-def asks_to_end(fault: SlaveError, subject: Subject) -> bool:
-    """Whether an FMU, after a step at least, only asks to end the simulation."""
-    return fault.status == "terminated" and fault.time > subject.start_time
-
-
 def default_experiment(subject: Subject) -> Outcome:
     """Every status is good and every output finite over the experiment that the FMU proposes."""
     size = subject.step_size
@@ -122,7 +117,7 @@ def default_experiment(subject: Subject) -> Outcome:
         try:
             instance.step(index)
         except SlaveError as fault:
-            if not asks_to_end(fault, subject):
+            if not fault.asks_to_end_after(subject.start_time):
                 raise
             return "pass", f"{index * size:g} s in steps of {size:g} s, where the FMU asks to end"
         for name, value in zip(subject.outputs, instance.outputs().tolist(), strict=True):

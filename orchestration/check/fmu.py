@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.check.cases import CASES, Outcome, Subject, asks_to_end
+from warmlink.orchestration.check.cases import CASES, Outcome, Subject
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -131,7 +131,8 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
             pipe.send(CASES[name](subject))
         except SlaveError as fault:
             early = f"the FMU asks to end at {fault.time:g} s, before the check has"
-            pipe.send(("skip", early) if asks_to_end(fault, subject) else ("fail", str(fault)))
+            asked = fault.asks_to_end_after(subject.start_time)
+            pipe.send(("skip", early) if asked else ("fail", str(fault)))
         except InputError as fault:
             pipe.send(("fail", str(fault)))
 
