@@ -112,10 +112,12 @@ def said_of_empty(sheet: Sheet, place: Place, values: Array, lost: Rows) -> list
     empty = int(np.count_nonzero(~np.isfinite(values))) - lost.size
     if not empty or place.variable.endswith("pad_temperature"):
         return []
-    pad, temperature = place.variable.endswith(_PADS), place.variable.endswith("temperature")
-    held = "the value before" + ("" if temperature else "; where it was off, write 0")
-    count = f"{empty} of {values.size} cells of {place.name}"
-    return [f"{sheet.name}: {count} are empty and taken for {'off' if pad else held}"]
+    taken = "the value before; where it was off, write 0"
+    if place.variable.endswith("temperature"):
+        taken = "the value before"
+    elif place.variable.endswith(_PADS):
+        taken = "off"
+    return [f"{sheet.name}: {empty} of {values.size} cells of {place.name} are empty and taken for {taken}"]
 
 
 def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
