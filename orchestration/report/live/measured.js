@@ -62,7 +62,7 @@ export function readMeasured(text, known) {
     check(found.length === columns.size, `${found.length} cells under ${columns.size} columns; mend the row`);
     const row = {};
     [...columns].forEach(([name, [factor, offset]], i) => {
-      if (!found[i]) return;
+      if (!found[i] || (name.startsWith("pad_") && /^(off|none)$/i.test(found[i]))) return;
       row[name] = factor * pointed(found[i]) + offset;
       check(Number.isFinite(row[name]), `'${found[i]}' in column '${name}' is no number; mend or empty it`);
     });

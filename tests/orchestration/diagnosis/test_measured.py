@@ -65,6 +65,17 @@ def test_a_pad_is_off_in_the_empty_cells_of_its_power_and_that_is_said(tmp_path:
     assert run.remarks == ("run.csv: 20 of 30 cells of pad_power are empty and taken for off",)
 
 
+@pytest.mark.parametrize(("column", "off"), [("pad_temperature [degC]", np.nan), ("pad_power [W]", 0.0)])
+def test_a_pad_may_be_off_in_words_most_of_the_time(tmp_path: Path, column: str, off: float) -> None:
+    """The word was taken for a missing value, and refused where it filled most cells."""
+    lines = [f"{line},{'Off' if i < 20 else 'ERR' if i == 25 else 30}" for i, line in enumerate(rows())]
+    run = read_experiment(written(tmp_path, lines, HEAD.replace("\n", f",{column}\n"))).runs[0]
+    (pad,) = (values for name, values in run.inputs.items() if "pad" in name)
+    on = 303.15 if np.isnan(off) else 30.0
+    np.testing.assert_allclose(pad, [off] * 20 + [on] * 10)
+    assert run.remarks == (f"run.csv: row 27, column {column!r}: 'ERR' is taken for a missing value",)
+
+
 def test_a_pad_has_its_power_where_its_temperature_is_empty(tmp_path: Path) -> None:
     """The power was left out, and the pad off, as soon as there was a column of temperatures."""
     head = HEAD.replace("\n", ",pad_temperature [degC],pad_power [W]\n")

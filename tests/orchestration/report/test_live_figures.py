@@ -71,7 +71,7 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
     text = (
         "\ufefftime [min],speed [deg/s],torque [N.m],ambient_temperature [degC],pad_power [kW],"
         "elongation [um]\n"
-        "1,90,2,20,,0\n\n2,90,2,,,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
+        "1,90,2,20,,0\n\n2,90,2,,Off,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
     )
     (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
     path = tmp_path / "run.csv"
