@@ -14,7 +14,7 @@ import pandas as pd
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer, remark, spinner
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts
+from warmlink.orchestration.diagnosis.answer.doubtful import doubts
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
@@ -79,7 +79,7 @@ def _assessed(experiment: Experiment, progress: Progress) -> Assessment:
         return assess(experiment, progress)
     except NotSimulatedError as fault:
         problem = Problem(fitted_part(experiment))
-        for doubt in Doubts(problem, problem.neutral).sentences():
+        for doubt in doubts(problem, problem.neutral):
             raise InputError(f"{fault}; {doubt}") from None
         raise
 

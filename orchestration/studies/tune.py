@@ -54,9 +54,8 @@ class Tuned(Searched):
         if self.polished is None:
             return "not polished, since the system is not joined"
         before, after = self.found[self.polished.number].objectives, self.polished.objectives
-        told = (
-            f"polished along its gradient from {before[0]:.5g}, {100 * (1 - after[0] / before[0]):.2g} % less"
-        )
+        less = 100 * (before[0] - after[0]) / (before[0] or 1.0)  # a time to tolerance may be 0
+        told = f"polished along its gradient from {before[0]:.5g}, {less:.2g} % less"
         beside = zip(self.study.objectives[1:], after[1:], before[1:], strict=True)
         return told + "".join(f", and {of.title} {now:.4g}, before {was:.4g}" for of, now, was in beside)
 

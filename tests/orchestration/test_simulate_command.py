@@ -21,6 +21,7 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.master.streamed import read_folder
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master import guard
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -123,6 +124,22 @@ def test_with_a_tolerance_a_resumed_run_goes_on_to_smaller_steps(
         assert answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
         found.append(pd.read_parquet("o/results.parquet"))
     pd.testing.assert_frame_equal(*found)
+
+
+def test_who_follows_an_fmu_that_samples_as_often_as_the_run_steps_is_named(
+    fmu: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sampling = FmuStore("native").files(["TemperatureSensors"])["TemperatureSensors"]
+    sensors = Component("sensors", sampling, {}, {"noise[1]": 0.1, "sample_time": 1.0})
+    parts = {"sensors": sensors, "a": Component("a", fmu, {}, {})}
+    wires = (Connection("sensors", "reading[1]", "a", "u"),)
+    write_ssp(System("late", parts, wires, DefaultExperiment(0.0, 30.0, 1.0)), Path("late.ssp"))
+    answer, said = simulate(Path("late.ssp"), "--watch", "a.u,sensors.reading[1]", capsys=capsys)
+    assert answer["outputs"]["a.u"]["coupling_error"] == 0.0
+    assert "a: follows steps of an FMU's own that are as long as those of the run" in said
+    assert "sensors: follows" not in said
+    _, said = simulate(Path("late.ssp"), "--watch", "a.u", "--step", "2 s", capsys=capsys)
+    assert "follows" not in said
 
 
 @pytest.mark.parametrize("option", ["--no-error-budget", "--checkpoint=5", "--real-time=100"])

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts, unchanging_inputs
+from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
@@ -122,7 +122,7 @@ class Diagnosis:
         problem, null = self.assessment.problem, self.assessment.null
         if self.verdict == "adequate":
             return ()
-        found = Doubts(problem, problem.values_by_run(null.freed, null.theta)).sentences()
+        found = doubts(problem, problem.values_by_run(null.freed, null.theta))
         return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
 
     @property

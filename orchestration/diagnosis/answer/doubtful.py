@@ -34,38 +34,47 @@ _MISTAKEN = {
 """Units that are taken for each other, by SI unit."""
 
 
-class Doubts:
-    """Looks at the columns of a problem; `values` are the slots by run of the model as it stands."""
+def doubts(problem: Problem, values: Sequence[Array]) -> tuple[str, ...]:
+    """Sentences on columns of each run; `values` are the slots by run of the model as it stands."""
+    named = [f"{run.name}: " if len(values) > 1 else "" for run in problem.experiment.runs]
+    found = [_Doubts(problem, run, z).sentences() for run, z in enumerate(values)]
+    return tuple(name + each for name, said in zip(named, found, strict=True) for each in said)
 
-    def __init__(self, problem: Problem, values: Sequence[Array]) -> None:
-        self._problem, self._values = problem, values
-        self._measured = np.concatenate([data.readings for data in problem.data])
+
+class _Doubts:
+    """Looks at the columns of one run of a problem, which is simulated with `z`."""
+
+    def __init__(self, problem: Problem, run: int, z: Array) -> None:
+        self._problem, self._run, self._z = problem, run, z
+        readings, quantum = problem.data[run].readings, problem.data[run].quantum
+        self._there = np.flatnonzero(np.isfinite(readings).any(axis=0))
+        self._measured, self._quantum = readings[:, self._there], quantum[self._there]
         self._simulated = self._with({})
-        self._names = [problem.names[variable] for variable in problem.variables]
-        self._units = [problem.experiment.rig.unit(variable) for variable in problem.variables]
+        variables = [problem.variables[i] for i in self._there.tolist()]
+        self._names = [problem.names[variable] for variable in variables]
+        self._units = [problem.experiment.rig.unit(variable) for variable in variables]
+        written = {column.variable: column.unit for column in problem.experiment.runs[run].columns}
+        self._written = [written[variable] for variable in variables]
 
     def sentences(self) -> tuple[str, ...]:
         """Say which columns look like something else, and like what; an input alone if it explains all."""
         if inputs := tuple(self._inputs_in_other_units()):
             return inputs
         stuck = dict(self._stuck())
-        if 1 < len(self._names) < 2 * len(stuck):
-            stuck = {}  # no sensor is to blame where most of them move too little
+        if 1 < len(stuck) >= len(self._names) / 2:
+            stuck = {}  # no sensor is to blame where half of them move too little
         said = {**stuck, **dict(self._in_other_units())}
         return (*said.values(), *self._swapped([i for i in range(len(self._names)) if i not in said]))
 
     def _with(self, given: Mapping[str, float]) -> Array:
         """Simulated readings with other values of some slots, infinite where these cannot be simulated."""
-        found = []
-        for run, slots in enumerate(self._values):
-            changed = slots.copy()
-            for name, value in given.items():
-                changed[self._problem.slots.index(name)] = value
-            try:
-                found.append(self._problem.predict(run, changed)[0])
-            except NotSimulatedError:
-                found.append(np.full(self._problem.data[run].readings.shape, np.inf))
-        return np.concatenate(found)
+        changed = self._z.copy()
+        for name, value in given.items():
+            changed[self._problem.slots.index(name)] = value
+        try:
+            return self._problem.predict(self._run, changed)[0][:, self._there]
+        except NotSimulatedError:
+            return np.full(self._measured.shape, np.inf)
 
     def _stuck(self) -> Iterator[tuple[int, str]]:
         """Readings that stay where they are, for a time or throughout, while the simulation moves."""
@@ -73,22 +82,18 @@ class Doubts:
             read = np.flatnonzero(np.isfinite(self._measured[:, i] + self._simulated[:, i]))
             if unit in _MOVES and read.size:
                 # Readings that are rounded stay where they are while they move by less than a step.
-                step = 2 * max(float(data.quantum[i]) for data in self._problem.data)
+                least = max(_MOVES[unit] / 4, 2 * float(self._quantum[i]))
                 level = read[_longest_level(self._measured[read, i])]
-                for rows, least in ((level, max(_MOVES[unit] / 4, step)), (read, _MOVES[unit])):
-                    shows, should = (
-                        float(np.std(each[rows, i])) for each in (self._measured, self._simulated)
-                    )
-                    if should > least and shows < _SHARE * should:
-                        change = f"{_shown(shows, unit)} rms where it should by {_shown(should, unit)}"
-                        told = f"{name} changes in {rows.size} of {read.size} rows by {change}"
-                        yield i, f"{told}: is the sensor connected, and in its place?"
+                for rows, enough in ((level, least), (read, _MOVES[unit])):
+                    shows, should = (float(np.std(v[rows, i])) for v in (self._measured, self._simulated))
+                    if should > enough and shows < _SHARE * should:
+                        told = f"by {_shown(shows, unit)} rms in {rows.size} of {read.size} rows"
+                        told += f", the simulation by {_shown(should, unit)}"
+                        yield i, f"{name} changes {told}: is the sensor connected, and in its place?"
 
     def _in_other_units(self) -> Iterator[tuple[int, str]]:
         """Readings that fit better in another unit than that of their header."""
-        columns = {column.variable: column for column in self._problem.experiment.columns}
-        for i, (name, variable) in enumerate(zip(self._names, self._problem.variables, strict=True)):
-            written, unit = columns[variable].unit, self._units[i]
+        for i, (name, unit, written) in enumerate(zip(self._names, self._units, self._written, strict=True)):
             own, as_it_is = _to_si(written), _rms(self._measured[:, i] - self._simulated[:, i])
             for other in _MISTAKEN.get(unit, ()):
                 factor, offset = _to_si(other)
@@ -117,7 +122,7 @@ class Doubts:
         """The input that explains most in another unit than that of its header, if one does."""
         rig, found = self._problem.experiment.rig, []
         as_it_is = self._share(self._simulated)
-        for column in self._problem.experiment.runs[0].columns if not rig.in_loop else ():
+        for column in self._problem.experiment.runs[self._run].columns if not rig.in_loop else ():
             slot = f"{SCALE}:{column.variable}"
             if slot in self._problem.slots:
                 for other in _MISTAKEN.get(rig.unit(column.variable), ()):
@@ -146,7 +151,8 @@ def unchanging_inputs(experiment: Experiment) -> tuple[str, ...]:
     }
     still = [column for column, each in values.items() if np.ptp(each) == 0]
     told = "in every row, while other inputs change: was it logged?"
-    asked = tuple(f"{column.name} is {column.least:g} {column.unit} {told}" for column in still)
+    # A pad's power that is empty throughout is off.
+    asked = tuple(f"{column.name} is {column.least or 0:g} {column.unit} {told}" for column in still)
     return asked if len(still) < len(values) else ()
 
 
@@ -170,4 +176,5 @@ def _to_si(unit: str) -> tuple[float, float]:
 
 def _shown(value: float, unit: str) -> str:
     """A difference in the unit in which people read it."""
-    return f"{round(1e6 * value, 6):.2g} um" if unit == "m" else f"{round(value, 6):.2g} {unit}"
+    factor, shown = (1e6, "um") if unit == "m" else (1.0, unit)
+    return f"{float(f'{round(factor * value, 6):.2g}'):g} {shown}"

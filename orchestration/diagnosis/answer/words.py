@@ -30,7 +30,7 @@ def summary(diagnosis: Diagnosis) -> str:
     when = f", worst {wrong['when'][0]}" if wrong["when"] else ""
     lines.append(
         f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {wrong['unit']} rms "
-        f"against {wrong['noise']:.2g} {wrong['unit']} of noise{when}."
+        f"against {wrong['noise']:.2g} {wrong['unit']} of noise{_paused(diagnosis)}{when}."
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
@@ -76,15 +76,20 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
         return because
     if word == "adequate":
         beside = "" if wander.still else f" and {wander}"
-        if any(run.pauses.size for run in diagnosis.experiment.runs):
-            beside += " and what the machine may have done while the log paused"
-        return f"Nothing is wrong beyond the noise{beside}: the model is adequate."
+        told = f"Nothing is wrong beyond the noise{beside}{_paused(diagnosis)}"
+        return f"{told}: the model is adequate."
     if word == "unknown":
         return "Something is wrong that no cause in the catalogue explains."
     if word == "named":
         return "Found: " + " ".join(map(sentence_of, diagnosis.causes))
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
     return "These data cannot tell apart: " + " | ".join(sets[:3])
+
+
+def _paused(diagnosis: Diagnosis) -> str:
+    """What else counts as noise where a log pauses."""
+    paused = any(run.pauses.size for run in diagnosis.experiment.runs)
+    return " and what the machine may have done while the log paused" if paused else ""
 
 
 def _cause_line(diagnosis: Diagnosis, item: Item) -> str:

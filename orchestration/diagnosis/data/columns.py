@@ -104,9 +104,9 @@ class Assignment:
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
                     f'one out with --map "{two}="'
                 )
-        for first, *instead_of_it in self._rig.driven_by:
-            # A current that is logged beside the torque would count twice.
-            for variable in instead_of_it if first in used else ():
+        # A current beside the torque would count twice; a pad's power acts where no temperature is.
+        for first, *others in self._rig.driven_by:
+            for variable in others if first in used and not first.endswith("pad_temperature") else ():
                 if variable in used and not used[variable].chosen:
                     del used[variable]
         return used

@@ -201,7 +201,7 @@ def read_run(
         else:
             if kind == "input" and scalar is not None and scalar.is_discrete:
                 _refuse_undefined(sheet, place, values, scalar)
-            remarks += said_of_empty(sheet, place, values, lost)
+            remarks += said_of_empty(sheet, place)
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)

@@ -23,7 +23,7 @@ SHARE_OF_NOMINAL = 1e-6
 # more the variables may bend in them.
 MOST_TRUSTED, LONGER, MORE_BENT = 8, 4.0, 2.0
 LOPSIDED = 100.0
-"""How much more a signal that leaps moves in one half of the smallest part than in the other."""
+"""How many times as far a signal that leaps moves in one half of the smallest part as in the other."""
 
 ROUNDING = 1e-9
 """Of a signal's value; what moves by less does not leap."""
@@ -113,13 +113,13 @@ class DoublingStepper(PartsStepper):
             self._trusted += 1
         else:
             self.back()
-            courses = [self._sent(self._smooth)] if last else []
+            courses = [self._sent(self._smooth)]
             for half in (time, time + step_size / 2):
                 self.inner.step(half, step_size / 2)
-                courses += [self._sent(self._smooth)] if last else []
+                courses.append(self._sent(self._smooth))
             coarse, end = end, self._values()
             error = self._share((end - coarse) / step_size) / (2**self._order - 1)
-            sudden = jumped() or (error > 1.0 and last and _leapt(courses))
+            sudden = jumped() or (last and error > 1.0 and _leapt(courses))
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
         if sudden:
             self.disturb()

@@ -39,6 +39,10 @@ class SlaveError(Exception):
         """Give the same failure with more said of it."""
         return SlaveError(self.slave, self.status, self.time, f"{self.message}; {more}", self.variable)
 
+    def asks_to_end_after(self, start_time: float) -> bool:
+        """Tell whether the slave took steps from a time in s on and then only asked to end the simulation."""
+        return self.status == "terminated" and self.time > start_time
+
 
 def nominal(variable: Variable) -> float:
     """Give the size by which a variable's tolerances are scaled; 1 where the slave gives none."""

@@ -17,8 +17,8 @@ const cells = (line, separator) =>
 function heading(head, known) {
   const [, name, unit] = head.match(/^([^[\]()]+?)\s*[[(]([^[\]()]*)[\])]$/) ?? [];
   if (name) return [name.toLowerCase().replace(/\W+/g, "_"), unit.trim()];
-  const ends = Object.entries(known).flatMap(([each, units]) => Object.keys(units).map((spelled) => [each, spelled]));
-  return ends.find(([each, spelled]) => head === `${each}_${spelled}`) ?? [];
+  const first = Object.keys(known).find((each) => head.toLowerCase().startsWith(`${each}_`));
+  return first ? [first, head.slice(first.length + 1)] : [];
 }
 
 /** What makes points of the decimal commas in cells, where there are such. */
@@ -62,7 +62,7 @@ export function readMeasured(text, known) {
     check(found.length === columns.size, `${found.length} cells under ${columns.size} columns; mend the row`);
     const row = {};
     [...columns].forEach(([name, [factor, offset]], i) => {
-      if (!found[i]) return;
+      if (!found[i] || (name.startsWith("pad_") && /^(off|none)$/i.test(found[i]))) return;
       row[name] = factor * pointed(found[i]) + offset;
       check(Number.isFinite(row[name]), `'${found[i]}' in column '${name}' is no number; mend or empty it`);
     });

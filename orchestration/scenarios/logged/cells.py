@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,9 @@ MOST_PLAUSIBLE = {"K": (150.0, 1500.0), "m": (-0.01, 0.01)}
 
 _PADS = ("pad_temperature", "pad_power")
 """Ends of the inputs whose empty cells switch a pad off."""
+
+_OFF = ("off", "none")
+"""Words that stand for an empty cell of a pad, in small letters."""
 
 OVERRANGE = 1e30
 """From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
@@ -68,7 +72,7 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
             f'"{shorter}={usual}"'
         )
     conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
-    read, lost = numbers(sheet, place.column)
+    read, lost = numbers(sheet, place.column, _OFF if place.variable.endswith(_PADS) else ())
     values = conversion.factor * read + conversion.offset
     if scalar is None or temperature or scalar.variable.display == "um":
         low, high = MOST_PLAUSIBLE[si_unit]
@@ -93,42 +97,41 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     """
     filled = np.isfinite(values)
     if place.variable.endswith(_PADS):
-        off = ~filled
-        words = sheet.cells[place.column].iloc[lost].astype(str).str.strip().str.lower()
-        off[lost] = words.isin(["off", "none"])
-        filled |= off
-        values = np.where(off & place.variable.endswith("power"), 0.0, values)
+        values = np.where(~filled & place.variable.endswith("power"), 0.0, values)
+        filled[:] = True
+        filled[lost] = False
     elif not filled.any():
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
     sheet.refuse(np.flatnonzero(~filled[:1]), place.column, "an input needs a value in the first row")
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
 
 
-def said_of_empty(sheet: Sheet, place: Place, values: Array, lost: Rows) -> list[str]:
-    """What an input's empty cells are taken for; nothing of a pad's temperature, whose empty cells say off.
-
-    Cells that held something else, the rows `lost`, are told by the sheet.
-    """
-    empty = int(np.count_nonzero(~np.isfinite(values))) - lost.size
+def said_of_empty(sheet: Sheet, place: Place) -> list[str]:
+    """What an input's empty cells are taken for; nothing of a pad's temperature, of which empty says off."""
+    cells: Any = sheet.cells[place.column]
+    empty = int(np.count_nonzero(cells.isna() | (cells.astype(str).str.strip() == "")))
     if not empty or place.variable.endswith("pad_temperature"):
         return []
-    pad, temperature = place.variable.endswith(_PADS), place.variable.endswith("temperature")
-    held = "the value before" + ("" if temperature else "; where it was off, write 0")
-    count = f"{empty} of {values.size} cells of {place.name}"
-    return [f"{sheet.name}: {count} are empty and taken for {'off' if pad else held}"]
+    taken = "the value before; where it was off, write 0"
+    if place.variable.endswith("temperature"):
+        taken = "the value before"
+    elif place.variable.endswith(_PADS):
+        taken = "off"
+    return [f"{sheet.name}: {empty} of {cells.size} cells of {place.name} are empty and taken for {taken}"]
 
 
-def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
+def numbers(sheet: Sheet, column: int, empty: Sequence[str] = ()) -> tuple[Array, Rows]:
     """Numbers of a column in its own unit, NaN where a cell is empty or holds none, shape (rows,).
 
-    Beside them the rows of cells that hold words or numbers that stand for "no reading". InputError is
-    raised where a cell may be read in two ways, looks like a number and is none, or most cells are words.
+    Beside them the rows of cells that hold words or numbers that stand for "no reading"; those in `empty`, in
+    small letters, stand for an empty cell. InputError is raised where a cell may be read in two ways, looks
+    like a number and is none, or most cells are words.
     """
     cells: Any = sheet.cells[column]
     if cells.dtype.kind in "iufb":
         values, words = cells.to_numpy(dtype=float, na_value=np.nan), np.flatnonzero([])
     else:
-        values, words = _of_text(sheet, column)
+        values, words = _of_text(sheet, column, empty)
     size = np.abs(values)
     marks = np.isin(size, _MARKS)
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
@@ -136,12 +139,13 @@ def numbers(sheet: Sheet, column: int) -> tuple[Array, Rows]:
     return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))
 
 
-def _of_text(sheet: Sheet, column: int) -> tuple[Array, Rows]:
+def _of_text(sheet: Sheet, column: int, empty: Sequence[str]) -> tuple[Array, Rows]:
     """Numbers of cells that are text, NaN where there is none, and the rows of words."""
     import pandas as pd
 
     cells: Any = sheet.cells[column]
     text = cells.astype(str).str.strip().where(cells.notna(), "").astype(object)
+    text = text.where(~text.str.lower().isin(empty), "")
     mark = DECIMALS.get(sheet.decimal, "")
     doubtful = text.str.contains("." if mark == "," else ",", regex=False).to_numpy(dtype=bool)
     plain = text.str.replace(",", ".", regex=False) if mark == "," else text.copy()

@@ -5,6 +5,7 @@ import weakref
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,6 +14,7 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
@@ -81,6 +83,21 @@ def test_the_answer_says_which_sensor_is_wrong(named: Diagnosis, monkeypatch: py
     changed = replace(best, items=(replace(sensor, freed=best.items[0].freed),))
     found = replace(named, assessment=replace(named.assessment, best=changed))
     assert summary(found).splitlines()[1] == "Found: The reading is off by a constant (tip_temperature)."
+
+
+def test_what_the_machine_may_have_done_in_a_pause_of_the_log_is_no_error(
+    named: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run was `unknown`, off by 2.15 K "against 2.6 K of noise", most of which was the pause's."""
+    told = " noise and what the machine may have done while the log paused"
+    assert told not in summary(named)
+    monkeypatch.setattr(Run, "pauses", np.array([3]))
+    assert told in summary(named).splitlines()[2]
+    monkeypatch.setattr(Diagnosis, "judged", ("adequate", ""))
+    assert (
+        summary(replace(named)).splitlines()[1]
+        == f"Nothing is wrong beyond the{told}: the model is adequate."
+    )
 
 
 def test_columns_that_look_like_something_else_stand_before_the_causes(

@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis import diagnose
-from warmlink.orchestration.diagnosis.answer.doubtful import Doubts, unchanging_inputs
+from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -26,7 +26,7 @@ TORQUE, SPEED, BASE, TIP = (
     "base_temperature [degC]",
     "tip_temperature [degC]",
 )
-GROWTH = "elongation [um]"
+GROWTH, AMBIENT = "elongation [um]", "ambient_temperature [degC]"
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +37,14 @@ def sound() -> Columns:
 def experiment(folder: Path, columns: Columns) -> Experiment:
     write_csv(columns, folder / "run.csv")
     return read(
-        [folder / "run.csv"], ["pad_temperature=off"] if "pad_temperature [degC]" not in columns else []
+        [folder / "run.csv"],
+        ["pad_temperature=off"] if not any(header.startswith("pad_") for header in columns) else [],
     )
 
 
-def doubts(folder: Path, columns: Columns) -> tuple[str, ...]:
-    problem = Problem(fitted_part(experiment(folder, columns)))
-    return Doubts(problem, problem.neutral).sentences()
+def doubted(given: Experiment) -> tuple[str, ...]:
+    problem = Problem(fitted_part(given))
+    return doubts(problem, problem.neutral)
 
 
 def stuck(columns: Columns) -> Columns:
@@ -60,16 +61,36 @@ def stuck(columns: Columns) -> Columns:
         (lambda c: {TORQUE: c[TORQUE] / 1000}, "torque looks as if it were in kN.m, not N.m"),
         (lambda c: {SPEED: c[SPEED] * 30 / np.pi}, "speed looks as if it were in rpm, not rad/s"),
         (lambda c: {GROWTH: c[GROWTH] / 1000}, "elongation looks as if it were in mm, not um"),
+        (
+            lambda c: {BASE: c[BASE] + 273.15},
+            "base_temperature looks as if it were in K, not degC: then it is off by 0.12 K instead of 270 K.",
+        ),
         (lambda c: {BASE: 1.8 * c[BASE] + 32}, "base_temperature looks as if it were in degF, not degC"),
-        (lambda c: {TIP: 22 + 0.01 * (c[TIP] - 22)}, "tip_temperature changes in 168 of 168 rows by"),
-        (stuck, "tip_temperature changes in 50 of 168 rows by 0 K rms where it should by"),
+        (
+            lambda c: {TIP: 22 + 0.01 * (c[TIP] - 22)},
+            "tip_temperature changes by 0.047 K rms in 168 of 168 rows, the simulation by 4.7 K: is",
+        ),
+        (stuck, "tip_temperature changes by 0 K rms in 50 of 168 rows, the simulation by"),
     ],
 )
 def test_a_column_that_is_something_else_is_named(
     sound: Columns, change: Callable[[Columns], Columns], said: str, tmp_path: Path
 ) -> None:
-    (sentence,) = doubts(tmp_path, {**sound, **change(sound)})
+    (sentence,) = doubted(experiment(tmp_path, {**sound, **change(sound)}))
     assert sentence.startswith(said)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_column_that_is_something_else_in_one_of_two_runs_is_named_with_the_run(
+    sound: Columns, tmp_path: Path
+) -> None:
+    """With all runs taken together, the sound one hid what was wrong with the other."""
+    other = hide({}, seed=2, interval=30.0)
+    write_csv({**other, GROWTH: other[GROWTH] / 1000}, tmp_path / "gauge.csv")
+    write_csv({**sound, SPEED: sound[SPEED] * 30 / np.pi, TIP: np.nan * sound[TIP]}, tmp_path / "joint.csv")
+    gauge, joint = doubted(read([tmp_path / "gauge.csv", tmp_path / "joint.csv"]))
+    assert gauge.startswith("gauge: elongation looks as if it were in mm, not um")
+    assert joint.startswith("joint: speed looks as if it were in rpm, not rad/s")
 
 
 def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Columns, tmp_path: Path) -> None:
@@ -79,6 +100,16 @@ def test_an_input_that_never_changes_is_asked_after_where_others_do(sound: Colum
     assert unchanging_inputs(experiment(tmp_path, sound)) == ()
     still = experiment(tmp_path, {**sound, TORQUE: 0 * sound[TORQUE], SPEED: 0 * sound[SPEED]})
     assert unchanging_inputs(still) == ()
+    power = {header: values for header, values in sound.items() if "pad" not in header}
+    power["pad_power [W]"] = np.full(sound[TORQUE].size, np.nan)
+    (told,) = unchanging_inputs(experiment(tmp_path, power))
+    assert told.startswith("pad_power is 0 W in every row")
+
+
+def test_no_sensor_is_doubted_where_half_of_them_move_less_than_a_wrong_input_makes_the_simulation(
+    sound: Columns, tmp_path: Path
+) -> None:
+    assert doubted(experiment(tmp_path, {**sound, AMBIENT: sound[AMBIENT] + 273.15})) == ()
 
 
 @pytest.mark.parametrize("effect", ["", "joint_resistance", "copper_loss", "hub_heat_loss", "friction_level"])
@@ -93,7 +124,8 @@ def test_no_column_of_a_sound_log_is_doubted(effect: str, seed: int, tmp_path: P
         for _ in range(5)
     ]
     hidden = {effect: EFFECTS[effect].size} if effect else {}
-    assert doubts(tmp_path, hide(hidden, duty, noise=WHITE, seed=seed, interval=20.0)) == ()
+    columns = hide(hidden, duty, noise=WHITE, seed=seed, interval=20.0)
+    assert doubted(experiment(tmp_path, columns)) == ()
 
 
 def test_what_cannot_be_simulated_is_refused_with_the_column_that_is_to_blame(

@@ -59,13 +59,14 @@ def test_no_number_stays_where_it_is_because_another_ones_unit_is_small(unit: fl
     assert orthonormal(columns).shape == (50, 2)
 
 
-@pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.parametrize("size", [1e-9, 1e9, 1e150])
+@pytest.mark.parametrize("size", [1e-9, 1e9, 1e10, 1e150])
 def test_numbers_without_bounds_overflow_nothing(size: float) -> None:
     """Beyond a bound a run with a clamp on its link made 1e300 times a large derivative, with a warning."""
-    gram, gradient = np.array([[size**2]]), np.array([2 * size])
-    step, _ = bounded_step(gram, gradient, np.array([-np.inf]), np.array([np.inf]))
-    assert step[0] == pytest.approx(2 / size)
+    gram, gradient, everywhere = np.array([[size**2]]), np.array([2 * size]), np.array([np.inf])
+    with np.errstate(all="raise"):
+        step, decrease = bounded_step(gram, gradient, -everywhere, everywhere)
+    assert step == pytest.approx([2 / size])
+    assert decrease == pytest.approx(4.0)
 
 
 def test_what_changes_nothing_stays_where_it_is() -> None:
@@ -103,11 +104,3 @@ def test_pairs_promise_the_same_however_large_a_candidates_unit_is() -> None:
         return list(neighbours.pairs())
 
     assert pairs([1, 1e100, 1, 1e120, 1e-100]) == pairs([1, 1, 1, 1, 1])
-
-
-def test_an_unbounded_number_that_the_readings_tell_to_the_last_digit_is_stepped_to() -> None:
-    everywhere = np.array([np.inf])
-    with np.errstate(all="raise"):
-        step, decrease = bounded_step(np.array([[1e20]]), np.array([1e20]), -everywhere, everywhere)
-    assert step == pytest.approx([1.0])
-    assert decrease == pytest.approx(1e20)

@@ -6,10 +6,12 @@ import pytest
 
 from tests.orchestration.diagnosis.loggers import sticking
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.signals import between_jumps, quantum, repeats
 from warmlink.orchestration.diagnosis.data.thinning import spike_rows
+from warmlink.orchestration.diagnosis.model.simulation import input_table
 
 HEAD = (
     "time [s],speed [rad/s],torque [N.m],ambient_temperature [degC],"
@@ -61,6 +63,27 @@ def test_a_pad_is_off_in_the_empty_cells_of_its_power_and_that_is_said(tmp_path:
     run = read_experiment(written(tmp_path, lines, head)).runs[0]
     assert run.inputs["motor.pad_power"].tolist() == [20.0] * 10 + [0.0] * 20
     assert run.remarks == ("run.csv: 20 of 30 cells of pad_power are empty and taken for off",)
+
+
+@pytest.mark.parametrize(("column", "off"), [("pad_temperature [degC]", np.nan), ("pad_power [W]", 0.0)])
+def test_a_pad_may_be_off_in_words_most_of_the_time(tmp_path: Path, column: str, off: float) -> None:
+    """The word was taken for a missing value, and refused where it filled most cells."""
+    lines = [f"{line},{'Off' if i < 20 else 'ERR' if i == 25 else 30}" for i, line in enumerate(rows())]
+    run = read_experiment(written(tmp_path, lines, HEAD.replace("\n", f",{column}\n"))).runs[0]
+    (pad,) = (values for name, values in run.inputs.items() if "pad" in name)
+    on = 303.15 if np.isnan(off) else 30.0
+    np.testing.assert_allclose(pad, [off] * 20 + [on] * 10)
+    assert run.remarks == (f"run.csv: row 27, column {column!r}: 'ERR' is taken for a missing value",)
+
+
+def test_a_pad_has_its_power_where_its_temperature_is_empty(tmp_path: Path) -> None:
+    """The power was left out, and the pad off, as soon as there was a column of temperatures."""
+    head = HEAD.replace("\n", ",pad_temperature [degC],pad_power [W]\n")
+    lines = [line + (",,20" if i < 10 else ",36," if i < 20 else ",,0") for i, line in enumerate(rows())]
+    whole = read_experiment(written(tmp_path, lines, head))
+    assert whole.runs[0].unused == ()
+    mode = input_table(whole.rig, whole.runs[0], {})[whole.rig.externals.index("motor.pad_mode")]
+    assert mode.tolist() == [PAD_POWER] * 10 + [PAD_TEMPERATURE] * 10 + [PAD_POWER] * 10
 
 
 def test_a_current_stands_for_the_torque_and_is_not_used_beside_it(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
     text = (
         "\ufefftime [min],speed [deg/s],torque [N.m],ambient_temperature [degC],pad_power [kW],"
         "elongation [um]\n"
-        "1,90,2,20,,0\n\n2,90,2,,,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
+        "1,90,2,20,,0\n\n2,90,2,,Off,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
     )
     (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
     path = tmp_path / "run.csv"
@@ -97,7 +97,7 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
         (
             ";",
             ".",
-            "sep=;\n# in hall 3\ntime_s;speed [rad/s];torque [N.m];ambient_temperature [C];elongation [um]",
+            "sep=;\n# in hall 3\nTime_s;speed [rad/s];torque [N.m];ambient_temperature [C];elongation [um]",
         ),
     ],
 )
@@ -149,6 +149,7 @@ def test_a_measured_run_is_refused_in_a_sentence() -> None:
         "time [s],pad_power [W],pad_temperature [degC]\n0,1,30\n": "line 2: pad_temperature and pad_power",
         "\n": "is empty; give a header and at least two times",
         "time [s],constructor [name]\n": "column 'constructor' is not known; use one of time, speed",
+        "time_s;speed_rad_s\n": "column 'speed': this page does not know the unit 'rad_s'; use one of rad/s",
         "time [constructor]\n": "column 'time': this page does not know the unit 'constructor'; use one of s",
         "time [s];torque [N.m]\n0;1,5\n1;2.5\n": "has numbers with commas and with points; write one decimal",
         "time [s];torque [N.m]\n0;1,500\n1;2,500\n": "'1,500' may have a decimal mark or one for thousands",

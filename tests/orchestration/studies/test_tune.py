@@ -283,6 +283,13 @@ def test_polishing_goes_down_the_gradient_to_the_least_and_keeps_constraints(stu
     assert found.objective == pytest.approx(1.25, abs=1e-2)
 
 
+def test_what_polishing_gives_a_winner_that_cannot_get_better_is_nothing(study: Study, folder: Path) -> None:
+    """A winner that is within the tolerance from the start ended `tune` with a ZeroDivisionError."""
+    winner = Judged(0, {}, (0.0,))
+    found = Tuned(study, [winner], Storage(study, "fmus", default_url(folder)), winner)
+    assert found.gain == "polished along its gradient from 0, 0 % less"
+
+
 def test_a_journal_survives_a_kill_within_a_line_and_counts_no_trial_twice(
     study: Study, folder: Path
 ) -> None:
