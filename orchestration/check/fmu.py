@@ -129,15 +129,12 @@ def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> 
     for name in names:
         try:
             pipe.send(CASES[name](subject))
-        except (SlaveError, InputError) as fault:
-            if (
-                isinstance(fault, SlaveError)
-                and fault.status == "terminated"
-                and fault.time > subject.start_time
-            ):
-                pipe.send(("skip", f"the FMU asks to end at {fault.time:g} s, before the check has"))
-            else:
-                pipe.send(("fail", str(fault)))
+        except InputError as fault:
+            pipe.send(("fail", str(fault)))
+        except SlaveError as fault:
+            asked = fault.status == "terminated" and fault.time > subject.start_time
+            early = ("skip", f"the FMU asks to end at {fault.time:g} s, before the check has")
+            pipe.send(early if asked else ("fail", str(fault)))
 
 
 def validity_problems(path: Path) -> list[str]:
