@@ -241,17 +241,14 @@ def no_growth(plant: Plant) -> float:
     begun = start(joined, even)
     found = joined.outputs_of(begun.x, begun.u, joined.settled(begun.p), begun.time)
     grown = sum(weight * found[joined.y.index[name]] for name, weight in plant.growth.items())
-    states = [name.rpartition(".")[0] for name in joined.continuous.names if "temperature" in name]
-    by_state = dict.fromkeys(plant.links, 0.0)
-    for part, each in zip(states, model.C[OUTPUTS.index("elongation")] * model.uniform, strict=True):
-        if part in by_state:
-            by_state[part] += float(each)
-    per_kelvin = sum(by_state.values())
+    per_kelvin = model.elongation_per_kelvin
     if per_kelvin == 0:
         return ROOM_TEMPERATURE
-    first = [float(begun.p[joined.p.index[f"{link}.initial_temperature"]]) for link in by_state]
-    mean = sum(e * t for e, t in zip(by_state.values(), first, strict=True)) / per_kelvin
-    return round(mean - float(grown) / per_kelvin, 9)
+    owners = [name.rpartition(".")[0] for name in joined.continuous.names if "temperature" in name]
+    shares = model.C[OUTPUTS.index("elongation")] * model.uniform / per_kelvin
+    first = {link: begun.p[joined.p.index[f"{link}.initial_temperature"]] for link in plant.links}
+    mean = sum(share * first[owner] for owner, share in zip(owners, shares, strict=True) if owner in first)
+    return round(float(mean - grown / per_kelvin), 9)
 
 
 def _outputs(plant: Plant, slopes: Array) -> Array:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import MODES, SENSORS, Told
+from warmlink.controllers.observer.model import MODES, SENSORS, Told, temperatures
 from warmlink.controllers.observer.readings import FASTEST, Compared
 from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
@@ -85,20 +85,52 @@ STATES = (
     State("unexplained", "K"),
 )
 """Modes by unknown heat alone, 1 while there is any; time since the last look; by how much each thermometer
-leapt there and back since one was left out; the fields of `Learnt`."""
+leapt there and back since one was left out, see `_remaining`; the fields of `Learnt`."""
 
 
-def first_states(modes: Number, duty_modes: Number, told: Told, p: Record) -> dict[str, Number]:
-    """The states at the start; what the first readings show is an offset until it proves to be warmth."""
+KEPT = SENSORS + 1 + 6 + packed_size(3)
+"""Numbers that `kept` gives."""
+
+
+def kept(x: Record) -> Number:
+    """What a restart must not forget: leaps of thermometers that are left out, and what has been learnt."""
+    return stack(x.leapt, x.delayed_growth, x.shares, x.shares_spread)
+
+
+def first_states(
+    modes: Number,
+    duty_modes: Number,
+    recalled: Number,
+    valid: Number,
+    passed: Number,
+    told: Told,
+    p: Record,
+) -> dict[str, Number]:
+    """The states at the start, which go on with what was learnt before a restart.
+
+    What the first readings show beyond that is an offset until it proves to be warmth.
+
+    Parameters
+    ----------
+    recalled, valid, passed : what `kept` gave, 1 where it did, and the time in s since then
+    """
+    leapt, delayed, shares = recalled[:SENSORS], recalled[SENSORS], recalled[SENSORS + 1 : SENSORS + 7]
+    growth = _growth(duty_modes, p) - _cold(told, p)
+    toward = delayed + passed / (passed + DELAY) * (growth - delayed)
+    delayed = where(valid > 0, toward, growth)
+    beyond = _growth(modes - duty_modes, p) - dot(stack(growth, delayed, 1.0), shares[:3])
+    doubt = beyond**2 + p.offset_per_hour**2 * passed / 3600.0
+    spread = where(valid > 0, recalled[SENSORS + 7 :], _prior(p)) + upper(diagonal(stack(0.0, 0.0, doubt)))
+    left = maximum(absolute(shares[2]), absolute(shares[5]))
     return {
         "heat_modes": 0.0 * duty_modes,
         "heated": 0.0,
         "since": 0.0,
-        "leapt": stack(*[0.0] * SENSORS),
-        "delayed_growth": _growth(duty_modes, p) - _cold(told, p),
-        "shares": stack(*[0.0] * 6),
-        "shares_spread": _prior(_growth(modes - duty_modes, p), p),
-        "unexplained": p.offset_std,
+        "leapt": leapt,
+        "delayed_growth": delayed,
+        "shares": shares,
+        "shares_spread": spread,
+        "unexplained": (left**2 + spread[5]) ** 0.5,
     }
 
 
@@ -122,7 +154,9 @@ def compared(
     heat_modes = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
     heat_modes = heated * _heated(heat_modes, heat, told, p, heated)
     left_out = truth(total(trust.out) > 0)
-    leapt = left_out * (x.leapt + trust.out * _leap(readings - x.trust_last, p, step))
+    leap = trust.out * _leap(readings - x.trust_last, p, step)
+    off = readings - temperatures(filters.quiet.mean[:MODES], p)
+    leapt = left_out * _remaining(x.leapt, leap, off)
     brought = (1.0 - left_out) * total(_leap(x.leapt, p, 0.0) ** 2)
     since = x.since + step
     look = maximum(truth(since >= LOOK), maximum(verdict.warm, truth(brought > 0)))
@@ -147,6 +181,17 @@ def _leap(change: Number, p: Record, step: Number) -> Number:
     """A change of readings in K, where neither noise nor heat makes as much in `step` seconds; else 0."""
     largest = 2.0**0.5 * p.gate * p.sensor_std + FASTEST * step
     return where(absolute(change) > largest, where(finite(change), change, 0.0), 0.0)
+
+
+@kept_whole
+def _remaining(before: Number, leap: Number, off: Number) -> Number:
+    """What remains of all leaps in K: after a leap back, at most what a reading is then off by.
+
+    The temperature has changed while the reading did not follow it.
+    """
+    after = before + leap
+    back = truth(before * leap < 0)
+    return where(back * truth(absolute(off) < absolute(after)) > 0, off, after)
 
 
 class Learnt(NamedTuple):
@@ -203,7 +248,7 @@ def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
     # Warmth that has just become known leaves nothing of what was learnt before.
     delayed = where(warm > 0, growth, delayed)
     shares = (1.0 - warm) * before.shares
-    spread = symmetric(warm * _prior(0.0, p) + (1.0 - warm) * before.shares_spread, 3)
+    spread = symmetric(warm * _prior(p) + (1.0 - warm) * before.shares_spread, 3)
     wandered = p.offset_per_hour**2 * since / 3600.0
     spread = spread + diagonal(stack(0.0, 0.0, wandered + shown.brought))
     row = stack(growth, delayed, 1.0)
@@ -219,9 +264,9 @@ def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
     return Learnt(delayed, stack(*learnt), spread, (left**2 + spread[5]) ** 0.5)
 
 
-def _prior(shown: Number, p: Record) -> Number:
-    """Covariance of s, s_1 and b before anything is learnt, where readings show an offset in K."""
-    return upper(diagonal(stack(SHARE**2, DELAYED_SHARE**2, p.offset_std**2 + shown**2)))
+def _prior(p: Record) -> Number:
+    """Covariance of s, s_1 and b before anything is learnt."""
+    return upper(diagonal(stack(SHARE**2, DELAYED_SHARE**2, p.offset_std**2)))
 
 
 def _growth(modes: Number, p: Record) -> Number:

@@ -1,6 +1,7 @@
 """What an observer gives its host to keep, so that after a restart it goes on where it was.
 
-    retained = (check, correction, known, modes by the filter, modes by the duty, what a camera taught)
+    retained = (check, correction, known, modes by the filter, modes by the duty, what was learnt of offsets,
+                what a camera taught)
     check    = 1 + sum of w_i retained_i
 
 The time that passed counts: motor and link have cooled towards the surroundings meanwhile. What does not add
@@ -11,7 +12,7 @@ from typing import NamedTuple
 
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper
-from warmlink.controllers.observer import witnesses
+from warmlink.controllers.observer import offset, witnesses
 from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
@@ -55,6 +56,8 @@ class Recalled(NamedTuple):
     correction : in m
     known : 1 where it was known how warm the cell is
     modes, duty_modes : by the filter and by the duty alone, cooled for the time that passed
+    offsets : what `offset.kept` gave
+    passed : time in s since then
     taught : what a camera taught, the elements of the filter's state after the unknown heats
     """
 
@@ -63,12 +66,14 @@ class Recalled(NamedTuple):
     known: Number
     modes: Number
     duty_modes: Number
+    offsets: Number
+    passed: Number
     taught: Number
 
 
 def size(states: int) -> int:
     """Numbers that an observer with so many elements of state keeps."""
-    return _HEAD + 2 * MODES + states - STATES
+    return _HEAD + 2 * MODES + offset.KEPT + states - STATES
 
 
 def parameters(states: int) -> tuple[Parameter, ...]:
@@ -92,7 +97,7 @@ def kept(x: Record, estimate: Number) -> Number:
     known = truth(x.known_for >= witnesses.KNOWN_TIME)
     known = where(x.agreed_for >= witnesses.AGREEMENT_TIME, known, 0.0)
     taught = [estimate[STATES:]] if estimate.shape[0] > STATES else []
-    held = stack(x.correction / LENGTH, known, estimate[:MODES], x.duty_modes, *taught)
+    held = stack(x.correction / LENGTH, known, estimate[:MODES], x.duty_modes, offset.kept(x), *taught)
     return stack(_check(held), held)
 
 
@@ -102,12 +107,15 @@ def recalled(told: Told, p: Record) -> Recalled:
     fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
     valid = where(p.recalled_for >= 0, truth(fits), 0.0)
     cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
-    left, _ = decay_and_reach(p, _passed(p))
+    passed = clip(p.recalled_for, 0.0, 1e6)
+    left, _ = decay_and_reach(p, passed)
     modes, duty_modes = (
         cold + valid * left * (held[first : first + MODES] - cold) for first in (2, 2 + MODES)
     )
     correction = clip(valid * LENGTH * held[0], -p.correction_limit, p.correction_limit)
-    return Recalled(valid, correction, valid * held[1], modes, duty_modes, valid * held[2 + 2 * MODES :])
+    rest = valid * held[2 + 2 * MODES :]
+    offsets, taught = rest[: offset.KEPT], rest[offset.KEPT :]
+    return Recalled(valid, correction, valid * held[1], modes, duty_modes, offsets, passed, taught)
 
 
 def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
@@ -129,7 +137,9 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2
     profile = diagonal(p.profile_std**2)
     warm = symmetric(p.warm_spread, MODES) * warmth**2
-    heated = recalled.valid * decay_and_reach(p, _passed(p))[1] * p.shaft_heat_gain * p.disturbance_std[0]
+    heated = (
+        recalled.valid * decay_and_reach(p, recalled.passed)[1] * p.shaft_heat_gain * p.disturbance_std[0]
+    )
     possible = uniform + warm + outer(heated, heated)
     rest = stack(*[0.0] * (size - MODES))
     doubt = diagonal(p.disturbance_std**2 * p.disturbance_start)
@@ -145,13 +155,8 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
 
 def _warmest(recalled: Recalled, warmth: Number, p: Record) -> Number:
     """Warmth in K that first readings may reveal: where all is recalled, what can have come meanwhile."""
-    reach = FASTEST * (_passed(p) + SMOOTHING)
+    reach = FASTEST * (recalled.passed + SMOOTHING)
     return where(recalled.valid > 0, minimum(warmth, reach), warmth)
-
-
-def _passed(p: Record) -> Number:
-    """Time in s since all was kept."""
-    return clip(p.recalled_for, 0.0, 1e6)
 
 
 def _check(held: Number) -> Number:

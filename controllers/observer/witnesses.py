@@ -44,7 +44,7 @@ COLD_TIME = 10.0
 WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
 
-DUTY_SHARE, CONTRADICTED_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
+DUTY_SHARE, UNSURE_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 """Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out or
 it is unknown how warm the cell is, and what the thermometers tell."""
 
@@ -182,8 +182,8 @@ def _weighed(
     margin = 0.5 * p.tolerance
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
-    contradicted = total(sensors.there - sensors.trusted) + 1.0 - known
-    low_d, high_d = _allowed(by_duty, where(contradicted > 0, CONTRADICTED_SHARE, DUTY_SHARE), margin)
+    unsure = total(sensors.there - sensors.trusted) + 1.0 - known
+    low_d, high_d = _allowed(by_duty, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
     # Until it is known how warm the cell is, no thermometer outvotes another.
     largest, least = extremes(by_duty + p.growth_by_one * excess, sensors.there)
     low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)

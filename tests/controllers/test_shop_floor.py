@@ -133,6 +133,17 @@ def test_a_leap_there_and_back_is_no_offset(who: tuple[str, ...]) -> None:
     assert ready[HOT + 120 :].mean() > 0.95
 
 
+@pytest.mark.parametrize("plant", [0, 31])
+def test_what_thermometers_warmed_by_while_they_read_nothing_is_no_offset(plant: int) -> None:
+    """Ten minutes of -200 degC, and `ready` never came back: what the link warmed by counted as an offset."""
+    told = truth_of("windshield_wiper", plant)
+    for each in ("base", "tip"):
+        told = told.changed(f"{each}_temperature", 73.15, slice(1200, 1800))
+    found = rig("observer").run(told)
+    assert found.ready[1800:].mean() > 0.3
+    assert found.ready_wrong() == 0.0
+
+
 @pytest.mark.parametrize(
     ("name", "duty", "plant"),
     [
@@ -301,6 +312,26 @@ def test_a_restart_goes_on_where_it_was(off: float, duty: str, plant: int) -> No
     assert np.abs(np.diff(found.correction[again:])).max() <= 2e-6 * (1 + 1e-9)
     assert np.abs(found.error[again + 60 :]).max() < 5e-6
     assert found.ready_wrong() <= ALLOWED_READY
+
+
+@pytest.mark.parametrize("after", [30.0, 300.0, 1200.0])
+def test_a_restart_does_not_forget_that_thermometers_leapt(after: float) -> None:
+    """`ready` was wrong in 65 % of the run with the second of these: a wrong model met them soon after."""
+    told = KINDS["both -1 K while it runs"].apply(
+        truth_of("light_payload", 1028389), np.random.default_rng(116937022)
+    )
+    leapt = 1011.0
+    found = rig("observer").run(replace(told, restarts=(Restart(leapt + after),)))
+    assert found.ready_wrong() <= ALLOWED_READY
+
+
+def test_a_restart_does_not_forget_how_wrong_the_model_is() -> None:
+    """`ready` was said all the time before and hardly after: growth that lasts teaches no share anew."""
+    for duty in ("pick_and_place_slow", "light_payload"):
+        found = restarted(1.0, True, 31, duty)
+        assert found.ready[HOT - 600 : HOT].mean() == 1.0
+        assert found.ready[HOT + 1 :].mean() > 0.95
+        assert found.ready_wrong() == 0.0
 
 
 @pytest.mark.parametrize("retained", [False, "damaged"])
