@@ -74,6 +74,17 @@ def function(name: str, arguments: list[Expression], result: Expression) -> Any:
         return casadi.Function(name, arguments, [casadi.cse(casadi.densify(kind(result)))])
 
 
+def apart(results: list[Expression], *held: Expression) -> tuple[list[Expression], Expression, Expression]:
+    """Results (SX) that read from a new vector what held arguments alone decide; it; what it stands for."""
+    import casadi
+
+    with unsimplified():
+        dense = casadi.cse([casadi.densify(each) for each in results])
+        rest, *both = casadi.extract_parametric(dense, casadi.vertcat(*held))
+        known, found = (casadi.vertcat(casadi.SX(0, 1), *each) for each in both)
+    return rest, known, found
+
+
 @contextmanager
 def unsimplified() -> Iterator[None]:
     """Keep expressions as they are written: CasADi turns each product with a reciprocal into a division."""

@@ -108,7 +108,7 @@ def _running_functions(component: Component, groups: Sequence[Sequence[int]]) ->
     for part in sampled if joint is None else joint_code.samples(component, joint):
         yield function(*part)
     if component.continuous.size:
-        yield function(*stepping(component, s, _like(s.u)))
+        yield from (function(*each) for each in stepping(component, s, _like(s.u)))
         if not component.sampled:  # what samples gives no output derivatives
             rates = casadi.SX(component.rates_of(*s.now))
             yield function("rates", s.now, rates)

@@ -63,7 +63,7 @@ def samples(component: Component, joint: Joint) -> Iterator[Function]:
     update = {name: called(function(*sampling(kind, 0, f"update_{name}"))) for name, kind in kinds.items()}
     for clock, (key, part, d, x) in enumerate(sampled_parts(component, joint)):
         states, own = s.x[x : x + part.x.size], s.d[d : d + part.d.size]
-        inputs = called(function(f"inputs_{clock}", now, part_inputs(component, joint, key, now)))(*s.now)
+        inputs = function(f"inputs_{clock}", now, part_inputs(component, joint, key, now))(*s.now)
         yield f"sample_{clock}", [*s.now, s.step], update[part.name](states, inputs, own, s.time, s.step)
 
 

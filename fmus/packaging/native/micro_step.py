@@ -10,7 +10,14 @@ from functools import partial
 from warmlink.fmus.calls import Written, called
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.integrator import GAMMA, ros2
-from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, function, unsimplified
+from warmlink.fmus.packaging.native.casadi_code import (
+    Expression,
+    Function,
+    Symbols,
+    apart,
+    function,
+    unsimplified,
+)
 
 
 def elimination_order(coupled: list[set[int]]) -> list[int]:
@@ -90,31 +97,36 @@ def _eliminate(
         yield i, factor
 
 
-def stepping(component: Component, s: Symbols, later: Expression | None = None) -> Function:
-    """`advance`, the states after one step; what rare parameters bring is left out while they are all 0.
+def stepping(component: Component, s: Symbols, later: Expression | None = None) -> Iterator[Function]:
+    """Yield `advance`, the states after one step, without what is rare while all that brings it is 0.
 
     Parameters
     ----------
     component : a component with rates
     s : its symbols, the inputs being those at the start of the step
-    later : inputs at the end of the step, shape (u.size,), given after those at its start; None: the same
+    later : inputs at the end of the step, shape (u.size,), given after those at its start. None: the same;
+        in that place is given what `held`, yielded first, makes for the usual step of inputs, settled
+        parameters and step size
     """
     import casadi
 
-    ends = [] if later is None else [later]
-    arguments = [s.x, s.u, *ends, s.d, s.time, s.step]
     at_end = s.u if later is None else later
-    step = _micro_step(component, s, at_end)
     rare = [component.d.index[each.name] for each in component.parameters if each.rare]
-    if not rare:
-        return "advance", arguments, step
     settled = casadi.SX(s.d)
     settled[rare] = 0
-    whole = function("advance_with_all", arguments, step)
-    less = function("advance_without", arguments, _micro_step(component, replace(s, d=settled), at_end))
+    usual = _micro_step(component, replace(s, d=settled), at_end)
+    if later is None:
+        (usual,), later, held = apart([usual], s.u, s.d, s.step)
+        yield "held", [s.u, s.d, s.step], held
+    arguments = [s.x, s.u, later, s.d, s.time, s.step]
+    if not rare:
+        yield "advance", arguments, usual
+        return
+    whole = function("advance_with_all", arguments, _micro_step(component, s, at_end))
+    less = function("advance_without", arguments, usual)
     given = whole.mx_in()
-    asked = casadi.sum1(given[-3][rare] != 0)
-    return "advance", given, called(whole, Written(whole, otherwise=less))(asked, *given)
+    asked = casadi.sum1(given[3][rare] != 0)
+    yield "advance", given, called(whole, Written(whole, otherwise=less))(asked, *given)
 
 
 def _micro_step(component: Component, s: Symbols, later: Expression) -> Expression:

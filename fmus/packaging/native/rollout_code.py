@@ -1,7 +1,8 @@
 """C of a joined component that goes through whole runs in one call.
 
 Parts that nothing drives and that remember nothing, as a duty cycle, become a table over time. The others are
-joined without them, and step and sample as in an FMU.
+joined without them, and step and sample as in an FMU. What a step needs of its inputs and size alone, as the
+factors of its matrix, is kept until they change; what samples and record need of the same states is shared.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +15,14 @@ from warmlink.fmus.component.join import join
 from warmlink.fmus.component.limits import BOUND_TOLERANCE, ordinary_size
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.c_code import functions_text
-from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols, function
+from warmlink.fmus.packaging.native.casadi_code import (
+    Expression,
+    Function,
+    Symbols,
+    apart,
+    function,
+    unsimplified,
+)
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
@@ -90,21 +98,21 @@ def _sources(
     """C files by name; with another law the micro step stays as it is."""
     assert driven.joint is not None
     s = Symbols.of(driven)
-    inputs, record = _inputs(whole, driven, given), _record(driven, s, given, recorded)
+    inputs, held, advance = _inputs(whole, driven, given), *stepping(driven, s)
+    seen = _seen(driven, s, given, recorded)
     clocks = enumerate(sampled_parts(driven, driven.joint))
     changes = [("WL(advance)", 0, driven.continuous.size)]
     changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, _, x) in clocks]
     defined = {
         "GIVEN": len(given),
-        "LONGEST": max(driven.x.size, driven.u.size + len(given)),
+        "LONGEST": max(driven.x.size, *(result.numel() for *_, result in (inputs, held, seen[0]))),
         "RECORDED": len(recorded),
         "CHANGES": ", ".join(f"{{{', '.join(map(str, change))}}}" for change in changes),
     }
-    advance = functions_text([function(*stepping(driven, s))], ["advance"], lanes)
-    others = [*samples(driven, driven.joint), inputs, record]
-    running = functions_text((function(*each) for each in others), (), lanes)
+    step = functions_text((function(*each) for each in (held, advance)), ("held", "advance"), lanes)
+    running = functions_text((function(*each) for each in (inputs, *seen)), (), lanes)
     running += "".join(f"#define {name} {value}\n" for name, value in defined.items())
-    return {"advance.c": advance, "rollout.c": running + _LOOP.read_text("utf-8")}
+    return {"advance.c": step, "rollout.c": running + _LOOP.read_text("utf-8")}
 
 
 def _inputs(whole: Component, driven: Component, given: Sequence[str]) -> Function:
@@ -118,8 +126,11 @@ def _inputs(whole: Component, driven: Component, given: Sequence[str]) -> Functi
     return "inputs", [table], casadi.vertcat(casadi.SX(0, 1), *inputs, table)
 
 
-def _record(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequence[str]) -> Function:
-    """What is recorded, and after it how many inputs of parts an FMU would refuse."""
+def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequence[str]) -> list[Function]:
+    """The view, which is what the others need of the continuous states, the record, and the samples.
+
+    After what is recorded stands how many inputs of parts an FMU would refuse.
+    """
     import casadi
 
     assert driven.joint is not None
@@ -134,7 +145,12 @@ def _record(driven: Component, s: Symbols, given: Sequence[str], recorded: Seque
         for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
     ]
     row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
-    return "record", [s.x, casadi.vertcat(s.u, extra), s.d, s.time], row
+    with unsimplified():
+        sampled = [function(*each)(*s.now, s.step) for each in samples(driven, driven.joint)]
+    (row, *sampled), known, view = apart([row, *sampled], s.x[: driven.continuous.size], s.u, s.d, s.time)
+    now = [s.x, casadi.vertcat(s.u, extra), known, s.d, s.time]
+    changes = ((f"sample_{clock}", [*now, s.step], each) for clock, each in enumerate(sampled))
+    return [("view", s.now, view), ("record", now, row), *changes]
 
 
 def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list[Expression]:

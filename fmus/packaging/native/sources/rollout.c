@@ -1,9 +1,10 @@
 /* Whole runs of a joined component, LANES side by side; rollout_code.py writes what is called here. */
 #include <string.h>
 
-typedef void Change(const lanes *x, const lanes *u, const lanes *d, const lanes *time, const lanes *step,
-    lanes *next);
+typedef void Change(const lanes *x, const lanes *u, const lanes *known, const lanes *d, const lanes *time,
+    const lanes *step, lanes *next);
 Change WL(advance);
+void WL(held)(const lanes *u, const lanes *d, const lanes *step, lanes *held);
 
 /* What changes states: where those begin that it changes, and how many they are. The micro step, the clocks. */
 static const struct {
@@ -30,14 +31,24 @@ __attribute__((visibility("default"))) void rollout(long count, long points, con
     const double *times, const double *steps, const double **tables, const lanes *d, lanes *x,
     double *rows, lanes *refused)
 {
-    lanes given[GIVEN + 1], u[LONGEST], next[LONGEST], row[RECORDED + 1];
+    lanes given[GIVEN + 1], u[LONGEST], held[LONGEST], view[LONGEST], next[LONGEST], row[RECORDED + 1];
+    double held_for = NAN;
     long instant = 0, point = 0;
     for (long i = 0; i < count; i++) {
         const lanes time = EACH(times[i]), step = EACH(steps[i]);
-        if ((i == 0 || times[i] != times[i - 1]) && renewed(tables, instant++, given))
+        const int later = i == 0 || times[i] != times[i - 1];
+        if (later && renewed(tables, instant++, given)) {
             inputs_of(given, u);
+            held_for = NAN;
+        }
+        if (tasks[i] == 0 && held_for != steps[i]) {
+            WL(held)(u, d, &step, held);
+            held_for = steps[i];
+        }
+        if (tasks[i] != 0 && (later || tasks[i - 1] == 0))
+            view_of(x, u, d, &time, view);
         if (tasks[i] == 1) {
-            record_of(x, u, d, &time, row);
+            record_of(x, u, view, d, &time, row);
             *refused += row[RECORDED];
             for (int run = 0; run < LANES; run++)
                 for (int k = 0; k < RECORDED; k++)
@@ -45,7 +56,7 @@ __attribute__((visibility("default"))) void rollout(long count, long points, con
             point++;
         } else {
             const int change = tasks[i] == 0 ? 0 : tasks[i] - 1;
-            changes[change].change(x, u, d, &time, &step, next);
+            changes[change].change(x, u, tasks[i] == 0 ? held : view, d, &time, &step, next);
             memcpy(x + changes[change].first, next, changes[change].size * sizeof *x);
         }
     }
