@@ -193,20 +193,14 @@ def _contrast(by_all: Number, p: Record) -> Number:
     return CONTRAST * weight * stack(*found)
 
 
+_SPEED = "speed of the joint beyond which the signal is not believed"
+_TORQUE = "rms torque beyond which the signal is not believed"
+_RATE = "fastest change of the surroundings' temperature that is believed"
+
 TOLD_PARAMETERS = (
-    Parameter(
-        "rated_speed", "rad/s", 8, "speed of the joint beyond which the signal is not believed", positive=True
-    ),
-    Parameter("rated_torque", "N.m", 8, "rms torque beyond which the signal is not believed", positive=True),
-    Parameter(
-        "ambient_rate_limit",
-        "K/s",
-        10 / 3600,
-        "fastest change of the surroundings' temperature that is believed",
-        display="K/h",
-        positive=True,
-        nominal=1e-3,
-    ),
+    Parameter("rated_speed", "rad/s", 8, _SPEED, positive=True),
+    Parameter("rated_torque", "N.m", 8, _TORQUE, positive=True),
+    Parameter("ambient_rate_limit", "K/s", 10 / 3600, _RATE, display="K/h", positive=True, nominal=1e-3),
 )
 
 TOLD_STATES = tuple(

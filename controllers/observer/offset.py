@@ -47,31 +47,16 @@ LATE = 20.0
 LOOK = 10.0
 """s between two looks at the difference."""
 
+_OFFSET = "error that the thermometers may have in common at the start (1 sigma); affects only ready"
+_WANDER = "by how much that error may wander in an hour (1 sigma); affects only ready"
+_EXPANSION = (
+    "largest relative error of the expansion coefficient; affects only ready, while no camera watches"
+)
+
 PARAMETERS = (
-    Parameter(
-        "offset_std",
-        "K",
-        0.15,
-        "error that the thermometers may have in common at the start (1 sigma); affects only ready",
-        minimum=0,
-        nominal=0.1,
-    ),
-    Parameter(
-        "expansion_error",
-        "1",
-        0.03,
-        "largest relative error of the expansion coefficient; affects only ready, while no camera watches",
-        minimum=0,
-        nominal=0.01,
-    ),
-    Parameter(
-        "offset_per_hour",
-        "K",
-        0.05,
-        "by how much that error may wander in an hour (1 sigma); affects only ready",
-        minimum=0,
-        nominal=0.1,
-    ),
+    Parameter("offset_std", "K", 0.15, _OFFSET, minimum=0, nominal=0.1),
+    Parameter("expansion_error", "1", 0.03, _EXPANSION, minimum=0, nominal=0.01),
+    Parameter("offset_per_hour", "K", 0.05, _WANDER, minimum=0, nominal=0.1),
 )
 
 STATES = (
