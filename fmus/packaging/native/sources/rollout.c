@@ -1,6 +1,7 @@
 /* Whole runs of a joined component, LANES side by side; rollout_code.py writes what is called here. */
 #include <string.h>
 
+/* `known` is what was computed before: held for micro steps, or the view, which samples and records share. */
 typedef void Change(const lanes *x, const lanes *u, const lanes *known, const lanes *d, const lanes *time,
     const lanes *step, lanes *next);
 Change WL(advance);
