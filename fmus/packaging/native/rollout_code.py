@@ -145,8 +145,9 @@ def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequenc
         for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
     ]
     row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
+    clocks = [function(*each) for each in samples(driven, driven.joint)]
     with unsimplified():
-        sampled = [function(*each)(*s.now, s.step) for each in samples(driven, driven.joint)]
+        sampled = [each(*s.now, s.step) for each in clocks]
     (row, *sampled), known, view = apart([row, *sampled], s.x[: driven.continuous.size], s.u, s.d, s.time)
     now = [s.x, casadi.vertcat(s.u, extra), known, s.d, s.time]
     changes = ((f"sample_{clock}", [*now, s.step], each) for clock, each in enumerate(sampled))

@@ -2,10 +2,16 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
+
 from warmlink.fmus import calls
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component.dependencies import dependencies
+from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
+from warmlink.fmus.packaging.native.rollout_code import compiled
+from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.system.shipped import SHIPPED
 
 CHOSEN = ("DriftCamera", "Heater", "LagCompensator", "TemperatureSensors", "ThermalLink")
 
@@ -23,3 +29,14 @@ def test_what_is_built_beside_others_is_what_is_built_alone() -> None:
         beside = list(pool.map(files, entries))
     for one, other in zip(alone, beside, strict=True):
         assert [name for name in one if one[name] != other[name]] == []
+
+
+def test_what_is_built_after_a_rollout_is_what_is_built_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions that a rollout was the first to write out were kept as it simplifies them."""
+    (entry,) = (entry for entry in catalogue() if entry.component.name == "TemperatureSensors")
+    calls._whole.cache_clear()
+    alone = files(entry)
+    calls._whole.cache_clear()
+    monkeypatch.setattr(Compiler, "library", lambda *given: b"")
+    compiled(SHIPPED["WarmupCell"].joined(controller("lag")), ["link.elongation"])
+    assert files(entry) == alone
