@@ -163,8 +163,9 @@ def test_every_cause_can_be_hidden() -> None:
 
 @pytest.fixture(scope="module")
 def nothing(tmp_path_factory: pytest.TempPathFactory) -> Assessment:
+    """Rows stand at the changes of the duty: in others what leaps between two rows does is noise besides."""
     random = np.random.default_rng([SEED, 200])
-    columns = hide({}, drawn_duty(random, 3600.0), seed=SEED)
+    columns = hide({}, drawn_duty(random, 3600.0), seed=SEED, at_changes=True)
     return assess(experiment(tmp_path_factory.mktemp("nothing"), columns))
 
 
