@@ -1,40 +1,25 @@
-"""`warmlink simulate` as a user meets it: error budget, isolation, checkpoints, pace, Ctrl-C."""
+"""`warmlink simulate` as a user meets it: error budget, tolerance, pace, remarks, refusals."""
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from benchmarks.trivial_fmu import build_trivial_fmu
-from tests.orchestration.master.streamed import read_folder
+from tests.orchestration.simulated import called, oscillator, simulate
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.cli import main
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master import guard
-from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.model import (
     Component,
     Connection,
     DefaultExperiment,
     System,
-    Value,
 )
 from warmlink.orchestration.system.write import write_ssp
-
-COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
 
 
 @pytest.fixture(scope="module")
@@ -48,35 +33,6 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-def oscillator(fmu: Path, stop: float = 10.0, step: float = 0.1, **b: Value) -> Path:
-    """a'' = -a from a = 1: two integrators in a loop."""
-    a = Component("a", fmu, {}, {"y": 1.0, "rate": -1.0})
-    parts = {"a": a, "b": Component("b", fmu, {}, dict(b))}
-    wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u"))
-    path = Path("oscillator.ssp")
-    write_ssp(System("oscillator", parts, wires, DefaultExperiment(0.0, stop, step)), path)
-    return path
-
-
-def called(path: Path, *options: str) -> int:
-    """Exit code of the command, run in this process."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", ["warmlink", "simulate", str(path), *options])
-        with pytest.raises(SystemExit) as stop:
-            main()
-    return int(stop.value.code or 0)
-
-
-def simulate(
-    path: Path, *options: str, capsys: pytest.CaptureFixture[str], expected: int = 0
-) -> tuple[dict[str, Any], str]:
-    """Answer as JSON, and what was said beside it."""
-    code = called(path, "--json", *options)
-    out, err = capsys.readouterr()
-    assert code == expected, err
-    return json.loads(out) if out else {}, err
 
 
 def test_the_error_budget_covers_the_true_error(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -157,117 +113,6 @@ def test_the_table_for_people(fmu: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert next(line for line in out.splitlines() if "a.y" in line).split()[-1].startswith("±")
 
 
-def test_an_fmu_that_crashes_is_named_and_the_results_are_kept(
-    fmu: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = oscillator(fmu, fail_at=0.45, fail_status=5)
-    answer, err = simulate(path, "--isolate", "--out", "o", capsys=capsys, expected=1)
-    assert "stopped early: b: crash at 0.4 s" in err
-    assert answer["stop_time_s"] == pytest.approx(0.4)
-    assert len(pd.read_csv("o/results.csv")) == 5
-    assert not any("coupling_error" in figures for figures in answer["outputs"].values())
-
-
-def test_a_step_that_never_returns_meets_the_time_limit(
-    fmu: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = oscillator(fmu, fail_at=0.45, fail_status=6)
-    _, err = simulate(path, "--isolate", "--time-limit", "2 s", capsys=capsys, expected=1)
-    assert "b: time limit at 0.4 s" in err
-
-
-def interrupted(path: Path, folder: str, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run in a process of its own and press Ctrl-C once it has come somewhere."""
-    with subprocess.Popen(
-        [*COMMAND, str(path), "--out", folder, *options],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        deadline = time.monotonic() + 60
-        while not (Path(folder) / "checkpoint").exists():
-            assert process.poll() is None, process.stderr
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    return subprocess.CompletedProcess([], process.returncode, out, err)
-
-
-@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")
-def test_ctrl_c_leaves_results_that_a_resumed_run_completes_bit_by_bit(
-    fmu: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    # 20 s at this pace: long enough for Ctrl-C to hit it on any machine.
-    path = oscillator(fmu, 20.0, 0.01)
-    stopped = interrupted(path, "o", "--checkpoint", "50", "--real-time", "1")
-    assert stopped.returncode == 1, stopped.stderr
-    assert "stopped early: interrupted at" in stopped.stderr
-    assert "Traceback" not in stopped.stderr
-    part = len(read_folder(Path("o")))
-    assert 50 <= part < 2001
-    assert len(pd.read_parquet("o/results.parquet")) == part
-    simulate(path, "--out", "o", "--checkpoint", "50", "--resume", capsys=capsys)
-    simulate(path, "--out", "whole", "--no-error-budget", capsys=capsys)
-    for name in ("results.csv", "results.parquet"):
-        assert (Path("o") / name).read_bytes() == (Path("whole") / name).read_bytes()
-
-
-def test_a_refused_resume_leaves_the_folder_as_it_was(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = oscillator(fmu, 1.0)
-    simulate(path, "--out", "o", "--checkpoint", "5", capsys=capsys)
-    before = {p.name: p.read_bytes() for p in Path("o").iterdir()}
-    _, err = simulate(path, "--out", "o", "--resume", "--step", "0.2 s", capsys=capsys, expected=2)
-    assert "belongs to another run" in err
-    assert {p.name: p.read_bytes() for p in Path("o").iterdir()} == before
-    Path("o/values.npy").unlink()
-    _, err = simulate(path, "--out", "o", "--resume", capsys=capsys, expected=2)
-    assert "lacks values that the checkpoint beside it counts on" in err
-
-
-def test_a_new_run_forgets_an_old_checkpoint(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = oscillator(fmu, 1.0)
-    simulate(path, "--out", "o", "--checkpoint", "5", capsys=capsys)
-    simulate(path, "--out", "o", "--checkpoint", "100", "--step", "0.2 s", capsys=capsys)
-    assert not Path("o/checkpoint").exists()
-    assert len(read_folder(Path("o"))) == 6
-
-
-def fails(result: Result) -> Result:
-    raise SlaveError("b", "error", 0.0, "refuses this step")
-
-
-def is_interrupted(result: Result) -> Result:
-    return replace(result, status="stopped", reason="interrupted at 0.5 s")
-
-
-@pytest.mark.parametrize(
-    ("ends", "told"),
-    [(fails, "b: error at 0 s: refuses this step"), (is_interrupted, "interrupted at 0.5 s")],
-)
-@pytest.mark.parametrize("options", [(), ("--tolerance", "1e-9")], ids=["bounded", "with a tolerance"])
-def test_a_second_run_that_ends_early_costs_the_bounds_alone(
-    fmu: Path,
-    ends: Callable[[Result], Result],
-    told: str,
-    options: Sequence[str],
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    real = guard.guarded
-
-    def guarded(work: Callable[[guard.Line | None], Result], *shown: Any) -> Result:
-        result = real(work, *shown)
-        return result if result.table.points.step_size > 0.06 else ends(result)
-
-    monkeypatch.setattr(guard, "guarded", guarded)
-    path = oscillator(fmu, 1.0)
-    answer, err = simulate(path, "--step", "0.1 s", *options, "--out", "o", capsys=capsys, expected=1)
-    assert f"stopped early: {told} in the run at half the step; what was computed up to there is kept" in err
-    assert answer["outputs"]["a.y"]["coupling_error"] is None
-    assert len(pd.read_csv("o/results.csv")) == 11
-
-
 def test_a_pace_is_kept(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = oscillator(fmu, 4.0)
     began = time.monotonic()
@@ -312,22 +157,6 @@ def test_refused_in_one_sentence(
     assert sentence in err
     assert err.count("\n") == 1, err
     assert sorted(Path().rglob("*")) == before
-
-
-def test_two_runs_do_not_write_into_one_folder(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = oscillator(fmu, 10.0, 0.01)
-    options = ("--checkpoint", "10", "--out", "o")
-    with subprocess.Popen(
-        [*COMMAND, str(path), *options, "--real-time", "0.1"], stderr=subprocess.PIPE
-    ) as first:
-        while not Path("o/checkpoint").exists():
-            assert first.poll() is None
-            time.sleep(0.02)
-        _, err = simulate(path, *options, "--resume", capsys=capsys, expected=2)
-        assert "o: another warmlink is writing there" in err
-        first.kill()
-    simulate(path, *options, "--resume", capsys=capsys)
-    assert len(read_folder(Path("o"))) == 1001
 
 
 def test_a_single_fmu_is_sent_to_check(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
