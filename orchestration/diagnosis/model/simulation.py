@@ -140,7 +140,7 @@ def input_table(rig: Rig, run: Run, known: Mapping[str, float]) -> Array:
             table[index[target]] = np.where(over_gaps, over_steps(signal), signal)
     for motor in rig.called("motor"):
         if f"{motor}.pad_temperature" in index:
-            _switch_pad(motor, table, index, given_here)
+            _switch_pad(motor, table, index, given_here, float(begun[index[f"{motor}.pad_temperature"]]))
     return table
 
 
@@ -149,15 +149,21 @@ def given_inputs(rig: Rig, run: Run, known: Mapping[str, float]) -> frozenset[st
     return frozenset(run.inputs) | known.keys() & set(rig.externals)
 
 
-def _switch_pad(motor: str, table: Array, index: Mapping[str, int], given_here: Collection[str]) -> None:
-    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given."""
+def _switch_pad(
+    motor: str, table: Array, index: Mapping[str, int], given_here: Collection[str], idle: float
+) -> None:
+    """Set the pad's mode from the given inputs of the pad, unless the mode itself is given.
+
+    While it is off it has its `idle` temperature in K, which acts on nothing: one of 0 K would make the range
+    of the input so large that no change of the pad's temperature counts as a leap.
+    """
     pad, mode = f"{motor}.pad_temperature", f"{motor}.pad_mode"
     temperature = table[index[pad]]
     held = np.isfinite(temperature)
     if mode not in given_here and mode in index:
         by_power = PAD_POWER if f"{motor}.pad_power" in given_here else PAD_OFF
         table[index[mode]] = np.where(held & (pad in given_here), PAD_TEMPERATURE, by_power)
-    table[index[pad]] = np.where(held, temperature, 0.0)  # acts on nothing while the pad is off
+    table[index[pad]] = np.where(held, temperature, idle)
 
 
 def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, float]:

@@ -7,8 +7,12 @@ import pytest
 
 from warmlink.orchestration.diagnosis.answer.entries import errors_in_noise
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
+from warmlink.orchestration.diagnosis.model.simulation import input_table
+from warmlink.orchestration.diagnosis.model.steps import leaps
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -61,3 +65,10 @@ def test_a_room_warms_on_in_a_gap_of_its_log(tmp_path: Path) -> None:
     seen = (columns["time [s]"] < 2500) | (columns["time [s]"] > 3300)
     write_csv({name: values[seen] for name, values in columns.items()}, tmp_path / "run.csv")
     assert assess(read_experiment(tmp_path / "run.csv")).word == "adequate"
+
+
+def test_a_pad_that_is_set_anew_leaps() -> None:
+    """A pad that was off for a while was at 0 K then, and any change of a hot one small beside that."""
+    pad = np.array([np.nan, 314.0, 340.0, 340.5, 340.0, np.nan])
+    run = Run("run", np.arange(6.0), {"motor.pad_temperature": pad}, {})
+    assert leaps(input_table(rig("WarmupCell", 20), run, {})).tolist() == [1, 2, 5]
