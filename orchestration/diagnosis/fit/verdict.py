@@ -102,7 +102,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
-    elif best.items and not lasting:
+    elif best.items:
         search, best = _searched_again(search, best, progress)
         if fewer := _with_fewer(search, best):
             search, best = _searched_again(search, fewer, progress)
@@ -170,16 +170,24 @@ def _with_fewer(search: Search, best: Fit) -> Fit | None:
     """The best set less one cause, if it is better once the grid's error is that at its own values.
 
     The search takes the error, and what leaps of the inputs do, at one set's values for all of them, and a
-    further cause may fit what that leaves of another set's.
+    further cause may fit what that leaves of another set's. A clock moves the leaps themselves, so that a set
+    without it may be far from its own chi-square.
     """
-    near = best.chi2 + search.penalty(best.items) + _GRID
-    subsets = [f for f in search.fits.values() if f.key < best.key and len(f.key) == len(best.key) - 1]
-    fewer, own = [f for f in subsets if f.items and search.score(f) < near], []
-    for fit in (best, *fewer) if fewer else ():
-        _refine(search.fitter.problem, fit)
-        own.append(search.fitter.anew().fit(fit.items, fit.values))
+    near, own = best.chi2 + search.penalty(best.items) + _GRID, []
+    for item in best.items if len(best.items) > 1 else ():
+        kept = tuple(each for each in best.items if each is not item)
+        known = search.fits.get(frozenset(each.title for each in kept))
+        if item.cause.kind == "record" or (known is not None and search.score(known) < near):
+            own.append(search.fitter.fit(kept, best.values))
+    own = [_anew(search, fit) for fit in (best, *own)] if own else []
     first = min(own, key=search.score, default=best)
     return None if first.key == best.key else first
+
+
+def _anew(search: Search, fit: Fit) -> Fit:
+    """A fit again, with the grid's error and what leaps do as they are at its own values."""
+    _refine(search.fitter.problem, fit)
+    return search.fitter.anew().fit(fit.items, fit.values)
 
 
 def _noise(

@@ -1,5 +1,6 @@
 """A logger's rows do not know when a demand changes, and nothing is made of that."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.model.steps import leaps
-from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, hide, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 UNEVEN = [
@@ -72,3 +73,19 @@ def test_a_pad_that_is_set_anew_leaps() -> None:
     pad = np.array([np.nan, 314.0, 340.0, 340.5, 340.0, np.nan])
     run = Run("run", np.arange(6.0), {"motor.pad_temperature": pad}, {})
     assert leaps(input_table(rig("WarmupCell", 20), run, {})).tolist() == [1, 2, 5]
+
+
+@pytest.mark.parametrize(
+    ("effects", "noise", "seed"),
+    [
+        ({"housing_heat_loss": 1.135}, WHITE, 1076715990),
+        ({"joint_resistance": 0.2135, "hub_heat_capacity": 54.7}, WHITE, 1556346340),
+    ],
+)
+def test_a_clock_is_named_only_where_it_is_off(
+    tmp_path: Path, effects: Mapping[str, float], noise: Noise, seed: int
+) -> None:
+    """It was named beside the right causes."""
+    write_csv(hide(effects, noise=noise, seed=seed), tmp_path / "run.csv")
+    found = assess(read_experiment(tmp_path / "run.csv"))
+    assert (found.word, found.best.key) == ("named", set(effects))
