@@ -144,6 +144,8 @@ class Search:
         patience : fits since the best one at which the search ends where nothing explains the data
         """
         alone: list[Proposal] = []
+        for clock in self._clocks() if self.lack_of_fit_p(self.null) < UNEXPLAINED else ():
+            self.add(self.fitter.fit((clock,)))
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
             since = len(self.fits) - 1 - list(self.fits).index(best.key)
@@ -172,6 +174,14 @@ class Search:
         needed = self.null.chi2 - _ALONE * (self.null.chi2 - best.chi2)
         single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
         return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]
+
+    def _clocks(self) -> list[Item]:
+        """Clocks of all that is logged, which are always tried where something is wrong.
+
+        That all leaps come sooner counts as noise, so that what is linear in a clock promises nothing.
+        """
+        clocks = [i for i in self.items if i.cause.kind == "record" and i.name == i.cause.name]
+        return [each for each in clocks if frozenset((each.title,)) not in self.fits]
 
     def _excess(self, proposal: Proposal, best: Fit) -> float:
         """What a proposal's chi-square may have above the best score for the proposal to be worth a fit.

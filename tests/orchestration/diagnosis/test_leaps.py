@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.model.steps import leaps
-from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide, write_csv
+from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, REAL, WHITE, Noise, hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 UNEVEN = [
@@ -80,12 +80,14 @@ def test_a_pad_that_is_set_anew_leaps() -> None:
     [
         ({"housing_heat_loss": 1.135}, WHITE, 1076715990),
         ({"joint_resistance": 0.2135, "hub_heat_capacity": 54.7}, WHITE, 1556346340),
+        ({"clock_offset": -31.5}, WHITE, 322284123),
+        ({"clock_offset": -29.0, "ambient_drift": -5e-4}, REAL, 847848),
     ],
 )
 def test_a_clock_is_named_only_where_it_is_off(
     tmp_path: Path, effects: Mapping[str, float], noise: Noise, seed: int
 ) -> None:
-    """It was named beside the right causes."""
+    """It was named beside the right causes, and one that was off by three rows was not found."""
     write_csv(hide(effects, noise=noise, seed=seed), tmp_path / "run.csv")
     found = assess(read_experiment(tmp_path / "run.csv"))
     assert (found.word, found.best.key) == ("named", set(effects))
