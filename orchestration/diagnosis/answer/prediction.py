@@ -18,7 +18,7 @@ from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.fit.verdict import Word, fitted_part
+from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Wander
 
 _BLOCK, _RESAMPLES = 600.0, 400
@@ -223,7 +223,7 @@ def judged(
 
 def difference(experiment: Experiment) -> str:
     """What differs most between fitted and held-out rows, and the advice that follows."""
-    fitted = fitted_part(experiment).runs
+    fitted = [r.part(r.fitted) for r in experiment.runs if not r.heldout]
     heldout = [r if r.heldout else r.part(r.time >= r.fit_until) for r in experiment.runs]
     names = names_of(experiment.columns)
     found = []

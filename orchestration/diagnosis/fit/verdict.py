@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
@@ -28,6 +29,7 @@ from warmlink.orchestration.diagnosis.fit.noise import (
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, IMPATIENT, PATIENT, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
+from warmlink.orchestration.diagnosis.model.instruments import CLOCK
 
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 """A verdict; `empirical` is one on held-out rows alone."""
@@ -270,7 +272,15 @@ def _off_bounds(search: Search, best: Fit, known: set[frozenset[str]]) -> tuple[
 
 
 def fitted_part(experiment: Experiment) -> Experiment:
-    """Give the experiment without anything that is held out."""
+    """Give the experiment without any reading that is held out.
+
+    Its inputs go on for as long as a clock may be early: what is stamped early shows what they do then.
+    """
+    early = max((-cause.lower for cause in experiment.catalogue if CLOCK in cause.frees), default=0.0)
     runs = (run for run in experiment.runs if not run.heldout)
-    parts = (run if run.fit_until > run.time[-1] else run.part(run.time < run.fit_until) for run in runs)
-    return replace(experiment, runs=tuple(parts))
+    return replace(experiment, runs=tuple(_fitted_part(run, early) for run in runs))
+
+
+def _fitted_part(run: Run, early: float) -> Run:
+    part = run.part(run.time < run.fit_until + early)
+    return replace(part, readings={n: np.where(part.fitted, v, np.nan) for n, v in part.readings.items()})
