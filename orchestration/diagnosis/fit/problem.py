@@ -20,7 +20,12 @@ from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import Readings
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Loop
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, given_inputs, input_table
+from warmlink.orchestration.diagnosis.model.simulation import (
+    Simulation,
+    given_inputs,
+    input_table,
+    parts_before,
+)
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 
 _SPACING, _MOST_NODES = 120.0, 120
@@ -151,18 +156,20 @@ class Problem(Candidates):
         """What it does to a run's readings that a leap of its inputs came at some time between two rows.
 
         Shape (rows, outputs, columns); columns are independent, 1 sigma each. Some are of each leap, and some
-        of all of them together: a logger may write down what is, what was, or what will be.
+        of all of them together, by up to the usual time between rows: a logger may write down what is, what
+        was, or what will be.
         """
         run = self.experiment.runs[i]
         rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
         some = np.array_split(rows, max(1, -(-rows.size // _AT_ONCE)))
         table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, _PARTS) for e in some], axis=2))
         table = table.reshape(*table.shape[:2], rows.size, _PARTS)
-        # Of leaps at any time between the rows, how much of each part comes after them.
+        sooner = run.time[rows] - parts_before(run, rows, _PARTS)[::-1]
+        each = [table[:, :, leap] @ _between(parts) for leap, parts in enumerate(sooner.T)]
         after = np.clip(np.linspace(0, _PARTS, 1001)[:, None] - np.arange(_PARTS), 0, 1)
-        each = table @ root_of(np.cov(after.T))
-        together = table.sum(axis=2) @ root_of(after.T @ after / len(after))
-        return np.concatenate([each.reshape(*table.shape[:2], -1), together], axis=2)
+        usual = np.minimum(1, np.median(np.diff(run.time)) / _PARTS / np.diff(sooner, axis=0))
+        together = np.einsum("torp,pr->top", table, usual) @ root_of(after.T @ after / len(after))
+        return np.concatenate([*each, together], axis=2)
 
     @cached_property
     def leaping(self) -> tuple[Array, ...]:
@@ -217,3 +224,12 @@ class Problem(Candidates):
             Readings(simulation(run, grid), self.variables, self.outer, self.data[i].within.ravel())
             for i, (run, grid) in enumerate(zip(self.experiment.runs, grids, strict=True))
         ]
+
+
+def _between(sooner: Array) -> Array:
+    """Root of the covariance of what comes after a leap at any time between two rows, of each part a share.
+
+    The parts of that time lie between so many s before the later row, rising from 0, shape (parts + 1,).
+    """
+    came = sooner[-1] * np.linspace(0, 1, 1001)[:, None]
+    return root_of(np.cov(np.clip((came - sooner[:-1]) / np.diff(sooner), 0, 1).T))

@@ -176,9 +176,9 @@ def _with_fewer(search: Search, best: Fit) -> Fit | None:
     without it may be far from its own chi-square.
     """
     near, own = best.chi2 + search.penalty(best.items) + _GRID, []
-    for item in best.items if len(best.items) > 1 else ():
+    for item in best.items:
         kept = tuple(each for each in best.items if each is not item)
-        known = search.fits.get(frozenset(each.title for each in kept))
+        known = search.fits.get(frozenset(each.title for each in kept)) if kept else None
         if item.cause.kind == "record" or (known is not None and search.score(known) < near):
             own.append(search.fitter.fit(kept, best.values))
     own = [_anew(search, fit) for fit in (best, *own)] if own else []

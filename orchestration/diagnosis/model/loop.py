@@ -19,7 +19,13 @@ from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
 from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, given_inputs, halved
+from warmlink.orchestration.diagnosis.model.simulation import (
+    Simulation,
+    Trajectory,
+    given_inputs,
+    halved,
+    parts_before,
+)
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
@@ -103,7 +109,10 @@ class Loop(Simulation):
 
     def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
         """What each part of the time before a row adds, by runs with a further row each."""
-        sooner = [self.run.sooner(row, k / parts) for row in rows.tolist() for k in range(1, parts + 1)]
+        edges, time = parts_before(self.run, rows, parts), self.run.time
+        shares = (time[rows] - edges[-2::-1]) / (time[rows] - time[rows - 1])
+        each = zip(rows.tolist(), shares.T.tolist(), strict=True)
+        sooner = [self.run.sooner(row, share) for row, some in each for share in some]
         alike = self.rig, self.slots, self._outputs
         found = [Loop(*alike, run, self._known, None, None)(z, times) for run in (self.run, *sooner)]
         values = np.stack([each.values for each in found], axis=2)
