@@ -144,22 +144,26 @@ class Search:
         patience : fits since the best one at which the search ends where nothing explains the data
         """
         alone: list[Proposal] = []
-        for clock in self._clocks() if self.lack_of_fit_p(self.null) < UNEXPLAINED else ():
-            self.add(self.fitter.fit((clock,)))
+        late: list[Proposal] = []
+        for clock in self._clocks if self.lack_of_fit_p(self.null) < UNEXPLAINED else ():
+            if frozenset((clock.title,)) not in self.fits:
+                self.add(self.fitter.fit((clock,)))
         while len(self.fits) < _MOST_FITS:
             best, bar = self.best, self.score(self.best)
             since = len(self.fits) - 1 - list(self.fits).index(best.key)
-            if since >= patience and self.lack_of_fit_p(best) < HOPELESS:
-                break
+            hopeless = since >= patience and self.lack_of_fit_p(best) < HOPELESS
             worthy = [p for p in self._proposals.values() if p.chi2 < bar + self._excess(p, best)]
-            promising = sorted(worthy, key=self._expected)[:_PER_ROUND]
-            if not promising and not alone and self._doubtful(best):
+            promising = [] if hopeless else sorted(worthy, key=self._expected)[:_PER_ROUND]
+            if not promising and not hopeless and not alone and self._doubtful(best):
                 promising = alone = self._alone(best)
+            if not promising and not late and self.lack_of_fit_p(best) < UNEXPLAINED:
+                promising = late = self._late(best)
             if not promising:
                 break
             for proposal in promising:
                 self._progress(" + ".join(sorted(proposal.key)))
-                worth = bar + self._excess(proposal, best) if len(proposal.items) > 1 else np.inf
+                near = len(proposal.items) > 1 and promising is not late
+                worth = bar + self._excess(proposal, best) if near else np.inf
                 before = self._before.get(proposal.key)
                 start = before.values if before else proposal.start()
                 self.add(self.fitter.fit(proposal.items, start, worth))
@@ -175,13 +179,18 @@ class Search:
         single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
         return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]
 
+    @cached_property
     def _clocks(self) -> list[Item]:
         """Clocks of all that is logged, which are always tried where something is wrong.
 
         That all leaps come sooner counts as noise, so that what is linear in a clock promises nothing.
         """
-        clocks = [i for i in self.items if i.cause.kind == "record" and i.name == i.cause.name]
-        return [each for each in clocks if frozenset((each.title,)) not in self.fits]
+        return [i for i in self.items if i.cause.kind == "record" and i.name == i.cause.name]
+
+    def _late(self, best: Fit) -> list[Proposal]:
+        """A clock beside each cause of the best set, of which the others may only imitate the clock."""
+        pairs = (frozenset((clock.title, item.title)) for clock in self._clocks for item in best.items)
+        return [self._proposals[pair] for pair in pairs if pair in self._proposals]
 
     def _excess(self, proposal: Proposal, best: Fit) -> float:
         """What a proposal's chi-square may have above the best score for the proposal to be worth a fit.

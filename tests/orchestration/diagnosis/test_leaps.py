@@ -90,6 +90,7 @@ def test_a_pad_that_is_set_anew_leaps() -> None:
         ({"joint_resistance": 0.2135, "hub_heat_capacity": 54.7}, WHITE, 1556346340),
         ({"clock_offset": -31.5}, WHITE, 322284123),
         ({"clock_offset": -29.0, "ambient_drift": -5e-4}, REAL, 847848),
+        ({"clock_offset": -30.1, "friction_level": 0.875}, WHITE, 36067476),
         ({"clock_offset": -90.0}, WHITE, 7),
     ],
 )
