@@ -84,7 +84,7 @@ def attempted(
     once : does a run by an algorithm, the second one at half the step
     """
     found: list[Attempt] = []
-    for whole, finer in _ways(algorithm, tolerances):
+    for whole in _ways(algorithm, tolerances):
         # A later attempt that fails costs no earlier one.
         with suppress(*[SlaveError] * len(found)):
             result = once(whole, False)
@@ -97,7 +97,7 @@ def attempted(
             unseen: list[str] = []
             if result.reason is None:
                 try:
-                    fine = once(finer, True)
+                    fine = once(whole.at_half_the_step(), True)
                     bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
                     unseen = unseen_in(fine, names)
                 except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
@@ -110,18 +110,15 @@ def attempted(
     return found[-1]
 
 
-def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
-    """Give algorithms in the order in which they are tried, each with that of the run at half the step.
+def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[Algorithm]:
+    """Give algorithms in the order in which they are tried.
 
-    Where the error sets the step, that is one with a tolerance that halves the steps. The first of these
-    allow more than the tolerance, since most errors die out again, which step doubling does not count on.
+    The first of those whose steps follow the error allow more than the tolerance, since most errors die out
+    again, which step doubling does not count on.
     """
-    yield algorithm, algorithm
-    inner = InterfaceNewton(tolerance=1e-5)
+    yield algorithm
     for bold in BOLD if tolerances else ():
-        whole = {name: bold * most for name, most in tolerances.items()}
-        halved = {name: most * 0.5**inner.order for name, most in whole.items()}
-        yield StepDoubling(inner, whole), StepDoubling(inner, halved)
+        yield StepDoubling(InterfaceNewton(tolerance=1e-5), tolerances, share=bold)
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:

@@ -10,6 +10,7 @@ import pytest
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
+from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted, coupling_error, unseen_in
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
@@ -17,7 +18,7 @@ from warmlink.orchestration.master.slaves.slave import SlaveError
 
 from .mock import MockSlave
 from .motor_link import monolithic, motor_link
-from .pairs import assembly, wire
+from .pairs import assembly, counter, wire
 
 E = "link.elongation"
 
@@ -40,6 +41,18 @@ def test_the_bound_covers_the_true_error_without_exaggerating() -> None:
         close += bound <= 10 * truth
     assert covered >= 0.95 * count
     assert close >= 0.9 * count
+
+
+def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
+    # x'' = 1 - x from rest: x = 1 - cos(t)
+    wires = (wire("x.y -> v.u", -1.0, 1.0), wire("v.y -> x.u"))
+
+    def once(by: Algorithm, half: bool) -> Result:
+        return simulate(assembly([counter("x"), counter("v")], *wires), 6.0, 0.2 / (1 + half), by)
+
+    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], once)
+    truth = np.max(np.abs(found.result["x.y"] - 1 + np.cos(found.result.times)))
+    assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
 
 
 def test_a_part_of_the_run_bounds_that_part() -> None:
