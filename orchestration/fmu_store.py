@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
+from zipfile import is_zipfile
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -16,6 +18,7 @@ from warmlink.fmus.packaging.cache import (
     source_digest,
     used,
     wanted_cache_folder,
+    writable_cache,
 )
 from warmlink.orchestration.catalogue import entries
 
@@ -37,6 +40,11 @@ class FmuStore:
         """Folder of this version's FMUs of this kind."""
         return self.root / source_digest() / self.kind
 
+    @property
+    def open(self) -> FmuStore:
+        """The store that takes what is missing: itself, or where it is read-only, another one."""
+        return self if os.access(self.root, os.W_OK) else replace(self, root=writable_cache())
+
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
@@ -44,7 +52,10 @@ class FmuStore:
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
         used(self.folder)
-        missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
+        # A computer that loses its power may leave files without their content.
+        missing = [entries()[name] for name, path in wanted.items() if not is_zipfile(path)]
+        if missing and self.open != self:
+            return self.open.files(wanted, remark)
         if missing and remark is not None:
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")

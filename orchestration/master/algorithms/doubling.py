@@ -10,7 +10,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
 from warmlink.orchestration.master.algorithms.structure import exchanged
 from warmlink.orchestration.master.communication import CommunicationPoints
