@@ -16,6 +16,7 @@ from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+    from warmlink.orchestration.master.error_budget import Attempt
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
@@ -137,7 +138,8 @@ def simulate(
                 )
 
             found = attempted(chosen, allowed, watch, run) if repeats else Attempt(chosen, run(chosen, False))
-            result, late = found.result, _late(read, found.unseen)
+            found = found.told(*_beyond(found), *_late(read, found.unseen))
+            result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
                 lost = write_files(target, series_writers(result.table, written, csv))
@@ -150,23 +152,27 @@ def simulate(
             arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in found.missed if found.broken is None else ():
-        remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    for part in late:
-        remark(
-            f"{part}: follows steps of an FMU's own that are as long as those of the run, so that a second "
-            "run does not show how late it is; take longer steps to bound its coupling error"
-        )
     arguments.finish(folder, lost, found.stopped)
 
 
+def _beyond(found: Attempt) -> list[str]:
+    """Say which variables are not within their tolerances."""
+    told = "the coupling error is not within the tolerance; allow more, or give a smaller --step"
+    return [f"{name}: {told}" for name in found.missed] if found.broken is None else []
+
+
 def _late(system: System, unseen: Sequence[str]) -> list[str]:
-    """Components of variables whose lateness is not seen; not of those that say that they sample."""
+    """Say of which components the lateness is not seen; not of those that say that they sample."""
     from warmlink.orchestration.system.description import read_description
 
     fed = dict.fromkeys(link.target_component for link in system.connections)
-    told = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
-    return [n for n in told if "sample_time" not in read_description(system.components[n].fmu).variables]
+    late = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
+    told = (
+        "follows steps of an FMU's own that are as long as those of the run, so that a second run does not "
+        "show how late it is; take longer steps to bound its coupling error"
+    )
+    variables = {name: read_description(system.components[name].fmu).variables for name in late}
+    return [f"{name}: {told}" for name, known in variables.items() if "sample_time" not in known]
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

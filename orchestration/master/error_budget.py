@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
@@ -67,6 +68,10 @@ class Attempt:
         """Why one of the two runs ended early."""
         return self.result.reason or self.broken
 
+    def told(self, *remarks: str) -> Attempt:
+        """Give the same with more remarks on the result."""
+        return replace(self, result=replace(self.result, remarks=(*self.result.remarks, *remarks)))
+
 
 def attempted(
     algorithm: Algorithm, tolerances: Mapping[str, float], watched: Sequence[str] | None, once: Once
@@ -87,7 +92,12 @@ def attempted(
     for whole in _ways(algorithm, tolerances):
         # A later attempt that fails costs no earlier one.
         with suppress(*[SlaveError] * len(found)):
-            result = once(whole, False)
+            try:
+                result = once(whole, False)
+            except InputError as fault:  # the slaves cannot do it
+                if not found:
+                    raise
+                return found[-1].told(f"no smaller steps were tried: {fault}")
             if found and result.reason and not found[-1].result.reason:
                 if result.error is not None:
                     continue
