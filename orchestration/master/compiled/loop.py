@@ -114,6 +114,8 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
     for k, slave in enumerate(network.slaves):
         if not isinstance(slave, Addressed):
             return f"{slave.name} is not an FMU in this process"
+        if any(wire.limits for wire in network.wires[k]):
+            return f"{slave.name} takes integers that it may not hold"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
                 if batch.arrays:
