@@ -26,7 +26,10 @@ from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.master.slaves.under_way import SIZE, UnderWay
 
 SAFETY = 1.5
-BOLD = (100.0, 10.0, 1.0)
+BOLD, TIMID, ATTEMPTS = 100.0, 0.25, 3
+"""How many times the tolerances are allowed at first, the share of what would just do that is allowed later,
+and how often this is tried."""
+
 
 Once = Callable[[Algorithm, bool], Result]
 """A run by an algorithm, at the step that was asked for, or at half of it."""
@@ -89,7 +92,7 @@ def attempted(
     once : does a run by an algorithm, the second one at half the step
     """
     found: list[Attempt] = []
-    for whole in _ways(algorithm, tolerances):
+    for whole in _ways(algorithm, tolerances, found):
         # A later attempt that fails costs no earlier one.
         with suppress(*[SlaveError] * len(found)):
             try:
@@ -120,15 +123,21 @@ def attempted(
     return found[-1]
 
 
-def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[Algorithm]:
-    """Give algorithms in the order in which they are tried.
+def _ways(
+    algorithm: Algorithm, tolerances: Mapping[str, float], found: Sequence[Attempt]
+) -> Iterator[Algorithm]:
+    """Give algorithms in the order in which they are tried, by what came of those before.
 
-    The first of those whose steps follow the error allow more than the tolerance, since most errors die out
-    again, which step doubling does not count on.
+    The first of those whose steps follow the error allows more than the tolerance, since most errors die out
+    again, which step doubling does not count on. The bound then tells how much may be allowed.
     """
     yield algorithm
-    for bold in BOLD if tolerances else ():
-        yield StepDoubling(InterfaceNewton(tolerance=1e-5), tolerances, share=bold)
+    share = BOLD
+    for _ in range(ATTEMPTS if tolerances else 0):
+        following = StepDoubling(InterfaceNewton(tolerance=1e-5), tolerances, share=share)
+        yield following
+        bounds = found[-1].bounds if found and found[-1].algorithm is following else {}
+        share *= TIMID / max([1.0, *(bound / tolerances.get(name, np.inf) for name, bound in bounds.items())])
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:

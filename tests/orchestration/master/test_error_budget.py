@@ -43,16 +43,27 @@ def test_the_bound_covers_the_true_error_without_exaggerating() -> None:
     assert close >= 0.9 * count
 
 
-def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
-    # x'' = 1 - x from rest: x = 1 - cos(t)
+def swinging(by: Algorithm, half: bool) -> Result:
+    """A run of x'' = 1 - x from rest."""
     wires = (wire("x.y -> v.u", -1.0, 1.0), wire("v.y -> x.u"))
+    return simulate(assembly([counter("x"), counter("v")], *wires), 6.0, 0.2 / (1 + half), by)
 
-    def once(by: Algorithm, half: bool) -> Result:
-        return simulate(assembly([counter("x"), counter("v")], *wires), 6.0, 0.2 / (1 + half), by)
 
-    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], once)
-    truth = np.max(np.abs(found.result["x.y"] - 1 + np.cos(found.result.times)))
+def error_of_swinging(result: Result) -> float:
+    return float(np.max(np.abs(result["x.y"] - 1 + np.cos(result.times))))
+
+
+def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
+    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], swinging)
+    truth = error_of_swinging(found.result)
     assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
+
+
+@pytest.mark.parametrize("tolerance", [3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6])
+def test_a_tolerance_is_kept_by_what_swings_and_never_forgets_an_error(tolerance: float) -> None:
+    found = attempted(Jacobi(), {"x.y": tolerance}, ["x.y"], swinging)
+    assert not found.missed
+    assert error_of_swinging(found.result) <= found.bounds["x.y"] <= tolerance
 
 
 def test_a_part_of_the_run_bounds_that_part() -> None:
