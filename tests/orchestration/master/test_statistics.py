@@ -11,7 +11,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.slave import SlaveError
 
+from .mock import MockSlave
+from .pairs import assembly
 from .test_compiled import loop
 
 
@@ -39,6 +42,18 @@ def test_calls_are_counted_and_change_nothing(trivial2: Path, trivial3: Path) ->
     headings, rows = statistics.table()
     assert {len(row) for row in rows} == {len(headings)}
     assert "memory" in statistics.summary()
+
+
+def test_who_asks_to_end_the_simulation_limits_no_step() -> None:
+    def ends(x: float, u: object, t: float, h: float) -> float:
+        if t >= 2.0:
+            raise SlaveError("s", "terminated", t, "asks to end the simulation")
+        return x + h
+
+    slave = MockSlave("s", outputs={"y": lambda x, u, t: x}, state=0.0, advance=ends)
+    found = simulate(assembly([slave]), 10.0, 1.0, statistics=True).statistics.to_dict()
+    assert found["limits_the_step"] is None
+    assert found["slaves"][0]["calls"]["step"]["refused"] == 0
 
 
 def test_what_is_compiled_is_not_timed(trivial2: Path) -> None:
