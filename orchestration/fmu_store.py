@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 from zipfile import is_zipfile
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
@@ -20,7 +20,7 @@ from warmlink.fmus.packaging.cache import (
     wanted_cache_folder,
     writable_cache,
 )
-from warmlink.orchestration.catalogue import entries
+from warmlink.orchestration.catalogue import Entry, entries
 
 FmuKind = Literal["native", "python"]
 FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
@@ -48,7 +48,8 @@ class FmuStore:
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
-        InputError if native FMUs are asked for and nothing on this machine can compile them.
+        InputError if native FMUs are asked for and nothing on this machine can compile them, NoRoomError if
+        there is no room for them.
         """
         wanted = {name: self.folder / f"{name}.fmu" for name in names}
         used(self.folder)
@@ -59,15 +60,19 @@ class FmuStore:
         if missing and remark is not None:
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
-        if missing and self.kind == "python":
-            from warmlink.fmus.packaging.python.fmu import build_python_fmus
-
-            build_python_fmus(missing, self.folder)
-        elif missing:
-            from warmlink.fmus.packaging.native.fmu import build_native_fmus
-
-            build_native_fmus(missing, self.folder)
+        if missing:
+            self._build(missing)
         return wanted
+
+    def _build(self, missing: Sequence[Entry]) -> None:
+        from warmlink.fmus.packaging.native.fmu import build_native_fmus
+        from warmlink.fmus.packaging.python.fmu import build_python_fmus
+
+        try:
+            (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, self.folder)
+        except OSError as fault:
+            told = f"cannot be written ({fault.strerror}); free space there, or name another folder in"
+            raise NoRoomError(f"{self.folder}: {told} {CACHE_VARIABLE}") from None
 
 
 def kind_named(name: str | None) -> FmuKind | None:
@@ -89,6 +94,8 @@ def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStor
     native = FmuStore("native")
     try:
         native.files(names, remark)
+    except NoRoomError:
+        raise
     except InputError as fault:
         remark(f"{fault}; using the Python FMUs meanwhile")
         return FmuStore("python")

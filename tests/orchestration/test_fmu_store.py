@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import tempfile
 from pathlib import Path
 from zipfile import is_zipfile
 
 import pytest
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest
+from warmlink.fmus.packaging.python import fmu as building
 from warmlink.orchestration.fmu_store import FmuStore, store
 
 
@@ -64,3 +67,15 @@ def test_a_damaged_fmu_is_built_anew(tmp_path: Path) -> None:
     kept.folder.mkdir(parents=True)
     (kept.folder / "Heater.fmu").write_bytes(b"")  # as a computer leaves it that loses its power
     assert is_zipfile(kept.files(["Heater"])["Heater"])
+
+
+def test_a_full_disk_is_that_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(entries: object, folder: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(building, "build_python_fmus", full)
+    place = re.escape(str(FmuStore("python", tmp_path).folder))
+    with pytest.raises(
+        NoRoomError, match=f"{place}: cannot be written .* another folder in {CACHE_VARIABLE}"
+    ):
+        FmuStore("python", tmp_path).files(["Heater"])
