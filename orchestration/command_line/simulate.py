@@ -168,8 +168,8 @@ def _late(system: System, unseen: Sequence[str]) -> list[str]:
     fed = dict.fromkeys(link.target_component for link in system.connections)
     late = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
     told = (
-        "follows steps of an FMU's own that are as long as those of the run, so that a second run does not "
-        "show how late it is; take longer steps to bound its coupling error"
+        "follows steps of an FMU's own that are at least as long as those of the run, so that a second run "
+        "does not show how late it is; take longer steps to bound its coupling error"
     )
     variables = {name: read_description(system.components[name].fmu).variables for name in late}
     return [f"{name}: {told}" for name, known in variables.items() if "sample_time" not in known]
