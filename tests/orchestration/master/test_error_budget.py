@@ -46,7 +46,7 @@ def test_the_bound_covers_the_true_error_without_exaggerating() -> None:
 def swinging(by: Algorithm, half: bool) -> Result:
     """A run of x'' = 1 - x from rest."""
     wires = (wire("x.y -> v.u", -1.0, 1.0), wire("v.y -> x.u"))
-    return simulate(assembly([counter("x"), counter("v")], *wires), 6.0, 0.2 / (1 + half), by)
+    return simulate(assembly([counter("x"), counter("v")], *wires), 3.0, 0.1 / (1 + half), by)
 
 
 def error_of_swinging(result: Result) -> float:
@@ -59,7 +59,7 @@ def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> Non
     assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
 
 
-@pytest.mark.parametrize("tolerance", [3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5])
 def test_a_tolerance_is_kept_by_what_swings_and_never_forgets_an_error(tolerance: float) -> None:
     found = attempted(Jacobi(), {"x.y": tolerance}, ["x.y"], swinging)
     assert not found.missed
