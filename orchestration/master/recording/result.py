@@ -139,10 +139,12 @@ class Statistics:
     of them, that were undone and repeated with a smaller step; `initialization_sweeps` until the feedthrough
     loops had settled; `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s
     of a paced run; `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest
-    memory that the process has held, 0 where the platform does not tell.
+    memory that the process has held, 0 where the platform does not tell. Of the `communication_steps`, those
+    `resumed_steps` were done before the run was resumed, which times and calls do not count.
     """
 
     communication_steps: int = 0
+    resumed_steps: int = 0
     slave_steps: int = 0
     rejected_steps: int = 0
     initialization_sweeps: int = 0
@@ -174,9 +176,11 @@ class Statistics:
 
     def summary(self) -> str:
         """Whole figures in a line."""
+        before = f"; {self.resumed_steps} were done before" if self.resumed_steps else ""
         return (
-            f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s, "
-            f"{self.rejected_steps} repeated in parts; memory {self.memory_bytes / 2**20:.0f} MB"
+            f"{self.communication_steps - self.resumed_steps} communication steps in "
+            f"{self.wall_seconds:.3g} s, {self.rejected_steps} repeated in parts; memory "
+            f"{self.memory_bytes / 2**20:.0f} MB{before}"
         )
 
 

@@ -10,11 +10,12 @@ from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
+from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 from .mock import MockSlave
-from .pairs import assembly
+from .pairs import assembly, interrupt_at
 from .test_compiled import loop
 
 
@@ -42,6 +43,18 @@ def test_calls_are_counted_and_change_nothing(trivial2: Path, trivial3: Path) ->
     headings, rows = statistics.table()
     assert {len(row) for row in rows} == {len(headings)}
     assert "memory" in statistics.summary()
+
+
+def test_steps_of_before_a_run_was_resumed_are_told_apart(trivial2: Path, tmp_path: Path) -> None:
+    system = loop(trivial2, trivial2, trivial2)
+    for resumed, progress in ((0, interrupt_at(0.7)), (20, None)):
+        long_run = LongRun(tmp_path, every=20, resume=True)
+        found = simulate(system, 3.0, 0.1, statistics=True, long_run=long_run, progress=progress).statistics
+        assert found.resumed_steps == resumed
+    assert found.communication_steps == 30
+    assert [each.calls["step"].count for each in found.slaves] == [10] * 3
+    assert found.summary().startswith("10 communication steps in ")
+    assert "; 20 were done before" in found.summary()
 
 
 def test_who_asks_to_end_the_simulation_limits_no_step() -> None:
