@@ -58,15 +58,6 @@ class Fmi2Slave(FmiSlave):
 _LOG = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 
-class _Callbacks(ctypes.Structure):
-    """`fmi2CallbackFunctions`."""
-
-    _fields_ = (
-        ("logger", _LOG),
-        *((name, c_void_p) for name in ("allocate", "free", "step_finished", "environment")),
-    )
-
-
 @_LOG
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
     kept = FmuLog.open.get(environment or 0)
@@ -76,16 +67,16 @@ def _log(environment: int | None, name: bytes, status: int, category: bytes, mes
         kept.add(status, message)
 
 
-def _callbacks(environment: int) -> _Callbacks:
-    """Callback functions that FMPy's proxy knows, for an instance with such an environment.
+def _callbacks(environment: int) -> ctypes.Array[c_void_p]:
+    """`fmi2CallbackFunctions` that FMPy's proxy knows, for an instance with such an environment.
 
     The proxy, which formats the variadic arguments of a log call, knows one Python callback in the whole
     process, the last one that it was told. So ours is one for all, and the environment pointer that each
     instance was given says whose line it is.
     """
     c, proxy = c_library(), _proxy()
-    found = _Callbacks(_log, *(ctypes.cast(each, c_void_p) for each in (c.calloc, c.free)))
-    found.environment = environment
+    logger, allocate, free = (ctypes.cast(each, c_void_p) for each in (_log, c.calloc, c.free))
+    found = (c_void_p * 5)(logger, allocate, free, None, environment)
     if proxy is not None:
         proxy.addLoggerProxy(byref(found))
     return found
