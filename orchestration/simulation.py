@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,10 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import algorithm
-from warmlink.orchestration.master.guard import guarded
+from warmlink.orchestration.master.error_budget import Once
+from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
@@ -22,6 +24,9 @@ from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System
 
 DEFAULT_STEPS = 500
+
+Simulated = Callable[..., Result]
+"""A run of some steps, by an `algorithm`; `line` as for `master.run.simulate`."""
 
 
 def simulate(
@@ -61,6 +66,25 @@ def simulate(
                 lambda done, count: progress(done / count),
                 remark,
             )
+
+
+def in_turns(
+    whole: Simulated, half: Simulated, progress: Callable[[float], None], remark: Remark | None = None
+) -> Once:
+    """Runs, each in a process of its own: one with the whole step, and one with half of it.
+
+    The second one takes twice as long. Progress is the share of both that is done.
+    """
+
+    def once(by: Algorithm, halved: bool) -> Result:
+        run, before, share = (half, 1 / 3, 2 / 3) if halved else (whole, 0.0, 1 / 3)
+        return guarded(
+            lambda line: run(algorithm=by, line=line),
+            lambda done, count: progress(before + share * done / count),
+            remark,
+        )
+
+    return once
 
 
 def experiment_of(system: System, stop: str | float | None, step: str | float | None) -> tuple[float, float]:

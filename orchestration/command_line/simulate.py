@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+    from warmlink.orchestration.master.guard import Line
+    from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
@@ -81,17 +84,20 @@ def simulate(
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
-    from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
+    from warmlink.orchestration.simulation import (
+        experiment_of,
+        in_turns,
+        largest_step,
+        tolerances_of,
+        variables,
+    )
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
     watch = arguments.listed(",".join(watch or ())) or None
     chosen, folder = algorithm(master), out or Path("out") / system.stem / "simulate"
     refuse_others(folder, "simulate")
-    long_run = None
-    if checkpoint is not None or resume:
-        every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
-        long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
+    long_run = _long_run(folder, checkpoint, resume)
     # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
     repeats = error_budget if error_budget is not None else real_time is None and long_run is None
     if tolerance is not None and not repeats:
@@ -112,31 +118,34 @@ def simulate(
         written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
         refuse_unmatched(written, kept or outputs)
-        first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
+        once = partial(
+            simulate_system,
+            read,
+            stop_time,
+            start_time=read.default_experiment.start_time,
+            isolation=_isolation(isolate, time_limit, memory_limit),
+            stepping=stepping_named(stepping),
+            unpacked=work,
+        )
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
-        second = {"record": watch, "long_run": streamed, "check_stability": False}
-        begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
-        how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
+        half = partial(once, step_size=step_size / 2, record=watch, long_run=streamed, check_stability=False)
+
+        whole = partial(once, step_size=step_size, record=kept, pacing=real_time, statistics=statistics)
+
+        def attempt(algorithm: Algorithm, line: Line | None) -> Result:
+            stored = long_run
+            if stored is not None and algorithm is not chosen:
+                # A later attempt begins anew, and leaves no checkpoint, which the first one would take.
+                stored = LongRun(stored.folder, every=None)
+            return whole(algorithm=algorithm, long_run=stored, line=line)
+
         with results_folder(folder, "simulate") as target, progress_bar(read.name) as progress:
-
-            def run(by: Algorithm, half: bool) -> Result:
-                given: dict[str, Any] = {**how, **(second if half else first)}
-                if long_run is not None and by is not chosen and not half:
-                    # A later attempt begins anew, and leaves no checkpoint, which the first one would take.
-                    given["long_run"] = LongRun(long_run.folder, every=None)
-                size = step_size / 2 if half else step_size
-                # The second run takes twice as long as the first.
-                before, share = (1 / 3, 2 / 3) if half else (0.0, 1 / 3 if repeats else 1.0)
-                return guarded(
-                    lambda line: simulate_system(
-                        read, stop_time, size, by, line=line, unpacked=work, **given
-                    ),
-                    lambda done, count: progress(before + share * done / count),
-                    remark,
-                )
-
-            found = attempted(chosen, allowed, watch, run) if repeats else Attempt(chosen, run(chosen, False))
+            if repeats:
+                found = attempted(chosen, allowed, watch, in_turns(attempt, half, progress, remark))
+            else:
+                alone = guarded(partial(attempt, chosen), lambda done, count: progress(done / count), remark)
+                found = Attempt(chosen, alone)
             result, late = found.result, _late(read, found.unseen)
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
@@ -158,6 +167,16 @@ def simulate(
             "run does not show how late it is; take longer steps to bound its coupling error"
         )
     arguments.finish(folder, lost, found.stopped)
+
+
+def _long_run(folder: Path, checkpoint: int | None, resume: bool) -> LongRun | None:
+    """How the run is written to disk; None where it is not, since neither is asked for."""
+    from warmlink.orchestration.master.recording.checkpoint import LongRun
+
+    if checkpoint is None and not resume:
+        return None
+    every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
+    return LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
 
 
 def _late(system: System, unseen: Sequence[str]) -> list[str]:

@@ -19,6 +19,7 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.master.streamed import read_folder
 from tests.orchestration.simulated import oscillator, simulate
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration import simulation
 from warmlink.orchestration.master import guard
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -136,13 +137,13 @@ def test_a_second_run_that_ends_early_costs_the_bounds_alone(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    real = guard.guarded
+    real = simulation.guarded
 
     def guarded(work: Callable[[guard.Line | None], Result], *shown: Any) -> Result:
         result = real(work, *shown)
         return result if result.table.points.step_size > 0.06 else ends(result)
 
-    monkeypatch.setattr(guard, "guarded", guarded)
+    monkeypatch.setattr(simulation, "guarded", guarded)
     path = oscillator(fmu, 1.0)
     answer, err = simulate(path, "--step", "0.1 s", *options, "--out", "o", capsys=capsys, expected=1)
     assert f"stopped early: {told} in the run at half the step; what was computed up to there is kept" in err
