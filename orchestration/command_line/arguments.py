@@ -17,7 +17,7 @@ from functools import wraps
 from getopt import GetoptError, gnu_getopt
 from importlib import import_module
 from pathlib import Path
-from types import NoneType, UnionType
+from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
@@ -77,10 +77,8 @@ def taken(command: Command) -> list[Taken]:
     """Parameters of a command."""
     found = []
     for name, each in inspect.signature(command, eval_str=True).parameters.items():
-        kind = each.annotation
-        if isinstance(kind, UnionType):
-            kind = next(one for one in get_args(kind) if one is not NoneType)
-        word = name.strip("_").replace("_", "-")
+        optional, word = isinstance(each.annotation, UnionType), name.strip("_").replace("_", "-")
+        kind = get_args(each.annotation)[0] if optional else each.annotation  # `str | None`
         options = [f"--{word}"] * (each.kind is each.KEYWORD_ONLY)
         if kind is bool and each.default is not False:
             options.append(f"--no-{word}")
