@@ -8,6 +8,7 @@ factors of its matrix, is kept until they change; what samples and record need o
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.component import Component, Input, Parameter
 from warmlink.fmus.component.arithmetic import LARGEST
@@ -70,7 +71,7 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     )
 
 
-def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[str, str]:
+def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[Any, Any]:
     """CasADi functions of what a run starts from, and of what the parts give then that nothing drives.
 
     The first one goes from the whole's parameters to what is settled, free and driven part, and states; its
@@ -88,8 +89,7 @@ def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tupl
     results = [settled[free], own, whole.states_at_start(inputs, settled), sum(refused)]
     outputs = casadi.SX(whole.outputs_of(*s.now))[[whole.y.index[name] for name in given]]
     starting = casadi.Function("starting", [s.p], results)
-    table = casadi.Function("table", [s.d[free], s.time], [outputs])
-    return str(starting.serialize()), str(table.serialize())
+    return starting, casadi.Function("table", [s.d[free], s.time], [outputs])
 
 
 def _sources(
