@@ -181,12 +181,12 @@ def _looked(
     leap = (p.camera_authority / p.gate) ** 2
     widest = maximum(by_all, 0.0) + variance + leap
     sure = variance + leap / fail_safe.RETURN_GATE**2
-    trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
+    memory = fail_safe.Memory(0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    verdict = fail_safe.judged(trust, looked, innovations[1], widest, sure, gates, age)
+    use, memory = fail_safe.judged(memory, looked, innovations[1], widest, sure, gates, age)
     seen = zip(both, sights, rows, innovations, strict=True)
-    filters = together(*(_taught(*each, variance, verdict.use) for each in seen))
-    return filters, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
+    filters = together(*(_taught(*each, variance, use) for each in seen))
+    return filters, where(looked > 0, memory.calm_for, calm_for), where(looked > 0, memory.out, out)
 
 
 @kept_whole

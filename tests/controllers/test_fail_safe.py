@@ -61,19 +61,17 @@ def test_a_missing_reading_is_no_news_and_the_last_is_kept() -> None:
 
 def judge(trust: fail_safe.Trust, innovation: float, news: float = 1.0) -> fail_safe.Judgement:
     return fail_safe.judged(
-        fail_safe.Trust(*(each[0] for each in trust)), news, innovation, 1.0, 1.0, GATES, 1.0
+        fail_safe.Memory(*(each[0] for each in trust[2:])), news, innovation, 1.0, 1.0, GATES, 1.0
     )
 
 
 def kept(trust: fail_safe.Trust, verdict: fail_safe.Judgement) -> fail_safe.Trust:
-    return trust._replace(
-        mean=np.array([verdict.mean]), calm_for=np.array([verdict.calm_for]), out=np.array([verdict.out])
-    )
+    return trust._replace(**{name: np.array([value]) for name, value in verdict.memory._asdict().items()})
 
 
 def test_a_leap_is_out_at_once_and_comes_back_when_it_has_been_calm() -> None:
     verdict = judge(memory(), 6.0)
-    assert (verdict.use, verdict.out) == (0.0, 1.0)
+    assert (verdict.use, verdict.memory.out) == (0.0, 1.0)
     trust = kept(memory(), verdict)
     uses = []
     for _ in range(80):
@@ -88,15 +86,15 @@ def test_a_lasting_bias_is_out_though_no_single_reading_leaps() -> None:
     for _ in range(200):
         verdict = judge(trust, 1.5)
         trust = kept(trust, verdict)
-        said.append(verdict.out)
+        said.append(verdict.memory.out)
     expected = -120 * math.log(1 - 0.6 / 1.5)
     assert said.index(1.0) == pytest.approx(expected, abs=1.5)
 
 
 def test_a_repeated_reading_is_a_fault_only_off_the_prediction() -> None:
-    assert judge(memory(), 1.0, news=0.0).out == 0.0
-    assert judge(memory(), 4.0, news=0.0).out == 1.0
-    assert judge(memory(), math.nan, news=0.0).out == 0.0, "missing is another matter"
+    assert judge(memory(), 1.0, news=0.0).memory.out == 0.0
+    assert judge(memory(), 4.0, news=0.0).memory.out == 1.0
+    assert judge(memory(), math.nan, news=0.0).memory.out == 0.0, "missing is another matter"
 
 
 def test_sound_signals_are_not_doubted() -> None:
@@ -106,5 +104,5 @@ def test_sound_signals_are_not_doubted() -> None:
     for number in draw.normal(size=10_000):
         verdict = judge(trust, float(number))
         trust = kept(trust, verdict)
-        out += verdict.out
+        out += verdict.memory.out
     assert out == 0.0
