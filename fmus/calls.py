@@ -65,9 +65,8 @@ def side_by_side(paired: int) -> Callable[[Called], Called]:
             others = iter(_leaves(found[1]))
             return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
-        kept = kept_whole(cast(Called, both))
         both.__dict__["paired"] = paired
-        return kept
+        return kept_whole(cast(Called, both))
 
     return mark
 
