@@ -214,13 +214,6 @@ class Memory(NamedTuple):
     out: Number
 
 
-class Judgement(NamedTuple):
-    """Verdict on one reading: whether to use it, and the signal's memory after it."""
-
-    use: Number
-    memory: Memory
-
-
 def judged(
     memory: Memory,
     news: Number,
@@ -229,8 +222,8 @@ def judged(
     sure_variance: Number,
     gates: Gates,
     step: Number,
-) -> Judgement:
-    """Judge one reading by its innovation.
+) -> tuple[Number, Memory]:
+    """Judge one reading by its innovation: 1 to use it, else 0, and the signal's memory after it.
 
     Parameters
     ----------
@@ -258,4 +251,4 @@ def judged(
     calm_for = where(settled > 0, memory.calm_for + step, 0.0)
     back = truth(calm_for >= gates.return_time)
     out = where(memory.out > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
-    return Judgement(news * (1.0 - out), Memory(mean, calm_for, out))
+    return news * (1.0 - out), Memory(mean, calm_for, out)

@@ -264,13 +264,13 @@ def _judged(
     widest = maximum(expected, 0.0) + variance
     sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
     innovations = [reading.value - dot(reading.row, side(k, mean)[:MODES]) for k in range(2)]
-    verdict = fail_safe.judged(memory, used * news, innovations[0], widest, sure, gates, step)
+    use, judged = fail_safe.judged(memory, used * news, innovations[0], widest, sure, gates, step)
     counts = [
-        counted(reading.row, each, innovation, variance, verdict.use)
+        counted(reading.row, each, innovation, variance, use)
         for each, innovation in zip((alert, quiet), innovations, strict=True)
     ]
     return (
-        fail_safe.Memory(*(where(used > 0, *each) for each in zip(verdict.memory, memory, strict=True))),
+        fail_safe.Memory(*(where(used > 0, *each) for each in zip(judged, memory, strict=True))),
         Counts(*(beside(*each) for each in zip(*counts, strict=True))),
         variance,
     )

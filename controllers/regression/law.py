@@ -118,9 +118,9 @@ def _taken(
     row = placed(1.0, sensor, STATES)
     innovation = rise - belief.mean[sensor]
     variance = variance_along(belief.spread, row) + noise
-    verdict = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
-    belief = corrected(belief, row, innovation, noise, verdict.use)
-    return Estimate(*belief[:2]), verdict.memory._replace(out=used * verdict.memory.out)
+    use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
+    belief = corrected(belief, row, innovation, noise, use)
+    return Estimate(*belief[:2]), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
 
 
 def _named(
