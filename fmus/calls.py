@@ -51,24 +51,21 @@ def idle_at_zero(function: Called) -> Called:
     return kept_whole(function, idle=True)
 
 
-def side_by_side(paired: int) -> Callable[[Called], Called]:
-    """Mark a function, kept whole, of one of two that lie side by side: it is called for both at once.
+def side_by_side(one: Called, paired: int) -> Called:
+    """A function, kept whole, for both at once of two that lie side by side, from that of one of them.
 
     The first arguments, so many as are `paired`, and all results hold two of each number, one beside the
     other (`arithmetic.beside`). The C goes through both in a loop, of which compilers make vectors.
     """
 
-    def mark(one: Called) -> Called:
-        @wraps(one)
-        def both(*given: Any) -> Any:
-            found = [one(*_mapped(given[:paired], partial(side, k)), *given[paired:]) for k in range(2)]
-            others = iter(_leaves(found[1]))
-            return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
+    @wraps(one)
+    def both(*given: Any) -> Any:
+        found = [one(*_mapped(given[:paired], partial(side, k)), *given[paired:]) for k in range(2)]
+        others = iter(_leaves(found[1]))
+        return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
-        both.__dict__["paired"] = paired
-        return kept_whole(cast(Called, both))
-
-    return mark
+    both.__dict__["paired"] = paired
+    return kept_whole(cast(Called, both))
 
 
 class Written(NamedTuple):

@@ -241,7 +241,7 @@ def _taken(
     return Filters(*_both_taught(filters, sight, counts, reading.row, variance)), memory
 
 
-_both_sighted, _both_taught = side_by_side(1)(sighted), side_by_side(3)(taught)
+_both_sighted, _both_taught = side_by_side(sighted, 1), side_by_side(taught, 3)
 """How either filter sees what is measured, and either filter after a measurement that counts so much."""
 
 

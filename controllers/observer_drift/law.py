@@ -11,6 +11,7 @@ U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive contr
 2214-2222, on disturbances that make an observer offset-free.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -198,7 +199,7 @@ def _taught(
     return taught_in_part(belief, sight, counts, row, variance, _TAUGHT[1] - _TAUGHT[0])
 
 
-@side_by_side(1)
+@partial(side_by_side, paired=1)
 def bounded(mean: Number, p: Record) -> Number:
     """The estimate with what the camera has taught kept within its authority, lest it winds up beyond."""
     by_temperature = model.elongation(mean, p)

@@ -86,11 +86,10 @@ def _callbacks(environment: int) -> ctypes.Array[c_void_p]:
 def _proxy() -> Any:
     """FMPy's library for this; None without FMPy."""
     # The package itself would take longer to import than an hour of the cell takes to run.
-    package = find_spec("fmpy")
-    if package is None or package.origin is None:
+    origin = getattr(find_spec("fmpy"), "origin", None)
+    if origin is None:
         return None
-    folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
-    return ctypes.CDLL(str(folder / f"logging{SUFFIX}"))
+    return ctypes.CDLL(str(Path(origin).parent / "logging" / platform_name("fmi2") / f"logging{SUFFIX}"))
 
 
 _LOG3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
