@@ -265,12 +265,7 @@ def _judged(
     sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
     innovations = [reading.value - dot(reading.row, side(k, mean)[:MODES]) for k in range(2)]
     use, judged = fail_safe.judged(memory, used * news, innovations[0], widest, sure, gates, step)
-    counts = [
-        counted(reading.row, each, innovation, variance, use)
-        for each, innovation in zip((alert, quiet), innovations, strict=True)
-    ]
-    return (
-        fail_safe.Memory(*(where(used > 0, *each) for each in zip(judged, memory, strict=True))),
-        Counts(*(beside(*each) for each in zip(*counts, strict=True))),
-        variance,
-    )
+    both = zip((alert, quiet), innovations, strict=True)
+    counts = [counted(reading.row, each, innovation, variance, use) for each, innovation in both]
+    memory = fail_safe.Memory(*(where(used > 0, *each) for each in zip(judged, memory, strict=True)))
+    return memory, Counts(*(beside(*each) for each in zip(*counts, strict=True))), variance

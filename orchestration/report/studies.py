@@ -137,9 +137,8 @@ def _front(study: Study, trials: list[Judged]) -> Section:
     marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in trials], trials, "trial")
     edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
     table = Table(("trial", first, second, *(axis.name for axis in study.axes)), rows)
-    text = (
-        "The trials that no other one betters in both objectives; the winner is closest to the least of both."
-    )
+    text = "The trials that no other one betters in both objectives; "
+    text += "the winner is closest to the least of both."
     return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 

@@ -136,9 +136,7 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
     for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
     most = max((each.lanes for each in rollouts.values()), default=1)
-    return [
-        places[first : first + most] for places in alike.values() for first in range(0, len(places), most)
-    ]
+    return [places[i : i + most] for places in alike.values() for i in range(0, len(places), most)]
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:

@@ -186,9 +186,8 @@ class _Body:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         form = self.forms.get(kind)
         if form is None:
-            raise InputError(
-                f"{self.name}: CasADi's operation {kind.lower()} has no C here; write it with others"
-            )
+            told = f"{self.name}: CasADi's operation {kind.lower()} has no C here"
+            raise InputError(f"{told}; write it with others")
         parts = [self._made.get(each, ("", [])) for each in given]
         if kind == "ADD" and all(made == "IF_ELSE_ZERO" for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)

@@ -181,10 +181,9 @@ class Statistics:
     def summary(self) -> str:
         """Whole figures in a line."""
         limited = f", most for {self.limits_the_step}" if self.limits_the_step else ""
-        return (
-            f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s, "
-            f"{self.rejected_steps} repeated in parts{limited}; memory {self.memory_bytes / 2**20:.0f} MB"
-        )
+        done = f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s"
+        repeated = f"{self.rejected_steps} repeated in parts{limited}"
+        return f"{done}, {repeated}; memory {self.memory_bytes / 2**20:.0f} MB"
 
 
 @dataclass(frozen=True, repr=False)

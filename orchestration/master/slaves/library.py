@@ -165,10 +165,8 @@ class Library:
         place = (folder / "binaries" / platform_name(prefix)).absolute()
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
-            raise InputError(
-                f"{name}: {fmu} holds no library for {place.name} (it has: {offered}); "
-                "export it for this platform"
-            )
+            told = f"{name}: {fmu} holds no library for {place.name} (it has: {offered})"
+            raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         try:
             os.chdir(place)  # where some libraries look for others

@@ -107,11 +107,8 @@ class Fmi3Slave(FmiSlave):
         self._varying: dict[int, list[float]] = {}
         self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
-        inputs = [
-            v.value_reference
-            for v in self.variables.values()
-            if updates and v.causality == "input" and v.type == "Float64" and v.elements == 1
-        ]
+        numbers = (v for v in self.variables.values() if v.type == "Float64" and v.elements == 1)
+        inputs = [v.value_reference for v in numbers if updates and v.causality == "input"]
         self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         self._updated = _UPDATE(self._update) if updates else None
         found: int | None = self.function("InstantiateCoSimulation")(
