@@ -6,7 +6,6 @@ factors of its matrix, is kept until they change; what samples and record need o
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from warmlink.fmus.packaging.native.casadi_code import (
     function,
     unsimplified,
 )
-from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.fmus.packaging.native.compile import library_here
 from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import stepping
@@ -51,13 +50,12 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     given = tuple(dict.fromkeys(name for name in used if name not in own))
     most, level = processor()
     lanes = most if side_by_side else 1
-    (compiler,) = compilers(platforms_named(None))
-    options = ("-w", *(() if level is None else (f"-march={level}",)))
+    flags = ("-w", *(() if level is None else (f"-march={level}",)))
     sources = _sources(driven, _inputs(whole, wires, driven, given), given, recorded, lanes)
     p, u = whole.start_values()
     starting, table = _starting(whole, driven, given)
     return Rollout(
-        library=replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout"),
+        library=library_here(sources, "rollout", *flags),
         level=level,
         lanes=lanes,
         starting=starting,

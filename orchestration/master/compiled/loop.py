@@ -49,10 +49,9 @@ def library() -> ctypes.CDLL:
     text = (Path(__file__).parent / "sources" / "loop.c").read_text("utf-8")
 
     def compiled() -> bytes:
-        from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+        from warmlink.fmus.packaging.native.compile import library_here
 
-        (compiler,) = compilers(platforms_named(None))
-        return compiler.library({"loop.c": text}, "loop")
+        return library_here({"loop.c": text}, "loop")
 
     found = loaded(kept("loops", (*made_here(), text), compiled))
     pointer, whole = ctypes.c_void_p, ctypes.c_int64
