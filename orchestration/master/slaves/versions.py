@@ -34,9 +34,8 @@ class Fmi2Slave(FmiSlave):
         """Instantiate; the callbacks live as long as this object."""
         self._callbacks = _callbacks(self.log.key)
         place = resources.absolute().as_uri().encode()
-        found: int | None = self.function("Instantiate")(
-            name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
-        )
+        given = name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
+        found: int | None = self.function("Instantiate")(*given)
         return found
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
@@ -111,10 +110,9 @@ class Fmi3Slave(FmiSlave):
         inputs = [v.value_reference for v in numbers if updates and v.causality == "input"]
         self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         self._updated = _UPDATE(self._update) if updates else None
-        found: int | None = self.function("InstantiateCoSimulation")(
-            *(name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False),
-            *((c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated),
-        )
+        given = name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False
+        asked = (c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated
+        found: int | None = self.function("InstantiateCoSimulation")(*given, *asked)
         return found
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
