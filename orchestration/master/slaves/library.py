@@ -182,8 +182,7 @@ class Library:
     def _declared(self, prefix: str, name: str) -> Any:
         function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))
         function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[prefix][name]]
-        if name.startswith("Instantiate"):
-            function.restype = c_void_p
+        function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function
 
     def close(self) -> None:
