@@ -30,8 +30,8 @@ def loaded(library: bytes) -> ctypes.CDLL:
     # Windows keeps the file of a loaded library.
     with tempfile.TemporaryDirectory(prefix="warmlink-", ignore_cleanup_errors=True) as folder:
         file = Path(folder) / "library"
-        file.write_bytes(library)
         try:
+            file.write_bytes(library)
             return ctypes.CDLL(str(file))
         except OSError as fault:
             told = f"{folder}: what was compiled does not load from there ({fault})"
