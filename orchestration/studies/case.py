@@ -58,8 +58,9 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        held = replace(self.setup.blueprint, foreign={})
-        facts |= {"blueprint": asdict(held), "score": self.setup.roles.score.text}
+        held, roles = replace(self.setup.blueprint, foreign={}), self.setup.roles
+        facts |= {"blueprint": asdict(held), "plant": roles.plant}
+        facts |= {"score": roles.score.text, "uncompensated": roles.uncompensated.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 

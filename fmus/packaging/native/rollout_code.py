@@ -165,8 +165,8 @@ def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list
         low = -LARGEST if variable.minimum is None else variable.minimum - margin
         high = LARGEST if variable.maximum is None else variable.maximum + margin
         well = casadi.logic_and(value >= low, value <= high)
-        if isinstance(variable, Input) and variable.accepts_nan:
-            well = casadi.logic_or(well, value != value)
+        if isinstance(variable, Input) and variable.accepts_nan:  # which is on neither side of a bound
+            well = casadi.logic_not(casadi.logic_or(value < low, value > high))
         if isinstance(variable, Parameter) and variable.positive:
             well = casadi.logic_and(well, value > 0)
         refused.append(casadi.if_else(well, 0, 1))
