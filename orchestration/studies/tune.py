@@ -66,19 +66,14 @@ class Tuned(Searched):
 
     def _best_lines(self) -> list[str]:
         study, winner, first = self.study, self.best, self.found[0]
-        two = len(study.objectives) > 1
         lines = ["no trial keeps every constraint"]
         if winner is not None:
             told = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
-            at_best = "at best" if not two else f"in trial {winner.number}, amid the front"
+            amid = f"in trial {winner.number}, amid the front"
+            at_best = amid if study.objectives[1:] else "at best"
             lines = [f"{study.objective.title}: {winner.objective:.4g} {at_best}{told}"]
             lines += [*study.lines(winner.point), self.gain]
-        if two:
-            lines.append(f"front, by {' and '.join(each.title for each in study.objectives)}")
-            lines += [
-                f"  trial {each.number:<6}" + "".join(f"{value:>12.4g}" for value in each.objectives)
-                for each in front(self.found)
-            ]
+        lines += self._front_lines()
         unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
         return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
 
