@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -165,8 +166,13 @@ def tune(
             from warmlink.orchestration.report.studies import write_tuning
 
             write_tuning(found, target / "report.html")
-    table = f"trials  {folder / 'trials.csv'}\nstudy   optuna-dashboard {found.storage.place}"
+    table = f"trials  {folder / 'trials.csv'}\nstudy   {dashboard(found.storage.place)}"
     _answer(found, table, folder, report, json)
+
+
+def dashboard(place: str) -> str:
+    """Line for a shell that shows the trials of a storage."""
+    return f"optuna-dashboard {shlex.quote(place)}"
 
 
 def sweep(

@@ -148,7 +148,8 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
     )
     return Section(
         "Front",
-        f"The {word}s that no other one betters in both objectives; the best is closest to the least of both.",
+        f"The {word}s that no other one betters in both objectives; the best is closest to the least of "
+        "both.",
         Table((word, *titles, *(axis.name for axis in study.axes)), rows),
         figure,
     )
