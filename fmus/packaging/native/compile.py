@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -78,6 +78,11 @@ class Compiler:
     command: tuple[str, ...]
     platform: Platform
     flags: tuple[str, ...] = FLAGS
+
+    def at(self, level: str | None) -> "Compiler":
+        """The same for processors of a level (`x86-64-v3`) and later ones, or for any; zig writes it apart."""
+        named = str(level).replace("-", "_") if "ziglang" in self.command else level
+        return self if level is None else replace(self, flags=(*self.flags, f"-march={named}"))
 
     def library(self, sources: Mapping[str, str], name: str, include: Iterable[Path] = ()) -> bytes:
         """Compile C files to a shared library and return its contents.

@@ -51,12 +51,12 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     most, level = processor()
     lanes = most if side_by_side else 1
     (compiler,) = compilers(platforms_named(None))
-    options = ("-w", *(() if level is None else (f"-march={level}",)))
+    compiler = compiler.at(level)
     sources = _sources(whole, driven, given, recorded, lanes)
     p, u = whole.start_values()
     starting, table = _starting(whole, driven, given)
     return Rollout(
-        library=replace(compiler, flags=(*compiler.flags, *options)).library(sources, "rollout"),
+        library=replace(compiler, flags=(*compiler.flags, "-w")).library(sources, "rollout"),
         level=level,
         lanes=lanes,
         starting=starting,

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.fmus.packaging.native import compile
+from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
@@ -104,3 +106,17 @@ def test_it_is_said_that_no_joined_system_takes_the_run_which_was_tried(
     fed = replace(pause, parameters={"motor.current": 2.0})
     (said,) = remarks(joined(fmus, fed), [fed])
     assert said == f"{LAW}: runs on its FMUs, since its joined system does not take the run that was tried"
+
+
+def test_zig_compiles_joined_systems_where_there_is_no_other_compiler(
+    pause: Scenario, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("ziglang", reason='ziglang is not installed: pip install "warmlink[cross]"')
+    case, whole = case_of(pause, ("lag",)), joined(fmus, pause)
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(compile.shutil, "which", lambda name: None)
+    rollout = compiled(pause.joined({}), whole.rollouts[LAW].recorded)
+    assert rollout.library != whole.rollouts[LAW].library
+    assert joined_outcomes([case], {LAW: rollout})[0].max_abs_um == pytest.approx(
+        joined_outcomes([case], whole.rollouts)[0].max_abs_um, rel=1e-9
+    )
