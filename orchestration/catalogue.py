@@ -191,7 +191,9 @@ def _is_law(found: object) -> bool:
 
 
 def _check(component: Component, place: str) -> None:
-    """Check that the connectors are those of every compensator, and let the law take one step."""
+    """Check name and connectors, which are those of every compensator, and let the law take one step."""
+    if component.name in entries():  # whose FMU would be taken for its own
+        raise InputError(f"{place}: warmlink has a {component.name} of its own; rename yours")
     for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
         for name in (variable.name for variable in wanted if variable.name not in held.index):
             told = f"has no {kind} {name}; take warmlink.controllers.interface's {kind.upper()}S"

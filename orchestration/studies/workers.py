@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -270,6 +271,9 @@ def _difference(scenario: Scenario, fmus: FmuSet) -> tuple[float, float]:
             raise _UntriedError(f"the run that was tried of it stopped: {why}")
         if joined is None:
             raise _UntriedError("its joined system does not take the run that was tried")
-        return max(abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED), exact.coupling_um
+        most = float(np.max([abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]))
+        if not math.isfinite(most):
+            raise _UntriedError("the score of the run that was tried of it is no number")
+        return most, exact.coupling_um
 
     return remembered("agreements", (fmus.digest, case.digest), found)

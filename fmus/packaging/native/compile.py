@@ -80,7 +80,7 @@ class Compiler:
     flags: tuple[str, ...] = FLAGS
 
     def at(self, level: str | None) -> "Compiler":
-        """The same for processors of a level (`x86-64-v3`) and later ones, or for any; zig writes it apart."""
+        """The same for processors from a level (`x86-64-v3`) on, or for any; zig writes it another way."""
         named = str(level).replace("-", "_") if "ziglang" in self.command else level
         return self if level is None else replace(self, flags=(*self.flags, f"-march={named}"))
 

@@ -120,3 +120,12 @@ def test_zig_compiles_joined_systems_where_there_is_no_other_compiler(
     assert joined_outcomes([case], {LAW: rollout})[0].max_abs_um == pytest.approx(
         joined_outcomes([case], whole.rollouts)[0].max_abs_um, rel=1e-9
     )
+
+
+def test_it_is_said_that_the_score_of_the_run_which_was_tried_is_no_number(
+    pause: Scenario, fmus: FmuSet
+) -> None:
+    root = Expression("sqrt(compensator.correction - link.elongation)")
+    wild = replace(pause, setup=replace(pause.setup, roles=replace(pause.setup.roles, score=root)))
+    (said,) = remarks(joined(fmus, wild), [wild])
+    assert said == f"{LAW}: runs on its FMUs, since the score of the run that was tried of it is no number"
