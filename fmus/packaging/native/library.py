@@ -29,8 +29,8 @@ def loaded(library: bytes) -> ctypes.CDLL:
     """A library, loaded from its contents; InputError where the system does not allow that."""
     folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
     file = folder / "library"
-    file.write_bytes(library)
     try:
+        file.write_bytes(library)
         return ctypes.CDLL(str(file))
     except OSError as fault:
         raise InputError(
