@@ -254,6 +254,6 @@ def test_a_library_for_which_there_is_no_room_leaves_nothing_and_says_so(
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(Path, "write_bytes", full)
-    with pytest.raises(InputError, match="No space left on device.*name another folder in TMPDIR"):
+    with pytest.raises(InputError, match=r"No space left on device.*name another folder in TMPDIR"):
         loaded(b"a library")
     assert list(tmp_path.iterdir()) == []
