@@ -37,15 +37,28 @@ class FmuStore:
         """Folder of this version's FMUs of this kind."""
         return self.root / source_digest() / self.kind
 
+    @property
+    def _shared(self) -> Path:
+        """The same in the folder that is wanted, which may have been filled before and be read-only."""
+        shared = self.root == cache_folder()
+        return wanted_cache_folder() / source_digest() / self.kind if shared else self.folder
+
+    def _file(self, name: str) -> Path:
+        """Where a file is, or is to be made."""
+        held = self._shared / name
+        return held if held.is_file() else self.folder / name
+
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
         InputError if native FMUs are asked for and nothing on this machine can compile them.
         """
-        wanted = {name: self.folder / f"{name}.fmu" for name in names}
+        wanted = {name: self._file(f"{name}.fmu") for name in names}
         used(self.folder)
         missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
         if missing and remark is not None:
+            if self.folder != self._shared and self._shared.is_dir():
+                remark(_elsewhere())
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
         if missing and self.kind == "python":
@@ -68,11 +81,8 @@ def kind_named(name: str | None) -> FmuKind | None:
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
     """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
-    if cache_folder() != wanted_cache_folder():
-        remark(
-            f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
-            f"to keep them, name a folder in {CACHE_VARIABLE}"
-        )
+    if cache_folder() != wanted_cache_folder() and not (wanted_cache_folder() / source_digest()).is_dir():
+        remark(_elsewhere())
     if kind is not None:
         return FmuStore(kind)
     native = FmuStore("native")
@@ -82,3 +92,11 @@ def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStor
         remark(f"{fault}; using the Python FMUs meanwhile")
         return FmuStore("python")
     return native
+
+
+def _elsewhere() -> str:
+    """Where FMUs go that cannot go where it is wanted."""
+    return (
+        f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
+        f"to keep them, name a folder in {CACHE_VARIABLE}"
+    )

@@ -88,13 +88,15 @@ def _write(folder: str, made_from: object, content: bytes) -> None:
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
-    with suppress(OSError, InputError):
+    with suppress(InputError):
         place = _place(folder, made_from)
-        file = place.read_bytes()
-        digest, content = file[:_DIGEST], file[_DIGEST:]
-        if _digest(content) == digest:
-            used(place)
-            return content
+        for path in (place, wanted_cache_folder() / folder / place.name):  # which may be read-only
+            with suppress(OSError):
+                file = path.read_bytes()
+                digest, content = file[:_DIGEST], file[_DIGEST:]
+                if _digest(content) == digest:
+                    used(path)
+                    return content
     return None
 
 
@@ -163,14 +165,14 @@ def _alone(folder: str, made_from: object) -> int | None:
 def cache_folder() -> Path:
     """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
 
+    What a cache holds that was filled before and is read-only is used all the same.
     InputError if the other folder cannot be made either, or belongs to somebody else.
     """
     wanted = wanted_cache_folder()
     with suppress(OSError):
         if not wanted.is_dir():  # asked first, since that costs a twentieth
             wanted.mkdir(parents=True, exist_ok=True)
-    # A cache that was filled before may be read-only.
-    if os.access(wanted, os.W_OK) or (wanted / _source_digest().decode()).is_dir():
+    if os.access(wanted, os.W_OK):
         return wanted
     import tempfile
 
