@@ -115,12 +115,18 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
-    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
+    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them.
+
+    KeyboardInterrupt where Ctrl-C comes meanwhile.
+    """
     system = case.setup.blueprint.system(fmus, case.law, case.values)
 
     def simulated(step: float) -> Result:
         by, record = algorithm(case.master), recorded(case.setup)
-        return simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
+        ended = simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
+        if ended.reason is not None and ended.error is None:  # nothing else stops a run without an error
+            raise KeyboardInterrupt
+        return ended
 
     result = simulated(case.step_size)
     repeats = case.with_budget and result.reason is None
