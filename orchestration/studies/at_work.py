@@ -79,6 +79,8 @@ def at_work(
         try:
             if means.scheduler is not None:  # before anything is built, which may be for nothing
                 client = stack.enter_context(connected(means.scheduler))
+            if any(each.coupling_tolerance is not None for each in scenarios):
+                said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)

@@ -89,7 +89,7 @@ class FmuSet:
         return cache_folder() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
-        """Files of the FMUs on this machine, written where they are missing."""
+        """Files of the FMUs on this machine, written where they are missing or damaged."""
         return _written(self.unpacked.parent, tuple(sorted(self.contents.items())))
 
 
@@ -100,7 +100,7 @@ def _written(folder: Path, contents: tuple[tuple[str, bytes], ...]) -> dict[str,
     files = {name: folder / f"{name}.fmu" for name, _ in contents}
     for name, content in contents:
         # Several workers may do this at once: each writes its own file, and any of the files will do.
-        if not files[name].is_file():
+        if not files[name].is_file() or files[name].read_bytes() != content:
             with whole_file(files[name]) as scratch:
                 scratch.write_bytes(content)
     return files
