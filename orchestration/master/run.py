@@ -181,7 +181,8 @@ class Run:
         statistics = Statistics(
             communication_steps=max(recorder.rows - 1, 0),
             slave_steps=network.steps,
-            rejected_steps=network.rejected,
+            rejected_steps=network.rejected.total(),
+            limits_the_step=next((name for name, _ in network.rejected.most_common(1)), None),
             initialization_sweeps=network.sweeps,
             wall_seconds=time.perf_counter() - began,
             compiled=self.compiled,

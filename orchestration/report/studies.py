@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
-from warmlink.orchestration.studies.points import Judged, best, front
+from warmlink.orchestration.studies.points import Judged, front
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Axis, Study
 from warmlink.orchestration.studies.tune import Tuned
@@ -40,15 +42,11 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     study, trials, winner = tuned.study, tuned.trials, tuned.best
     complete = [trial for trial in trials if trial.reason is None]
     sections = []
-    lead = f"None of {len(trials)} trials keeps every constraint."
     if winner is not None:
         point = winner.point
         rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
         table = Table(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
-        lead = f"{study.objective.title}: {winner.objective:.4g} from trial {winner.number} of {len(trials)}"
-        shipped = study.shipped and trials[0].reason is None
-        lead += f"; as shipped {trials[0].objective:.4g}." if shipped else "."
     if len(study.objectives) > 1 and complete:
         sections.append(_front(study, trials, "trial"))
     sections.append(_history(study, trials))
@@ -60,6 +58,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     if complete:
         text = "Each line is a trial; drag along an axis to pick some."
         sections.append(_parallel_coordinates(study, complete, text))
+    lead = f"{len(trials)} trials: {'; '.join(tuned.reached)}."
     write_page(path, study.title, lead, [*sections, *_closing(study, trials, "trial")])
 
 
@@ -156,15 +155,15 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
 
 
 def _history(study: Study, trials: list[Judged]) -> Section:
-    leaders = [(trial.number, best(trials[: trial.number + 1])) for trial in trials]
-    steps = [(number, leader.objective) for number, leader in leaders if leader is not None]
+    reached = accumulate((each.objective if each.feasible else math.inf for each in trials), min)
+    steps = [(number, least) for number, least in enumerate(reached) if least < math.inf]
     figure = chart(
         *_points([trial.number for trial in trials], trials, "trial"),
         _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
         x="trial",
         y=study.objective.title,
     )
-    text = "Each trial's objective, and the best of those that keep every constraint so far."
+    text = "Each trial's objective, and the least of those that keep every constraint so far."
     return Section("Trials", text, figure=figure)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -101,7 +102,8 @@ class Network:
         self.checked = [self._finite_positions(k) for k in range(len(self.slaves))]
         self._process = os.getpid() if process is None else process
         self.time = 0.0
-        self.steps = self.rejected = self.sweeps = 0
+        self.steps = self.sweeps = 0
+        self.rejected = Counter[str]()  # by the slave that was in the way
         self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:

@@ -10,7 +10,9 @@ from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
+from warmlink.orchestration.master.recording.result import Statistics
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.slave import SlaveStatistics
 
 from .test_compiled import loop
 
@@ -38,7 +40,15 @@ def test_calls_are_counted_and_change_nothing(trivial2: Path, trivial3: Path) ->
     assert told["slaves"][1]["step_sizes"] == {"0.05": b.step_sizes[0.05], "0.1": b.step_sizes[0.1]}
     headings, rows = statistics.table()
     assert {len(row) for row in rows} == {len(headings)}
-    assert "memory" in statistics.summary()
+    assert "repeated in parts, most for b; memory" in statistics.summary()
+
+
+def test_the_table_shows_the_most_frequent_sizes() -> None:
+    sizes = {0.1 * 0.5**k: 1 for k in range(5)} | {1.0: 300}
+    statistics = Statistics(slaves=(SlaveStatistics("link", step_sizes=sizes),))
+    headings, ((_, _, shown, *_),) = statistics.table()
+    assert headings[2] == "sizes in s"
+    assert shown == "1 (300), 0.1 (1), 0.05 (1), 0.025 (1), 2 more"
 
 
 def test_what_is_compiled_is_not_timed(trivial2: Path) -> None:

@@ -206,7 +206,7 @@ def test_runs_whose_figures_are_no_numbers_are_tried_again(tmp_path: Path) -> No
 
 def test_a_damaged_fmu_of_a_study_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
-    first, again = (FmuSet("native", {"ThermalLink": content}) for content in (b"whole", bytes(b"whole")))
+    first, again = (FmuSet("native", {"ThermalLink": content}) for content in (b"whole", b"whole"))
     (path,) = first.files().values()
     path.write_bytes(b"who")
     _written.cache_clear()
