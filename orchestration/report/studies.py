@@ -48,7 +48,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
         table = Table(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
     if len(study.objectives) > 1 and complete:
-        sections.append(_front(study, trials))
+        sections.append(_front(study, trials, "trial"))
     sections.append(_history(study, trials))
     importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
@@ -68,7 +68,8 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
     sections = []
     lead = "No point gave an objective."
     if complete:
-        sections = [_parallel_coordinates(study, complete[:MOST_LINES])]
+        sections = [_front(study, found, "point")] if len(study.objectives) > 1 else []
+        sections.append(_parallel_coordinates(study, complete[:MOST_LINES]))
         sections += [Section(axis.name, figure=_over(study, axis, complete)) for axis in study.axes]
         objectives = [evaluation.objective for evaluation in complete]
         span = f"from {min(objectives):.4g} to {max(objectives):.4g} over {len(complete)} points"
@@ -77,15 +78,18 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
 
 
 def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "") -> Section:
-    """Section with an axis for each parameter and one for the objective, a line for each point."""
-    objectives = [each.objective for each in found]
-    values = {
-        _label(axis): [axis.readable[1] * each.point[axis.name] for each in found] for axis in study.axes
-    }
-    values[study.objective.title] = objectives
+    """Section with an axis for each parameter and each objective, a line for each point."""
+    objectives, titles = [each.objective for each in found], [each.title for each in study.objectives]
+    values = [
+        *(
+            (_label(axis), [axis.readable[1] * each.point[axis.name] for each in found])
+            for axis in study.axes
+        ),
+        *((title, [each.objectives[i] for each in found]) for i, title in enumerate(titles)),
+    ]
     lines = {
         "type": "parcoords",
-        "dimensions": [{"label": of, "values": each, "tickformat": "~g"} for of, each in values.items()],
+        "dimensions": [{"label": of, "values": each, "tickformat": "~g"} for of, each in values],
         "line": {"color": objectives, "colorscale": "Viridis", "showscale": True},
         "labelside": "bottom",
     }
@@ -128,17 +132,18 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
     return chart(*marks, x=x, y=study.objective.title, height=300)
 
 
-def _front(study: Study, trials: list[Judged]) -> Section:
-    kept, (first, second) = front(trials), [each.title for each in study.objectives]
+def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
+    kept, (first, second) = front(found), [each.title for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
         rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
-    marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in trials], trials, "trial")
+    marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in found], found, word)
     edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
-    table = Table(("trial", first, second, *(axis.name for axis in study.axes)), rows)
-    text = "The trials that no other one betters in both objectives; "
-    text += "the winner is closest to the least of both."
+    table = Table((word, first, second, *(axis.name for axis in study.axes)), rows)
+    text = (
+        f"The {word}s that no other one betters in both objectives; the best is closest to the least of both."
+    )
     return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 

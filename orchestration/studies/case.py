@@ -59,8 +59,9 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        held = replace(self.setup.blueprint, foreign={})
-        facts |= {"blueprint": asdict(held), "score": self.setup.roles.score.text}
+        held, roles = replace(self.setup.blueprint, foreign={}), self.setup.roles
+        facts |= {"blueprint": asdict(held), "plant": roles.plant}
+        facts |= {"score": roles.score.text, "uncompensated": roles.uncompensated.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
@@ -115,12 +116,18 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
 
 
 def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None) -> Outcome:
-    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them."""
+    """Run a case on FMUs by the component's name; a folder `unpacked` keeps what is unpacked of them.
+
+    KeyboardInterrupt where Ctrl-C comes meanwhile.
+    """
     system = case.setup.blueprint.system(fmus, case.law, case.values)
 
     def simulated(step: float, by: Algorithm) -> Result:
         record = recorded(case.setup)
-        return simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
+        ended = simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
+        if ended.reason is not None and ended.error is None:  # nothing else stops a run without an error
+            raise KeyboardInterrupt
+        return ended
 
     chosen = algorithm(case.master)
     result = simulated(case.step_size, chosen)

@@ -81,12 +81,7 @@ class Tuned(Searched):
         study, lines = self.study, [*self.reached]
         if self.best is not None:
             lines += [*study.lines(self.best.point), self.gain]
-        if len(study.objectives) > 1:
-            lines.append(f"front, by {' and '.join(each.title for each in study.objectives)}")
-            lines += [
-                f"  trial {each.number:<6}" + "".join(f"{value:>12.4g}" for value in each.objectives)
-                for each in front(self.found)
-            ]
+        lines += self._front_lines()
         unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
         return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
 

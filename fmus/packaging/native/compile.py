@@ -174,9 +174,14 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
     return tuple(chosen)
 
 
-def library_here(sources: Mapping[str, str], name: str, *flags: str) -> bytes:
-    """A shared library for this machine, with further flags; InputError where nothing here compiles it."""
+def library_here(sources: Mapping[str, str], name: str, *flags: str, level: str | None = None) -> bytes:
+    """A shared library for this machine, with further flags; InputError where nothing here compiles it.
+
+    For processors from a `level` on, as `x86-64-v3`, or for any.
+    """
     (compiler,) = compilers(platforms_named(None))
+    if level is not None:  # zig writes it another way
+        flags += (f"-march={level.replace('-', '_') if 'ziglang' in compiler.command else level}",)
     return replace(compiler, flags=(*compiler.flags, *flags)).library(sources, name)
 
 

@@ -50,12 +50,11 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     given = tuple(dict.fromkeys(name for name in used if name not in own))
     most, level = processor()
     lanes = most if side_by_side else 1
-    flags = ("-w", *(() if level is None else (f"-march={level}",)))
     sources = _sources(driven, _inputs(whole, wires, driven, given), given, recorded, lanes)
     p, u = whole.start_values()
     starting, table = _starting(whole, driven, given)
     return Rollout(
-        library=library_here(sources, "rollout", *flags),
+        library=library_here(sources, "rollout", "-w", level=level),
         level=level,
         lanes=lanes,
         starting=starting,
@@ -161,8 +160,8 @@ def _refused(variables: Iterable[Input | Parameter], values: Expression) -> list
         low = -LARGEST if variable.minimum is None else variable.minimum - margin
         high = LARGEST if variable.maximum is None else variable.maximum + margin
         well = casadi.logic_and(value >= low, value <= high)
-        if isinstance(variable, Input) and variable.accepts_nan:
-            well = casadi.logic_or(well, value != value)
+        if isinstance(variable, Input) and variable.accepts_nan:  # which is on neither side of a bound
+            well = casadi.logic_not(casadi.logic_or(value < low, value > high))
         if isinstance(variable, Parameter) and variable.positive:
             well = casadi.logic_and(well, value > 0)
         refused.append(casadi.if_else(well, 0, 1))
