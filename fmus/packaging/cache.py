@@ -83,7 +83,8 @@ def _write(folder: str, made_from: object, content: bytes) -> None:
     place = _place(folder, made_from)
     place.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(place) as scratch:
-        scratch.write_bytes(_digest(content) + content)
+        # A damaged library would end the process that loads it.
+        scratch.write_bytes(hashlib.sha256(content).digest() + content)
 
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
@@ -92,7 +93,7 @@ def kept_before(folder: str, made_from: object) -> bytes | None:
         place = _place(folder, made_from)
         file = place.read_bytes()
         digest, content = file[:_DIGEST], file[_DIGEST:]
-        if _digest(content) == digest:
+        if hashlib.sha256(content).digest() == digest:
             used(place)
             return content
     return None
@@ -139,11 +140,6 @@ def _last_used(entry: Path) -> tuple[float, int, Path]:
     read = inside if entry.is_dir() else [own]  # a folder counts as read whenever it is listed, as here
     times = [*(each.st_atime for each in read), *(each.st_mtime for each in (*inside, own))]
     return max(times), sum(each.st_size for each in (*inside, own)), entry
-
-
-def _digest(content: bytes) -> bytes:
-    """What a kept file begins with: a damaged library would end the process that loads it."""
-    return hashlib.sha256(content).digest()
 
 
 def _place(folder: str, made_from: object) -> Path:

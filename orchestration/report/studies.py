@@ -129,25 +129,17 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
 
 
 def _front(study: Study, trials: list[Judged]) -> Section:
-    kept, titles = front(trials), [each.title for each in study.objectives]
-    seconds = [each.objectives[-1] if each.objectives else 0.0 for each in trials]
+    kept, (first, second) = front(trials), [each.title for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
         rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
-    figure = chart(
-        *_points(seconds, trials, "trial"),
-        _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front"),
-        x=titles[1],
-        y=titles[0],
-    )
-    return Section(
-        "Front",
-        "The trials that no other one betters in both objectives; the winner is closest to the least of "
-        "both.",
-        Table(("trial", *titles, *(axis.name for axis in study.axes)), rows),
-        figure,
-    )
+    marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in trials], trials, "trial")
+    edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
+    table = Table(("trial", first, second, *(axis.name for axis in study.axes)), rows)
+    text = "The trials that no other one betters in both objectives; "
+    text += "the winner is closest to the least of both."
+    return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 
 def _history(study: Study, trials: list[Judged]) -> Section:

@@ -63,10 +63,8 @@ def _read_cached(fmu: Path, _facts: tuple[int, int, int]) -> ModelInfo:
     text = archive.read_member(fmu, "modelDescription.xml")
     # By what it says alone: FMUs of a system are unpacked into another folder for each run.
     said = hashlib.sha256(text).hexdigest()
-    found = remembered(
-        "descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where)
-    )
-    return replace(found, path=fmu)
+    info = remembered("descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where))
+    return replace(info, path=fmu)
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:

@@ -184,11 +184,10 @@ class Statistics:
         """Whole figures in a line."""
         limited = f", most for {self.limits_the_step}" if self.limits_the_step else ""
         before = f"; {self.resumed_steps} were done before" if self.resumed_steps else ""
-        return (
-            f"{self.communication_steps - self.resumed_steps} communication steps in "
-            f"{self.wall_seconds:.3g} s, {self.rejected_steps} repeated in parts{limited}; "
-            f"memory {self.memory_bytes / 2**20:.0f} MB{before}"
-        )
+        count = self.communication_steps - self.resumed_steps
+        done = f"{count} communication steps in {self.wall_seconds:.3g} s"
+        repeated = f"{self.rejected_steps} repeated in parts{limited}"
+        return f"{done}, {repeated}; memory {self.memory_bytes / 2**20:.0f} MB{before}"
 
 
 @dataclass(frozen=True, repr=False)
