@@ -10,6 +10,7 @@ pytest.importorskip("optuna")
 
 from optuna import get_all_study_summaries
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.studies import dashboard
 from warmlink.orchestration.studies.points import Judged
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna, shown_place
@@ -61,3 +62,21 @@ def test_the_lock_of_a_journal_leads_to_it_from_any_folder(
     monkeypatch.setattr(os, "symlink", noted)
     Storage(study, "fmus", "journal:///shared/study.log").add(TRIAL)
     assert {*made} == {tmp_path / "shared" / "study.log"}
+
+
+@pytest.mark.parametrize(
+    "url", ["sqlite:////nowhere/at/all/study.db", "nonsense://host/db", "postgresql://u:secret@h/d"]
+)
+def test_a_storage_that_cannot_be_had_is_refused(study: Study, url: str) -> None:
+    with pytest.raises(InputError, match="cannot be used") as refusal:
+        Storage(study, "fmus", url)
+    assert "\n" not in str(refusal.value)
+    assert "secret" not in str(refusal.value)
+
+
+def test_two_that_write_to_one_study_are_told_so(study: Study, folder: Path) -> None:
+    one, other = (Storage(study, "fmus", f"journal:///{folder / 's.log'}") for _ in range(2))
+    one.add(TRIAL)
+    with pytest.raises(InputError, match="somebody else works on"):
+        other.add(TRIAL)
+    assert len(one.trials()) == 1

@@ -217,16 +217,6 @@ def test_a_locked_storage_is_refused(study: Study, folder: Path, monkeypatch: py
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    "url", ["sqlite:////nowhere/at/all/study.db", "nonsense://host/db", "postgresql://u:secret@h/d"]
-)
-def test_a_storage_that_cannot_be_had_is_refused(study: Study, url: str) -> None:
-    with pytest.raises(InputError, match="cannot be used") as refusal:
-        Storage(study, "fmus", url)
-    assert "\n" not in str(refusal.value)
-    assert "secret" not in str(refusal.value)
-
-
 def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) -> None:
     point = {"compensator.gain": 5e-6, "compensator.time_constant": 3000.0}
     (path,) = write_winner(study, point, tmp_path)
@@ -309,12 +299,3 @@ def test_a_journal_survives_a_kill_within_a_line_and_counts_no_trial_twice(
         stream.write(b'{"op_code": 4, "worker')
     assert same(go("cut.log", "b"), whole)
     assert len(Storage(study, "fmus", f"journal:///{folder / 'cut.log'}").trials()) == len(whole)
-
-
-def test_two_that_write_to_one_study_are_told_so(study: Study, folder: Path) -> None:
-    one, other = (Storage(study, "fmus", f"journal:///{folder / 's.log'}") for _ in range(2))
-    trial = Judged(0, {"compensator.gain": 4e-6, "compensator.time_constant": 2000.0}, (2.0,))
-    one.add(trial)
-    with pytest.raises(InputError, match="somebody else works on"):
-        other.add(trial)
-    assert len(one.trials()) == 1
