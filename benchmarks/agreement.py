@@ -11,7 +11,7 @@ import typer
 
 from benchmarks.command import start
 from warmlink.orchestration.command_line.arguments import listed
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json, progress_bar, remark
 from warmlink.orchestration.studies.at_work import Means, at_work
 from warmlink.orchestration.studies.case import COMPARED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison
@@ -58,7 +58,7 @@ def agreement(
     """
     plan = plan_on(controllers=controllers, duty_cycles=duties, mismatches=mismatches)
     with at_work(plan.scenarios, plan.mismatches, Means(jobs=jobs)) as work:
-        told = tried(plan.scenarios, plan.mismatches, work.fmus)
+        told = tried(plan.scenarios, plan.mismatches, work.fmus, remark)
         with progress_bar("joined") as progress:
             joined = run_comparison(plan.cases, work.workers, progress)
         with LocalWorkers(replace(work.fmus, rollouts={}), jobs) as workers, progress_bar("FMUs") as progress:

@@ -64,9 +64,9 @@ class Controller:
         """
         if not self.place:
             return {}
-        folder = store.folder / "own" / self.digest
-        path = folder / f"{self.component.name}.fmu"
-        return {self.component.name: path if is_file(path) else self._built(store.kind, folder)}
+        name, own = self.component.name, Path("own") / self.digest
+        path = store.file(own / f"{name}.fmu")
+        return {name: path if is_file(path) else self._built(store.kind, store.folder / own)}
 
     def _built(self, kind: FmuKind, folder: Path) -> Path:
         from warmlink.fmus.packaging.native.fmu import build_native_fmus
@@ -191,7 +191,9 @@ def _is_law(found: object) -> bool:
 
 
 def _check(component: Component, place: str) -> None:
-    """Check that the connectors are those of every compensator, and let the law take one step."""
+    """Check name and connectors, which are those of every compensator, and let the law take one step."""
+    if component.name in entries():  # whose FMU would be taken for its own
+        raise InputError(f"{place}: warmlink has a {component.name} of its own; rename yours")
     for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
         for name in (variable.name for variable in wanted if variable.name not in held.index):
             told = f"has no {kind} {name}; take warmlink.controllers.interface's {kind.upper()}S"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -14,7 +14,7 @@ RESULTS = {
     "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
     "simulate": ("results.csv", "results.parquet"),
     "compare": ("compare.csv", "report.html"),
-    "tune": ("trials.csv", "winner.ssv", "report.html"),
+    "tune": ("trials.csv", "winner.ssv", "winner-*.ssv", "report.html"),
     "sweep": ("sweep.parquet", "report.html"),
     "diagnose": (
         *("diagnosis.json", "report.html", "extended.ssv", "extended.ssp"),
@@ -22,18 +22,26 @@ RESULTS = {
     ),
     "reproduce": ("report.html",),
 }
-"""Files that each command writes as its results; it may leave some out."""
+"""Files that each command writes as its results, a pattern for several; it may leave some out."""
 
 
 def refuse_others(folder: Path, command: str) -> None:
     """Raise InputError where a folder holds results of another command, beside which its own would stand."""
-    for other, names in RESULTS.items():
-        for name in names:
-            if name not in RESULTS[command] and is_file(folder / name):
+    own = _held(folder, command)
+    for other in RESULTS:
+        for path in _held(folder, other):
+            if path not in own:
                 raise InputError(
-                    f"{folder}: holds {name} of warmlink {other}; choose another --out, or remove that, so "
-                    "that results of two commands do not mix"
+                    f"{folder}: holds {path.name} of warmlink {other}; choose another --out, or remove that, "
+                    "so that results of two commands do not mix"
                 )
+
+
+def _held(folder: Path, command: str) -> list[Path]:
+    """Files in a folder that are results of a command; a name that no folder can have holds none."""
+    with suppress(OSError, ValueError):
+        return [path for name in RESULTS[command] for path in folder.glob(name) if is_file(path)]
+    return []
 
 
 @contextmanager
@@ -45,6 +53,7 @@ def results_folder(folder: Path, command: str) -> Iterator[Path]:
     refuse_others(folder, command)
     with fresh_folder(folder) as work:
         yield work
-        left = [name for name in RESULTS[command] if not (work / name).exists()]
-    for name in left:
-        (folder / name).unlink(missing_ok=True)
+        written = {path.name for path in work.iterdir()}
+    for path in _held(folder, command):
+        if path.name not in written:
+            path.unlink(missing_ok=True)

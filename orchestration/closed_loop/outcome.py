@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -19,15 +19,13 @@ from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metri
 from warmlink.orchestration.console import Answer, progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
-from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
-from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
-from warmlink.orchestration.simulation import largest_step
+from warmlink.orchestration.simulation import in_turns, largest_step
 
 if TYPE_CHECKING:
     import pandas
@@ -194,7 +192,7 @@ def discretisation_um(result: Result) -> float:
 
 
 def run_scenario(
-    scenario: Scenario, fmus: FmuStore, progress: Progress | None = None, statistics: bool = False
+    scenario: Scenario, fmus: FmuStore, progress: Progress = lambda share: None, statistics: bool = False
 ) -> ClosedLoop:
     """Run a scenario with its controller, and once more with half the step, with the FMUs of a store.
 
@@ -210,20 +208,11 @@ def run_scenario(
         ran = replace(scenario, step_size=largest_step(system, scenario.stop_time, scenario.step_size))
     chosen = algorithm(scenario.master)
 
-    def once(by: Algorithm, half: bool) -> Result:
-        how: dict[str, Any] = {"statistics": statistics}
-        step, before, share = ran.step_size, 0.0, 1 / 3
-        if half:  # which takes twice as long
-            how = {"record": plant, "check_stability": False}
-            step, before, share = ran.step_size / 2, 1 / 3, 2 / 3
-        return guarded(
-            lambda line: simulate(system, ran.stop_time, step, by, unpacked=home, line=line, **how),
-            lambda at, count: None if progress is None else progress(before + share * at / count),
-        )
-
     with temporary_folder() as home:
-        tolerances = {} if most is None else dict.fromkeys(plant, most)
-        found = attempted(chosen, tolerances, plant, once)
+        whole = partial(simulate, system, ran.stop_time, ran.step_size, unpacked=home, statistics=statistics)
+        half = partial(simulate, system, ran.stop_time, ran.step_size / 2, unpacked=home, record=plant)
+        turns = in_turns(whole, partial(half, check_stability=False), progress)
+        found = attempted(chosen, {} if most is None else dict.fromkeys(plant, most), plant, turns)
     if found.algorithm is not chosen:
         ran = replace(ran, master=FOLLOWING)
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began

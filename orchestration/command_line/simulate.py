@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,9 @@ from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+    from warmlink.orchestration.master.error_budget import Attempt
+    from warmlink.orchestration.master.guard import Line
+    from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.result import Result
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
@@ -81,17 +85,20 @@ def simulate(
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
-    from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of, variables
+    from warmlink.orchestration.simulation import (
+        experiment_of,
+        in_turns,
+        largest_step,
+        tolerances_of,
+        variables,
+    )
     from warmlink.orchestration.system.assemble import read_system
     from warmlink.orchestration.system.replacement import Replacements
 
     watch = arguments.listed(",".join(watch or ())) or None
     chosen, folder = algorithm(master), out or Path("out") / system.stem / "simulate"
     refuse_others(folder, "simulate")
-    long_run = None
-    if checkpoint is not None or resume:
-        every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
-        long_run = LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
+    long_run = _long_run(folder, checkpoint, resume)
     # By default a run that keeps pace with the clock, or that may last for days, is not repeated.
     repeats = error_budget if error_budget is not None else real_time is None and long_run is None
     if tolerance is not None and not repeats:
@@ -112,32 +119,36 @@ def simulate(
         written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
         refuse_unmatched(written, kept or outputs)
-        first = {"record": kept, "long_run": long_run, "pacing": real_time, "statistics": statistics}
+        once = partial(
+            simulate_system,
+            read,
+            stop_time,
+            start_time=read.default_experiment.start_time,
+            isolation=_isolation(isolate, time_limit, memory_limit),
+            stepping=stepping_named(stepping),
+            unpacked=work,
+        )
         # The results of a run that writes checkpoints may not fit into memory.
         streamed = None if long_run is None else LongRun(work / "half", every=None)
-        second = {"record": watch, "long_run": streamed, "check_stability": False}
-        begins, isolation = read.default_experiment.start_time, _isolation(isolate, time_limit, memory_limit)
-        how = {"start_time": begins, "isolation": isolation, "stepping": stepping_named(stepping)}
+        half = partial(once, step_size=step_size / 2, record=watch, long_run=streamed, check_stability=False)
+
+        whole = partial(once, step_size=step_size, record=kept, pacing=real_time, statistics=statistics)
+
+        def attempt(algorithm: Algorithm, line: Line | None) -> Result:
+            stored = long_run
+            if stored is not None and algorithm is not chosen:
+                # A later attempt begins anew, and leaves no checkpoint, which the first one would take.
+                stored = LongRun(stored.folder, every=None)
+            return whole(algorithm=algorithm, long_run=stored, line=line)
+
         with results_folder(folder, "simulate") as target, progress_bar(read.name) as progress:
-
-            def run(by: Algorithm, half: bool) -> Result:
-                given: dict[str, Any] = {**how, **(second if half else first)}
-                if long_run is not None and by is not chosen and not half:
-                    # A later attempt begins anew, and leaves no checkpoint, which the first one would take.
-                    given["long_run"] = LongRun(long_run.folder, every=None)
-                size = step_size / 2 if half else step_size
-                # The second run takes twice as long as the first.
-                before, share = (1 / 3, 2 / 3) if half else (0.0, 1 / 3 if repeats else 1.0)
-                return guarded(
-                    lambda line: simulate_system(
-                        read, stop_time, size, by, line=line, unpacked=work, **given
-                    ),
-                    lambda done, count: progress(before + share * done / count),
-                    remark,
-                )
-
-            found = attempted(chosen, allowed, watch, run) if repeats else Attempt(chosen, run(chosen, False))
-            result, late = found.result, _late(read, found.unseen)
+            if repeats:
+                found = attempted(chosen, allowed, watch, in_turns(attempt, half, progress, remark))
+            else:
+                alone = guarded(partial(attempt, chosen), lambda done, count: progress(done / count), remark)
+                found = Attempt(chosen, alone)
+            found = found.told(*_beyond(found), *_late(read, found.unseen))
+            result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
                 lost = write_files(target, series_writers(result.table, written, csv))
@@ -150,23 +161,37 @@ def simulate(
             arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in found.missed if found.broken is None else ():
-        remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    for part in late:
-        remark(
-            f"{part}: follows steps of an FMU's own that are as long as those of the run, so that a second "
-            "run does not show how late it is; take longer steps to bound its coupling error"
-        )
     arguments.finish(folder, lost, found.stopped)
 
 
+def _beyond(found: Attempt) -> list[str]:
+    """Say which variables are not within their tolerances."""
+    told = "the coupling error is not within the tolerance; allow more, or give a smaller --step"
+    return [f"{name}: {told}" for name in found.missed] if found.broken is None else []
+
+
+def _long_run(folder: Path, checkpoint: int | None, resume: bool) -> LongRun | None:
+    """How the run is written to disk; None where it is not, since neither is asked for."""
+    from warmlink.orchestration.master.recording.checkpoint import LongRun
+
+    if checkpoint is None and not resume:
+        return None
+    every = DEFAULT_CHECKPOINT if checkpoint is None else checkpoint
+    return LongRun(folder.absolute(), every, resume)  # absolute, for an FMU may change the folder
+
+
 def _late(system: System, unseen: Sequence[str]) -> list[str]:
-    """Components of variables whose lateness is not seen; not of those that say that they sample."""
+    """Say of which components the lateness is not seen; not of those that say that they sample."""
     from warmlink.orchestration.system.description import read_description
 
     fed = dict.fromkeys(link.target_component for link in system.connections)
-    told = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
-    return [n for n in told if "sample_time" not in read_description(system.components[n].fmu).variables]
+    late = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
+    told = (
+        "follows steps of an FMU's own that are at least as long as those of the run, so that a second run "
+        "does not show how late it is; take longer steps to bound its coupling error"
+    )
+    variables = {name: read_description(system.components[name].fmu).variables for name in late}
+    return [f"{name}: {told}" for name, known in variables.items() if "sample_time" not in known]
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

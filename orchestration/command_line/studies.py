@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
-from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def compare(
     folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
     refuse_others(folder, "compare")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
+    with interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
         write_csv(comparison, target / "compare.csv")
         if report:
             from warmlink.orchestration.report.studies import write_comparison
@@ -157,7 +158,7 @@ def tune(
     folder = out or Path("out") / asked.name / "tune"
     refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
+    with interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
         found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
         if found.best is not None:
             write_winner(asked, found.best.point, target)
@@ -165,8 +166,13 @@ def tune(
             from warmlink.orchestration.report.studies import write_tuning
 
             write_tuning(found, target / "report.html")
-    table = f"trials  {folder / 'trials.csv'}\nstudy   optuna-dashboard {found.storage.place}"
+    table = f"trials  {folder / 'trials.csv'}\nstudy   {dashboard(found.storage.place)}"
     _answer(found, table, folder, report, json)
+
+
+def dashboard(place: str) -> str:
+    """Line for a shell that shows the trials of a storage."""
+    return f"optuna-dashboard {shlex.quote(place)}"
 
 
 def sweep(
@@ -198,7 +204,7 @@ def sweep(
     folder = out or Path("out") / asked.name / "sweep"
     refuse_others(folder, "sweep")
     means = _means(fmus, jobs, scheduler, exact)
-    with _interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
+    with interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
         write_parquet(asked, searched.found, target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
@@ -224,22 +230,27 @@ def _answer(found: Searched, files: str, folder: Path, report: bool, json: bool)
 
 
 @contextmanager
-def _interruptible() -> Iterator[None]:
+def interruptible() -> Iterator[None]:
     """Let Ctrl-C end the command in order, and a second Ctrl-C end the process at once.
 
-    The worker processes end with this one.
+    The worker processes end with this one. Python drops what is raised in the callback of a weak reference:
+    therefore it is noted too, for the next run to see.
     """
+    cells = under_way.here.cells
 
     def first(number: int, frame: FrameType | None) -> None:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        cells[under_way.ASKED] = 1
         raise KeyboardInterrupt
 
     try:
-        with on_ctrl_c(first):
+        with under_way.on_ctrl_c(first):
             yield
     except KeyboardInterrupt:
         remark("interrupted; finished runs are kept, and the same command continues")
         raise SystemExit(INTERRUPTED) from None
+    finally:
+        cells[under_way.ASKED] = 0
 
 
 @contextmanager

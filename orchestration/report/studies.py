@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.studies.compare import Comparison, Row
-from warmlink.orchestration.studies.points import Judged, best, front
+from warmlink.orchestration.studies.points import Judged, front
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Axis, Study
 from warmlink.orchestration.studies.tune import Tuned
@@ -40,17 +42,13 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     study, trials, winner = tuned.study, tuned.trials, tuned.best
     complete = [trial for trial in trials if trial.reason is None]
     sections = []
-    lead = f"None of {len(trials)} trials keeps every constraint."
     if winner is not None:
         point = winner.point
         rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
         table = Table(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
-        lead = f"{study.objective.title}: {winner.objective:.4g} from trial {winner.number} of {len(trials)}"
-        shipped = study.shipped and trials[0].reason is None
-        lead += f"; as shipped {trials[0].objective:.4g}." if shipped else "."
     if len(study.objectives) > 1 and complete:
-        sections.append(_front(study, trials))
+        sections.append(_front(study, trials, "trial"))
     sections.append(_history(study, trials))
     importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
@@ -60,6 +58,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     if complete:
         text = "Each line is a trial; drag along an axis to pick some."
         sections.append(_parallel_coordinates(study, complete, text))
+    lead = f"{len(trials)} trials: {'; '.join(tuned.reached)}."
     write_page(path, study.title, lead, [*sections, *_closing(study, trials, "trial")])
 
 
@@ -69,7 +68,8 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
     sections = []
     lead = "No point gave an objective."
     if complete:
-        sections = [_parallel_coordinates(study, complete[:MOST_LINES])]
+        sections = [_front(study, found, "point")] if len(study.objectives) > 1 else []
+        sections.append(_parallel_coordinates(study, complete[:MOST_LINES]))
         sections += [Section(axis.name, figure=_over(study, axis, complete)) for axis in study.axes]
         objectives = [evaluation.objective for evaluation in complete]
         span = f"from {min(objectives):.4g} to {max(objectives):.4g} over {len(complete)} points"
@@ -78,15 +78,18 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
 
 
 def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "") -> Section:
-    """Section with an axis for each parameter and one for the objective, a line for each point."""
-    objectives = [each.objective for each in found]
-    values = {
-        _label(axis): [axis.readable[1] * each.point[axis.name] for each in found] for axis in study.axes
-    }
-    values[study.objective.title] = objectives
+    """Section with an axis for each parameter and each objective, a line for each point."""
+    objectives, titles = [each.objective for each in found], [each.title for each in study.objectives]
+    values = [
+        *(
+            (_label(axis), [axis.readable[1] * each.point[axis.name] for each in found])
+            for axis in study.axes
+        ),
+        *((title, [each.objectives[i] for each in found]) for i, title in enumerate(titles)),
+    ]
     lines = {
         "type": "parcoords",
-        "dimensions": [{"label": of, "values": each, "tickformat": "~g"} for of, each in values.items()],
+        "dimensions": [{"label": of, "values": each, "tickformat": "~g"} for of, each in values],
         "line": {"color": objectives, "colorscale": "Viridis", "showscale": True},
         "labelside": "bottom",
     }
@@ -129,38 +132,31 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
     return chart(*marks, x=x, y=study.objective.title, height=300)
 
 
-def _front(study: Study, trials: list[Judged]) -> Section:
-    kept, titles = front(trials), [each.title for each in study.objectives]
-    seconds = [each.objectives[-1] if each.objectives else 0.0 for each in trials]
+def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
+    kept, (first, second) = front(found), [each.title for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
         rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
-    figure = chart(
-        *_points(seconds, trials, "trial"),
-        _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front"),
-        x=titles[1],
-        y=titles[0],
+    marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in found], found, word)
+    edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
+    table = Table((word, first, second, *(axis.name for axis in study.axes)), rows)
+    text = (
+        f"The {word}s that no other one betters in both objectives; the best is closest to the least of both."
     )
-    return Section(
-        "Front",
-        "The trials that no other one betters in both objectives; the winner is closest to the least of "
-        "both.",
-        Table(("trial", *titles, *(axis.name for axis in study.axes)), rows),
-        figure,
-    )
+    return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 
 def _history(study: Study, trials: list[Judged]) -> Section:
-    leaders = [(trial.number, best(trials[: trial.number + 1])) for trial in trials]
-    steps = [(number, leader.objective) for number, leader in leaders if leader is not None]
+    reached = accumulate((each.objective if each.feasible else math.inf for each in trials), min)
+    steps = [(number, least) for number, least in enumerate(reached) if least < math.inf]
     figure = chart(
         *_points([trial.number for trial in trials], trials, "trial"),
         _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
         x="trial",
         y=study.objective.title,
     )
-    text = "Each trial's objective, and the best of those that keep every constraint so far."
+    text = "Each trial's objective, and the least of those that keep every constraint so far."
     return Section("Trials", text, figure=figure)
 
 

@@ -170,7 +170,8 @@ class Scenario:
     def made_from(self) -> tuple[object, ...]:
         """What its joined system is made of, its start values apart."""
         held = self.setup.blueprint
-        return held.name, dict(held.components), held.wires, self.controller.name, self.controller.digest
+        law = self.controller.name, self.controller.digest
+        return held.name, dict(held.components), held.wires, dict(held.scaled), *law
 
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.

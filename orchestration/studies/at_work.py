@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
+from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -78,16 +79,16 @@ def at_work(
         try:
             if means.scheduler is not None:  # before anything is built, which may be for nothing
                 client = stack.enter_context(connected(means.scheduler))
+            if any(each.coupling_tolerance is not None for each in scenarios):
+                said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = replace(fmus, rollouts=joined_systems(scenarios, said.append))
                 fmus = agreeing(scenarios, mismatches, whole, said.append)
-            if client is None:
-                workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
-            else:
-                workers = ClusterWorkers(fmus, client)
+            own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
+            workers: Workers = stack.enter_context(own)
             yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
@@ -124,7 +125,10 @@ class Ledger:
             ) from None
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        """Give what is known, then run the rest, equal cases once, each written down as it ends."""
+        """Give what is known, then run the rest, equal cases once, each written down as it ends.
+
+        KeyboardInterrupt where Ctrl-C was noted meanwhile.
+        """
         waiting: dict[str, list[int]] = {}
         for place, case in enumerate(cases):
             key = hashlib.sha256(f"{self._fmus} {case.digest}".encode()).hexdigest()[:32]
@@ -137,6 +141,8 @@ class Ledger:
             self._news = ()
         keys = list(waiting)
         for found, outcome in self._workers.run([cases[waiting[key][0]] for key in keys]):
+            if under_way.asked():
+                raise KeyboardInterrupt
             if outcome.stopped is None:
                 self._keep(keys[found], outcome)
             for place in waiting[keys[found]]:

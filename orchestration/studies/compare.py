@@ -88,7 +88,8 @@ def plan(
     design for the system.
     """
     laws = [shipped(NO_CONTROLLER), *(law for law in controllers if law.name != NO_CONTROLLER)]
-    for what, held in (("controllers", laws), ("duty cycles", duties), ("mismatches", mismatches)):
+    several_of = ("controllers", laws), ("duty cycles", duties), ("mismatches", mismatches)
+    for what, held in (*several_of, ("components", [law.component for law in laws])):
         several = Counter(each.name for each in held)
         if twice := sorted(name for name, count in several.items() if count > 1):
             raise InputError(f"{twice[0]}: two {what} of that name; rename one")
@@ -301,9 +302,8 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Callable[[
     for case in cases:
         name, duty, mismatch = case.label
         outcome, without = outcomes[case.label], outcomes[NO_CONTROLLER, duty, mismatch]
-        budget = without
-        if budget.coupling_um is None:
-            budget = outcomes.get((NO_CONTROLLER, duty, NOMINAL), without)
+        nominal = outcomes.get((NO_CONTROLLER, duty, NOMINAL), without)
+        budget = nominal if without.coupling_um is None else without
         equal = None if budget.coupling_um is None else budget.coupling_um + budget.discretisation_um
         removed = None
         if outcome.stopped is None and without.stopped is None and without.max_abs_um > 0:

@@ -100,7 +100,7 @@ class Searched(Answer):
 
     @property
     def best(self) -> Judged | None:
-        """That with the smallest objective that keeps every constraint; None where there is none."""
+        """The best that keeps every constraint; None where there is none."""
         return best(self.found)
 
     def summary(self) -> str:
@@ -116,11 +116,23 @@ class Searched(Answer):
     def _best_lines(self) -> list[str]:
         objectives = [each.objective for each in self.found if each.reason is None]
         if self.best is None:
-            return []
+            return [f"no {self.word} keeps every constraint"]
+        which = "amid the front" if self.study.objectives[1:] else "smallest that keeps every constraint"
         return [
             f"{self.study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}",
-            f"smallest that keeps every constraint: {self.best.objective:.4g}, point {self.best.number}",
+            f"{which}: {self.best.objective:.4g}, {self.word} {self.best.number}",
             *self.study.lines(self.best.point),
+            *self._front_lines(),
+        ]
+
+    def _front_lines(self) -> list[str]:
+        """The front of two objectives."""
+        titles = [each.title for each in self.study.objectives]
+        if len(titles) < 2:
+            return []
+        return [f"front, by {' and '.join(titles)}"] + [
+            f"  {self.word} {each.number:<6}" + "".join(f"{value:>12.4g}" for value in each.objectives)
+            for each in front(self.found)
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -214,9 +226,9 @@ def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
 
 
 def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
-    """Write a row for each run: point, values, duty cycle, mismatch, figures, objective, reason.
+    """Write a row for each run: point, values, duty cycle, mismatch, figures, objectives, reason.
 
-    Figures that a run does not have are null; the objective is that of all runs of the point.
+    Figures that a run does not have are null; an objective is that of all runs of the point.
     """
     import pyarrow
     from pyarrow import parquet
@@ -227,7 +239,7 @@ def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
         "point": pyarrow.int64(),
         **{axis.heading: number for axis in study.axes},
         **{"duty_cycle": text, "mismatch": text},
-        **dict.fromkeys([*figures, "objective"], number),
+        **dict.fromkeys([*figures, *OBJECTIVES[: len(study.objectives)]], number),
         **{"feasible": pyarrow.bool_(), "reason": text},
     }
     rows = [

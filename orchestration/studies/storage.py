@@ -58,7 +58,7 @@ class Storage:
                 arguments = {"connect_args": {"timeout": LOCK_TIMEOUT_S}}
                 storage = optuna.storages.RDBStorage(url, engine_kwargs=arguments)
             elif url.startswith(JOURNAL):
-                storage = _journal(url.removeprefix(JOURNAL))
+                storage = _journal(str(Path(url.removeprefix(JOURNAL)).absolute()))
             self.study = optuna.create_study(
                 storage=storage,
                 study_name=self.name,
@@ -68,10 +68,8 @@ class Storage:
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
         except Exception as fault:
-            raise InputError(
-                f"storage {self.place}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
-                "or choose another"
-            ) from fault
+            told = f"storage {self.place}: cannot be used ({_brief(fault)})"
+            raise InputError(f"{told}; wait for whoever uses it, or choose another") from fault
 
     def trials(self) -> list[Judged]:
         """Finished trials by number; InputError if the storage cannot be read."""
@@ -170,7 +168,10 @@ def _sets_constraints() -> bool:
 
 
 def _journal(path: str) -> optuna.storages.JournalStorage:
-    """Storage in a file; a last line that a kill cut short, after which Optuna reads no more, is removed."""
+    """Storage in a file; a last line that a kill cut short, after which Optuna reads no more, is removed.
+
+    The path is absolute, since the lock is a link to it: Optuna waits forever for one that leads nowhere.
+    """
     from optuna.storages import journal
 
     backend, lock = journal.JournalFileBackend(path), journal.JournalFileSymlinkLock(path)
@@ -208,13 +209,16 @@ def _distributions(study: Study) -> dict[str, BaseDistribution]:
 
 
 def default_url(folder: Path) -> str:
-    """SQLite file in a folder."""
-    return f"sqlite:///{(folder / 'study.db').resolve().as_posix()}"
+    """SQLite file in a folder, whatever its name; Optuna takes braces for places to be filled in."""
+    from sqlalchemy.engine import URL
+
+    url = str(URL.create("sqlite", database=(folder / "study.db").resolve().as_posix()))
+    return url.replace("{", "{{").replace("}", "}}")
 
 
 def shown_place(url: str) -> str:
     """The URL without a password, or the path of a journal, as optuna-dashboard takes them too."""
-    return re.sub(f"^{JOURNAL}|(?<=://).*@", "", url)
+    return re.sub(f"^{JOURNAL}|(?<=://)[^/].*@", "", url)
 
 
 def _brief(fault: BaseException) -> str:

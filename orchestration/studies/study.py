@@ -24,6 +24,7 @@ from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
+from warmlink.orchestration.system.model import StartValues
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
 LIBRARY = Path(__file__).parent / "library"
@@ -61,7 +62,7 @@ class AxisTable(Table):
 class Axis:
     """One start value that is varied, in SI units: between both bounds, or among the values of `choice`.
 
-    With `log` it is searched and spaced by its logarithm; `shipped` is what the component is shipped with.
+    With `log` it is searched and spaced by its logarithm; `shipped` is what it is without the study.
     """
 
     name: str
@@ -87,17 +88,15 @@ class Axis:
     def shown(self, *values: float) -> str:
         """Values for people, as `2 to 8 µm/W`."""
         unit, factor = self.readable
-        return f"{' to '.join(f'{factor * value:.6g}' for value in values)} {unit}"
+        return f"{' to '.join(f'{factor * value:.6g}' for value in values)} {unit}".removesuffix(" 1")
 
     def at(self, share: float) -> float:
         """Value at a share of the way from the lower bound to the upper one, 0 to 1."""
         if self.choice:
             return self.choice[min(int(share * len(self.choice)), len(self.choice) - 1)]
-        if self.integer:
-            return float(min(math.floor(self.low + share * (self.high - self.low + 1)), self.high))
-        if self.log:
-            return min(max(self.low * (self.high / self.low) ** share, self.low), self.high)
-        return self.low + share * (self.high - self.low)
+        end = self.high + 1 if self.integer else self.high
+        value = self.low * (end / self.low) ** share if self.log else self.low + share * (end - self.low)
+        return min(max(float(math.floor(value)) if self.integer else value, self.low), self.high)
 
     def share(self, value: float) -> float:
         """Share of the way from the lower bound to the upper one, of an axis with bounds: undoes `at`."""
@@ -106,17 +105,21 @@ class Axis:
         return (value - self.low) / (self.high - self.low)
 
     def levels(self, count: int) -> list[float]:
-        """Evenly spaced values from bound to bound; all of a choice."""
+        """Evenly spaced values from bound to bound, equal whole numbers once; all of a choice."""
         if self.choice:
             return list(self.choice)
-        if self.integer:
-            steps = max(1, min(count - 1, int(self.high - self.low)))
-            return [float(round(self.low + (self.high - self.low) * i / steps)) for i in range(steps + 1)]
-        return [self.at(i / (count - 1)) for i in range(count)] if count > 1 else [self.at(0.5)]
+        shares = [i / (count - 1) for i in range(count)] if count > 1 else [0.5]
+        spaced = [replace(self, integer=False).at(share) for share in shares]
+        return sorted({float(round(value)) for value in spaced}) if self.integer else spaced
 
 
-def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], where: str) -> Axis:
-    """Axis from its table in a study file; InputError where it, or a bound, does not fit the component."""
+def read_axis(
+    name: str, table: AxisTable, components: Mapping[str, Component], known: StartValues, where: str
+) -> Axis:
+    """Axis from its table in a study file, and start values that the study's scenario has without it.
+
+    InputError where it, or a bound, does not fit the component.
+    """
     found = scalar(name, components, where)
     place, unit = f"{where}: {name}", found.variable.unit
     written = (table.min, table.max) if table.values is None else table.values
@@ -133,8 +136,9 @@ def read_axis(name: str, table: AxisTable, components: Mapping[str, Component], 
         if sentence is not None:
             raise InputError(f"{where}: {name.partition('.')[0]}.{sentence}")
     choice = () if table.values is None else tuple(dict.fromkeys(values))
-    integer = found.variable.type != "Real"
-    return Axis(name, unit, low, high, table.log, integer, choice, float(found.start or 0.0))
+    integer, (instance, _, variable) = found.variable.type != "Real", name.rpartition(".")
+    shipped = float(known.get(instance, {}).get(variable, found.start or 0.0))
+    return Axis(name, unit, low, high, table.log, integer, choice, shipped)
 
 
 @dataclass(frozen=True)
@@ -283,7 +287,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
     duties = file.duty_cycles or (file.scenario or "",)
     scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in duties)
-    declared = scenarios[0].declared
+    declared, known = scenarios[0].declared, scenarios[0].values()
     study = Study(
         name=name,
         title=name if file.title is None else file.title,
@@ -291,7 +295,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
-        axes=tuple(read_axis(key, table, declared, name) for key, table in file.parameters.items()),
+        axes=tuple(read_axis(key, table, declared, known, name) for key, table in file.parameters.items()),
         objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,

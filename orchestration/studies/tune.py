@@ -60,25 +60,28 @@ class Tuned(Searched):
         return told + "".join(f", and {of.title} {now:.4g}, before {was:.4g}" for of, now, was in beside)
 
     @property
+    def reached(self) -> list[str]:
+        """What the winner has come to, a sentence for each objective."""
+        study, winner, first = self.study, self.best, self.found[0]
+        if winner is None:
+            return ["no trial keeps every constraint"]
+        where = "at best" if len(study.objectives) == 1 else f"in trial {winner.number}, amid the front"
+        shipped = first.objectives if study.shipped else ()
+        return [
+            f"{of.title}: {now:.4g} {where}" + ("" if was is None else f", {was:.4g} as shipped")
+            for of, now, was in zip_longest(study.objectives, winner.objectives, shipped)
+        ]
+
+    @property
     def trials(self) -> list[Judged]:
         """All of them by number."""
         return self.found
 
     def _best_lines(self) -> list[str]:
-        study, winner, first = self.study, self.best, self.found[0]
-        two = len(study.objectives) > 1
-        lines = ["no trial keeps every constraint"]
-        if winner is not None:
-            told = f", {first.objective:.4g} as shipped" if study.shipped and first.reason is None else ""
-            at_best = "at best" if not two else f"in trial {winner.number}, amid the front"
-            lines = [f"{study.objective.title}: {winner.objective:.4g} {at_best}{told}"]
-            lines += [*study.lines(winner.point), self.gain]
-        if two:
-            lines.append(f"front, by {' and '.join(each.title for each in study.objectives)}")
-            lines += [
-                f"  trial {each.number:<6}" + "".join(f"{value:>12.4g}" for value in each.objectives)
-                for each in front(self.found)
-            ]
+        study, lines = self.study, [*self.reached]
+        if self.best is not None:
+            lines += [*study.lines(self.best.point), self.gain]
+        lines += self._front_lines()
         unfit = sum(trial.reason is None and not trial.feasible for trial in self.found)
         return [*lines, f"{unfit} trials break a constraint"] if unfit else lines
 

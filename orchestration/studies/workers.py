@@ -38,7 +38,7 @@ from warmlink.orchestration.studies.case import (
 Remark = Callable[[str], None]
 
 MOST_POINTS = 200_000
-"""Communication points of a joined run; those of all lanes are in memory at once."""
+"""Most steps of a kind, and samples, of a joined run: all of them are laid out in memory."""
 
 CASE_S, JOINED_HOURS_A_SECOND, FMU_HOURS_A_SECOND = 1e-3, 1000.0, 50.0
 """What a run takes in itself, and the closed-loop hours of joined systems and of FMUs in a second, about."""
@@ -89,7 +89,7 @@ class FmuSet:
         return cache_folder() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
-        """Files of the FMUs on this machine, written where they are missing."""
+        """Files of the FMUs on this machine, written where they are missing or damaged."""
         return _written(self.unpacked.parent, tuple(sorted(self.contents.items())))
 
 
@@ -100,7 +100,7 @@ def _written(folder: Path, contents: tuple[tuple[str, bytes], ...]) -> dict[str,
     files = {name: folder / f"{name}.fmu" for name, _ in contents}
     for name, content in contents:
         # Several workers may do this at once: each writes its own file, and any of the files will do.
-        if not files[name].is_file():
+        if not files[name].is_file() or files[name].read_bytes() != content:
             with whole_file(files[name]) as scratch:
                 scratch.write_bytes(content)
     return files
@@ -136,9 +136,7 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
     for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
     most = max((each.lanes for each in rollouts.values()), default=1)
-    return [
-        places[first : first + most] for places in alike.values() for first in range(0, len(places), most)
-    ]
+    return [places[i : i + most] for places in alike.values() for i in range(0, len(places), most)]
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
@@ -150,11 +148,12 @@ def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
 def lane_of(case: Case, rollouts: Mapping[str, Rollout]) -> tuple[object, ...] | None:
     """What the runs that go side by side with this one have in common; None for one that runs on FMUs."""
     rollout = rollouts.get(case.law)
-    if rollout is None or case.stop_time / case.step_size > MOST_POINTS:
+    periods = None if rollout is None else rollout.periods(case.values)
+    if rollout is None or periods is None:
         return None
-    periods = rollout.periods(case.values)
-    lane = case.law, case.stop_time, case.step_size, case.with_budget, periods
-    return None if periods is None else lane
+    if case.stop_time / min(case.step_size, rollout.micro_step, *periods) > MOST_POINTS:
+        return None
+    return case.law, case.stop_time, case.step_size, case.with_budget, periods
 
 
 def joined_outcomes(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> dict[int, Outcome]:
@@ -192,7 +191,7 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
         usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
         if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):
             continue
-        names = recorded(first.setup)
+        names = tuple(dict.fromkeys(name for each in mine for name in recorded(each.setup)))
         made_from = (*made_here(), *first.made_from, names, processor())
         try:
             rollout = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
@@ -213,31 +212,28 @@ def agreeing(
     scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
 ) -> FmuSet:
     """The FMUs with those of their joined systems whose figures are theirs within the coupling error."""
-    found = tried(scenarios, mismatches, fmus)
+    found = tried(scenarios, mismatches, fmus, remark)
     good = {law: each for law, each in found.items() if each[0] <= each[1]}
     for law, (difference, coupling) in found.items():
         if law not in good:
-            remark(
-                f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
-                f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
-            )
+            told = f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs"
+            remark(f"{told}, more than the coupling error of {coupling:.2g} µm; it runs on its FMUs")
     if good:
         difference, coupling = np.max(list(good.values()), axis=0)
-        remark(
-            f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
-            f"{difference:.2g} µm, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)"
-        )
+        told = f"joined systems: {len(good)} runs tried beside the FMUs"
+        told += f"; figures differ by at most {difference:.2g} µm"
+        remark(f"{told}, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)")
     return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 
 def tried(
-    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet
+    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
 ) -> dict[str, tuple[float, float]]:
     """Difference of the figures of joined systems from those of FMUs, and the coupling error, both in µm.
 
     FMUs hand on what changes up to a step late, so that a run in which the growth turns most sharply has the
     largest coupling error. Each controller is tried in such a run, each in another as far as there are any.
-    What was found is kept for the next study with the same FMUs.
+    What was found is kept for the next study with the same FMUs; where nothing was, a remark says why.
     """
     planned = [each for each in scenarios if each.controller.component.name in fmus.rollouts]
     runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
@@ -246,8 +242,17 @@ def tried(
         growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
         turns[place] = -float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
     sharpest_first = sorted(range(len(cases)), key=lambda place: turns.get(place, 0.0))
-    order = zip(runs.items(), cycle(sharpest_first), strict=False)
-    return {law: _difference(mine[at], fmus) for (law, mine), at in order}
+    found = dict[str, tuple[float, float]]()
+    for (law, mine), at in zip(runs.items(), cycle(sharpest_first), strict=False):
+        try:
+            found[law] = _difference(mine[at], fmus)
+        except _UntriedError as why:
+            remark(f"{law}: runs on its FMUs, since {why}")
+    return found
+
+
+class _UntriedError(Exception):
+    """A run did not end both ways; it says which way, and is no answer to be kept."""
 
 
 def _difference(scenario: Scenario, fmus: FmuSet) -> tuple[float, float]:
@@ -256,8 +261,14 @@ def _difference(scenario: Scenario, fmus: FmuSet) -> tuple[float, float]:
 
     def found() -> tuple[float, float]:
         exact, joined = attempt(case, fmus), joined_outcomes([case], fmus.rollouts).get(0)
-        if joined is None or exact.coupling_um is None:
-            return math.inf, 0.0
-        return max(abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED), exact.coupling_um
+        if exact.coupling_um is None:
+            why = exact.stopped or "at half its step"
+            raise _UntriedError(f"the run that was tried of it stopped: {why}")
+        if joined is None:
+            raise _UntriedError("its joined system does not take the run that was tried")
+        most = float(np.max([abs(getattr(exact, name) - getattr(joined, name)) for name in COMPARED]))
+        if not math.isfinite(most):
+            raise _UntriedError("the score of the run that was tried of it is no number")
+        return most, exact.coupling_um
 
     return remembered("agreements", (fmus.digest, case.digest), found)

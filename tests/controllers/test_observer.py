@@ -60,14 +60,14 @@ def test_expressions_give_what_floats_give(component: Component) -> None:
     flat_p, flat_u = component.start_values()
     flat_p = component.settled(flat_p)
     state = component.states_at_start(flat_u, flat_p)
-    assert np.ravel(start(flat_u, flat_p)) == pytest.approx(state, rel=1e-12, abs=1e-15)
+    assert start(flat_u, flat_p).full().ravel() == pytest.approx(state, rel=1e-12, abs=1e-15)
     for k in range(60):
         for name, value in inputs(k, draw).items():
             flat_u[component.u.index[name]] = value
-        symbolic = np.ravel(update(state, flat_u, flat_p))
+        symbolic = update(state, flat_u, flat_p).full().ravel()
         state = component.updated(state, flat_u, flat_p, 0.0, 1.0)
         assert symbolic == pytest.approx(state, rel=1e-9, abs=1e-13)
-        assert np.ravel(observe(state, flat_u, flat_p)) == pytest.approx(
+        assert observe(state, flat_u, flat_p).full().ravel() == pytest.approx(
             component.outputs_of(state, flat_u, flat_p, 0.0), rel=1e-9, abs=1e-13
         )
 

@@ -82,3 +82,18 @@ def test_a_cell_is_run_saved_and_simulated_without_naming_a_folder(
     left = {"metrics.json", "results.parquet", "notes.txt", "simulate"}
     assert {path.name for path in Path("out/mine").iterdir()} == left
     assert json.loads(Path("out/mine/metrics.json").read_text())["scenario"] == "mine"
+
+
+def test_the_winner_of_another_instance_goes_with_the_study_that_had_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("optuna")
+    link = '"link.conductivity" = { min = "150 W/(m*K)", max = "170 W/(m*K)" }\n'
+    for text in (STUDY + link, STUDY):
+        Path("study.toml").write_text(text)
+        told(["tune", "study.toml", "--trials", "1", "--no-report"], capsys, monkeypatch)
+    assert {path.name for path in Path("out/study/tune").glob("*.ssv")} == {"winner.ssv"}
+    Path("mine").mkdir()
+    Path("mine/winner-link.ssv").touch()
+    said = told(["sweep", "study.toml", "--out", "mine"], capsys, monkeypatch)
+    assert said.startswith("2 warmlink: mine: holds winner-link.ssv of warmlink tune")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.master.streamed import read_folder
 from tests.orchestration.simulated import oscillator, simulate
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration import simulation
 from warmlink.orchestration.master import guard
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -74,6 +76,15 @@ def interrupted(path: Path, folder: str, *options: str) -> subprocess.CompletedP
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     return subprocess.CompletedProcess([], process.returncode, out, err)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell of POSIX")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_nobody_has_to_listen(fmu: Path, closed: str) -> None:
+    """Files would else get the numbers of the streams that the caller has closed, and be written to."""
+    command = shlex.join([*COMMAND, str(oscillator(fmu, 1.0)), "--out", "o", "--isolate"])
+    assert subprocess.run(["sh", "-c", f"{command} {closed}"], check=False).returncode == 0
+    assert len(pd.read_parquet("o/results.parquet")) == 11
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")
@@ -136,13 +147,13 @@ def test_a_second_run_that_ends_early_costs_the_bounds_alone(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    real = guard.guarded
+    real = simulation.guarded
 
     def guarded(work: Callable[[guard.Line | None], Result], *shown: Any) -> Result:
         result = real(work, *shown)
         return result if result.table.points.step_size > 0.06 else ends(result)
 
-    monkeypatch.setattr(guard, "guarded", guarded)
+    monkeypatch.setattr(simulation, "guarded", guarded)
     path = oscillator(fmu, 1.0)
     answer, err = simulate(path, "--step", "0.1 s", *options, "--out", "o", capsys=capsys, expected=1)
     assert f"stopped early: {told} in the run at half the step; what was computed up to there is kept" in err

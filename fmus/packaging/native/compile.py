@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -172,6 +172,17 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
             extra = "live" if platform == BROWSER else "cross"
             raise InputError(f'building for {platform.name} needs zig: pip install "warmlink[{extra}]"')
     return tuple(chosen)
+
+
+def library_here(sources: Mapping[str, str], name: str, *flags: str, level: str | None = None) -> bytes:
+    """A shared library for this machine, with further flags; InputError where nothing here compiles it.
+
+    For processors from a `level` on, as `x86-64-v3`, or for any.
+    """
+    (compiler,) = compilers(platforms_named(None))
+    if level is not None:  # zig writes it another way
+        flags += (f"-march={level.replace('-', '_') if 'ziglang' in compiler.command else level}",)
+    return replace(compiler, flags=(*compiler.flags, *flags)).library(sources, name)
 
 
 @cache

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
 from warmlink.orchestration.master.algorithms.structure import exchanged
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -43,9 +43,16 @@ class StepDoubling(InParts):
     tolerances : mapping, optional
         Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
         every continuous signal that is exchanged.
+    share : float, optional
+        What of the tolerances is allowed.
     """
 
     tolerances: Mapping[str, float] | None = None
+    share: float = field(default=1.0, kw_only=True)
+
+    def at_half_the_step(self) -> Algorithm:
+        """The steps follow the error, so that it is smaller where less of it is allowed."""
+        return replace(self, share=self.share * 0.5**self.order)
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network, whose slaves must all be able to repeat steps."""
@@ -75,13 +82,14 @@ class DoublingStepper(PartsStepper):
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
         # Errors that the variables may grow by in each second.
-        self._allowed = np.array(list(tolerances.values())) / (points.stop_time - points.start_time)
-        smooth, self._switching = exchanged(network)
+        allowed = chosen.share * np.array(list(tolerances.values()))
+        self._allowed = allowed / (points.stop_time - points.start_time)
+        self._smooth, switching = exchanged(network)
         schedule = chosen.inner.schedule(network)
         # Where all inputs are held, it shows only in the next step that something begins to move.
-        self._moving = smooth if schedule is not None and schedule.at_once else ()
-        self._smooth = smooth
-        self._still: list[bool] = []  # those that stood still in the part before
+        moving = self._smooth if schedule is not None and schedule.at_once else ()
+        self._watched, self._switching = (*switching, *moving), len(switching)
+        self._still = [True] * self._switching  # those that stood still in the part before, or may not move
         self._trusted = MOST_TRUSTED
         self.disturb()
 
@@ -96,15 +104,18 @@ class DoublingStepper(PartsStepper):
         A comparison does not see a jump: parts are halved until it is caught in the smallest, whose length
         then bounds how late it is seen. What was declared continuous and jumps is known by then.
         """
-        held, sent, start = self._sent(self._switching), self._sent(self._moving), self._values()
+        sent, start = self._sent(self._watched), self._values()
 
-        def jumped() -> bool:
-            begun = zip(self._still, sent, self._sent(self._moving), strict=False)
-            return held != self._sent(self._switching) or any(s and old != new for s, old, new in begun)
+        def jumped() -> str | None:
+            """A slave of which a signal jumped."""
+            moved = zip(self._watched, self._still, sent, self._sent(self._watched), strict=False)
+            leapt = (k for (k, _), still, old, new in moved if still and old is not new and old != new)
+            return next((self.network.slaves[k].name for k in leapt), None)
 
         self.inner.step(time, step_size)
         sudden, end = jumped(), self._values()
         if sudden and not last:
+            self.in_the_way = sudden
             return math.inf
         # From rates that are not known nothing bends, so that a second comparison follows the first one.
         bend = self._share((end - start) / step_size - np.array(self._before[1] or np.nan))
@@ -118,8 +129,13 @@ class DoublingStepper(PartsStepper):
                 self.inner.step(half, step_size / 2)
                 courses.append(self._sent(self._smooth))
             coarse, end = end, self._values()
-            error = self._share((end - coarse) / step_size) / (2**self._order - 1)
-            sudden = jumped() or (last and error > 1.0 and _leapt(courses))
+            rates = (end - coarse) / step_size
+            error = self._share(rates) / (2**self._order - 1)
+            worst, _ = self._places[int(np.argmax(np.nan_to_num(np.abs(rates) / self._allowed)))]
+            sudden = jumped()
+            self.in_the_way = sudden or self.network.slaves[worst].name
+            if last and error > 1.0 and _leapt(courses):
+                sudden = self.in_the_way
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
         if sudden:
             self.disturb()
@@ -127,7 +143,8 @@ class DoublingStepper(PartsStepper):
         elif error <= 1.0:
             self._before = step_size, ((end - start) / step_size).tolist()
         if error <= 1.0:
-            self._still = [old == new for old, new in zip(sent, self._sent(self._moving), strict=True)]
+            moved = enumerate(zip(sent, self._sent(self._watched), strict=True))
+            self._still = [i < self._switching or old == new for i, (old, new) in moved]
         return error
 
     def _share(self, rates: Array) -> float:

@@ -59,12 +59,14 @@ class PartsStepper(Stepper):
         self._size = self._ticks
         self._growth = growth
         self._kept: tuple[Snapshot, object] | None = None
+        self.in_the_way = ""
 
     @abstractmethod
     def attempt(self, time: float, step_size: float, *, last: bool) -> float:
         """Advance by a part; give the estimated error as a fraction of what is allowed.
 
-        The state before is kept; the `last` part is the smallest.
+        The state before is kept; the `last` part is the smallest. Where it is more than allowed, `in_the_way`
+        is the slave of whose variable it is.
         """
 
     def keep(self) -> None:
@@ -114,16 +116,16 @@ class PartsStepper(Stepper):
                 raise
             if last:
                 raise failure.because(f"smaller steps were tried, down to {part:g} s") from failure
-            error = math.inf
+            error, self.in_the_way = math.inf, failure.slave
         if error > 1.0 and last:
             told = (
                 f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
-                "what is allowed; allow more, or a smaller minimum step"
+                "what is allowed; allow more, or take smaller communication steps"
             )
-            raise SlaveError(self.network.slaves[0].name, "not converged", time, told)
+            raise SlaveError(self.in_the_way, "not converged", time, told)
         if error > 1.0:
             self.back()
-            self.network.rejected += 1
+            self.network.rejected[self.in_the_way] += 1
         return error
 
 
@@ -185,7 +187,7 @@ class RetryStepper(PartsStepper):
             self.back()
             for earlier in self._since:
                 self.inner.step(*earlier)
-            self.network.rejected += 1
+            self.network.rejected[failure.slave] += 1
             self._size, self._careful = self._ticks // 2, CAREFUL_STEPS
             self._in_parts(time, step_size)
             return

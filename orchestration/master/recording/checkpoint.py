@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from base64 import b64decode, b64encode
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"
-_VERSION = "warmlink checkpoint 3"
+_VERSION = "warmlink checkpoint 4"
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Checkpoint:
     outputs: list[list[Value]]
     inputs: list[list[Value]]
     memory: object
-    counts: tuple[int, int, int]
+    counts: tuple[int, dict[str, int], int]
 
 
 class Checkpoints:
@@ -132,7 +133,8 @@ class Checkpoints:
             for slave, data in zip(network.slaves, found.states, strict=True):
                 slave.deserialize(b64decode(data))
             network.outputs, network.inputs = found.outputs, found.inputs
-            network.steps, network.rejected, network.sweeps = found.counts
+            network.steps, rejected, network.sweeps = found.counts
+            network.rejected = Counter(rejected)
             network.time = recorder.points.time(found.rows - 1)
             stepper.recall(found.memory)
             recorder.resume(found.rows)

@@ -131,20 +131,28 @@ def heat_balances(slaves: Sequence[Slave], connections: Iterable[Connection]) ->
     )
 
 
+_MOST_SIZES = 4
+"""Of steps, the most frequent ones, that the table shows."""
+
+
 @dataclass(frozen=True)
 class Statistics:
     """Number of steps and time that a run took.
 
     `slave_steps` are steps of single slaves, repeated ones included; `rejected_steps` macro steps, or parts
-    of them, that were undone and repeated with a smaller step; `initialization_sweeps` until the feedthrough
-    loops had settled; `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s
-    of a paced run; `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest
-    memory that the process has held, 0 where the platform does not tell.
+    of them, that were undone and repeated with a smaller step; `limits_the_step` the slave on whose account
+    most of them were, if any; `initialization_sweeps` until the feedthrough loops had settled;
+    `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s of a paced run;
+    `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest memory that the
+    process has held, 0 where the platform does not tell. Of the `communication_steps`, those
+    `resumed_steps` were done before the run was resumed, which times and calls do not count.
     """
 
     communication_steps: int = 0
+    resumed_steps: int = 0
     slave_steps: int = 0
     rejected_steps: int = 0
+    limits_the_step: str | None = None
     initialization_sweeps: int = 0
     wall_seconds: float = 0.0
     compiled: bool = False
@@ -153,20 +161,20 @@ class Statistics:
     memory_bytes: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON; the FMU that refused most steps is the one that limits them."""
+        """Plain values for JSON."""
         found = asdict(self)
         for each in found["slaves"]:
             each["step_sizes"] = {f"{size:g}": count for size, count in sorted(each["step_sizes"].items())}
-        refused = {each.name: each.calls["step"].refused for each in self.slaves}
-        limiting = max(filter(refused.get, refused), key=refused.__getitem__, default=None)
-        return found | {"limits_the_step": limiting}
+        return found
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Headings and rows for people: a row for each slave, times in ms."""
         headings = ("FMU", "steps", "sizes in s", "refused", "rollbacks", *(f"{name} ms" for name in CALLS))
         rows = []
         for each in self.slaves:
-            sizes = ", ".join(f"{size:g} ({count})" for size, count in sorted(each.step_sizes.items())[:4])
+            often = sorted(each.step_sizes.items(), key=lambda of: -of[1])
+            sizes = ", ".join(f"{size:.3g} ({count})" for size, count in often[:_MOST_SIZES])
+            sizes += f", {len(often) - _MOST_SIZES} more" if len(often) > _MOST_SIZES else ""
             step, restored = each.calls["step"], each.calls["restore"].count
             times = (f"{1e3 * each.calls[name].seconds:.1f}" for name in CALLS)
             rows.append((each.name, str(step.count), sizes, str(step.refused), str(restored), *times))
@@ -174,10 +182,12 @@ class Statistics:
 
     def summary(self) -> str:
         """Whole figures in a line."""
-        return (
-            f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s, "
-            f"{self.rejected_steps} repeated in parts; memory {self.memory_bytes / 2**20:.0f} MB"
-        )
+        limited = f", most for {self.limits_the_step}" if self.limits_the_step else ""
+        before = f"; {self.resumed_steps} were done before" if self.resumed_steps else ""
+        count = self.communication_steps - self.resumed_steps
+        done = f"{count} communication steps in {self.wall_seconds:.3g} s"
+        repeated = f"{self.rejected_steps} repeated in parts{limited}"
+        return f"{done}, {repeated}; memory {self.memory_bytes / 2**20:.0f} MB{before}"
 
 
 @dataclass(frozen=True, repr=False)

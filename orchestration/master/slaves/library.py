@@ -165,10 +165,8 @@ class Library:
         place = (folder / "binaries" / platform_name(prefix)).absolute()
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
-            raise InputError(
-                f"{name}: {fmu} holds no library for {place.name} (it has: {offered}); "
-                "export it for this platform"
-            )
+            told = f"{name}: {fmu} holds no library for {place.name} (it has: {offered})"
+            raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         try:
             os.chdir(place)  # where some libraries look for others
@@ -184,8 +182,7 @@ class Library:
     def _declared(self, prefix: str, name: str) -> Any:
         function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))
         function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[prefix][name]]
-        if name.startswith("Instantiate"):
-            function.restype = c_void_p
+        function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function
 
     def close(self) -> None:
@@ -201,12 +198,11 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def platform_name(prefix: str) -> str:
-    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0."""
-    machine, bits = platform.machine().lower(), 64 if sys.maxsize > 2**32 else 32
+    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0; FMI 2.0 names none for Linux on ARM."""
+    arm, bits = platform.machine().lower() in ("aarch64", "arm64"), 64 if sys.maxsize > 2**32 else 32
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
-    if prefix == "fmi2":
+    if prefix == "fmi2" and not (arm and system == "linux"):
         return f"{'win' if system == 'windows' else system}{bits}"
-    arm = machine in ("aarch64", "arm64")
     return f"{'aarch64' if arm else 'x86_64' if bits == 64 else 'x86'}-{system}"
 
 

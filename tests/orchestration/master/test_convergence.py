@@ -136,6 +136,7 @@ def test_step_doubling_makes_an_unstable_step_stable() -> None:
     result = simulate(motor_link(1.0), 3600.0, 60.0, chosen, record=["link.elongation"])
     assert np.max(np.abs(result["link.elongation"] - monolithic(1.0, 3600.0, 60.0))) <= 1e-6
     assert result.statistics.rejected_steps > 0
+    assert result.statistics.limits_the_step == "link"
 
 
 @pytest.mark.parametrize("variability", ["discrete", "continuous"])
@@ -157,6 +158,8 @@ def test_a_jump_within_a_step_is_located(variability: str) -> None:
     located = simulate(assembly([duty(), counter("x")], *wires), 60.0, 10.0, chosen)
     assert located["x.y"][4] == pytest.approx(exact, abs=0.01)
     assert located.statistics.slave_steps < 500
+    # What is declared continuous stands in the way as an error of what it drives.
+    assert located.statistics.limits_the_step == ("duty" if variability == "discrete" else "x")
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from warmlink.orchestration.studies.case import warm_up_first
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.studies.case import case_of, warm_up_first
 
 
 def test_warming_up_first_gives_what_is_left_after_the_growth_has_settled() -> None:
@@ -21,3 +25,13 @@ def test_minutes_between_two_levels_count_once() -> None:
     growth = np.where((time // 600) % 2 == 0, 0.0, 30e-6)
     # Half of the hour is at either level, and a zero set at once makes use of one of them.
     assert warm_up_first(time, growth, 5e-6) == pytest.approx(30, abs=0.5)
+
+
+def test_a_run_whose_roles_differ_is_another_run() -> None:
+    """Its figures come of them, so that those kept before are not its own."""
+    scenario = load_scenario("stop_and_go")
+    half = Expression("0.5 * link.elongation")
+    changed = [{"score": half}, {"uncompensated": half}, {"plant": ("motor.shaft_temperature",)}]
+    setups = [replace(scenario.setup, roles=replace(scenario.setup.roles, **each)) for each in changed]
+    runs = [case_of(replace(scenario, setup=setup), ("lag",)) for setup in (scenario.setup, *setups)]
+    assert len({run.digest for run in runs}) == len(runs)

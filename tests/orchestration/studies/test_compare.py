@@ -226,3 +226,15 @@ def test_the_command_takes_parameter_sets(
     assert lag["max_abs_um"] == without["max_abs_um"]
     # A worse joint lets less heat into the link: at nominal parameters it grows by 14 um.
     assert without["max_abs_um"] < 12.0
+
+
+def test_it_is_said_that_steps_do_not_follow_a_coupling_tolerance(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "cell.toml").write_text('duty = "work.toml"\ncoupling_tolerance = "0.01 um"\n')
+    arguments = ["compare", "--scenario", "cell.toml", "--controllers", "none", "--mismatch", "nominal"]
+    monkeypatch.setattr("sys.argv", ["warmlink", *arguments, "--no-report"])
+    with pytest.raises(SystemExit):
+        main()
+    assert "coupling_tolerance: steps follow it in `warmlink run` alone" in capsys.readouterr().err

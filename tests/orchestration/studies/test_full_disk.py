@@ -4,6 +4,7 @@ import errno
 import io
 import os
 import sqlite3
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ import pytest
 pytest.importorskip("optuna")
 import sqlalchemy
 
-from warmlink.fmus.errors import NoRoomError
+from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.packaging.native.library import loaded
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -239,3 +241,19 @@ def test_a_worker_without_disk_ends_the_study_rather_than_the_run(folder: Path) 
         said = rf"ThermalLink\.fmu: cannot be {failed} \(No space left on device\).*runs are kept"
         with LocalWorkers(fmus("native", {}), 1) as workers, pytest.raises(NoRoomError, match=said):
             list(workers.run([short(folder)]))
+
+
+def test_a_library_for_which_there_is_no_room_leaves_nothing_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker died of it at each attempt, without a word, and its runs were recorded as the cause."""
+
+    def full(path: Path, content: bytes) -> None:
+        path.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match=r"No space left on device.*name another folder in TMPDIR"):
+        loaded(b"a library")
+    assert list(tmp_path.iterdir()) == []

@@ -200,7 +200,7 @@ def test_what_is_tried_is_where_the_growth_turns_most_sharply(
         scenarios = [scenario(folder, "lag", duty) for duty in duties]
         changes = [mismatch.load(name) for name in names]
         lag = replace(fmus, rollouts={LAWS["lag"]: rollouts[LAWS["lag"]]})
-        ((_, found),) = tried(scenarios, changes, lag).values()
+        ((_, found),) = tried(scenarios, changes, lag, print).values()
         return found
 
     names = ["nominal", "thermal_high", "insulated"]

@@ -12,6 +12,7 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore
 from warmlink.orchestration.studies.case import Outcome, case_of, run_case
+from warmlink.orchestration.studies.compare import plan_on
 from warmlink.orchestration.studies.workers import FmuSet
 
 HERE = Path(__file__).parent
@@ -143,3 +144,23 @@ def test_states_need_an_update() -> None:
 def test_a_system_with_a_law_of_one_s_own_joins_into_one_component(folder: Path) -> None:
     scenario = replace(load_scenario(str(folder / "work.toml")), controller=load_own_law(EXAMPLE))
     assert "compensator.correction" in scenario.joined().y.names
+
+
+@pytest.mark.parametrize("name", ["LagCompensator", "NoCompensator", "ThermalLink"])
+def test_a_law_with_the_name_of_a_component_is_refused(tmp_path: Path, name: str) -> None:
+    """One file would stand for both: `none` and `lag` had the figures of the law."""
+    text = (HERE / "my_law.py").read_text("utf-8")
+    (tmp_path / "law.py").write_text(text.replace("class MyLaw", f"class {name}"), "utf-8")
+    with pytest.raises(InputError, match=f"law.py:{name}: warmlink has a {name} of its own; rename yours"):
+        load_own_law(f"{tmp_path / 'law.py'}:{name}")
+
+
+def test_two_laws_of_one_component_are_refused(tmp_path: Path) -> None:
+    text = (HERE / "my_law.py").read_text("utf-8")
+    for name in ("one", "two"):
+        made = f"{text}\n\n{name} = component_of(MyLaw)\n"
+        made = f"from warmlink.controllers.own import component_of\n{made}"
+        (tmp_path / f"{name}.py").write_text(made, "utf-8")
+    places = [f"{tmp_path / name}.py:{name}" for name in ("one", "two")]
+    with pytest.raises(InputError, match="MyLaw: two components of that name; rename one"):
+        plan_on(controllers=places, duty_cycles=["stop_and_go"], mismatches=["nominal"])

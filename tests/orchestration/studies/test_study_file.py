@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,10 +115,28 @@ def test_values_of_an_axis_keep_within_its_bounds(
     low: float, span: float, log: bool, integer: bool, share: float, count: int
 ) -> None:
     if integer:
-        low, span, log = float(round(low)), float(round(span) + 1), False
+        low, span = float(max(round(low), log)), float(round(span) + 1)
     axis = Axis("motor.x", "1", low, low + span, log, integer, (), low)
     values = [axis.at(share), *axis.levels(count)]
     assert all(axis.low <= value <= axis.high for value in values)
     assert not integer or all(value == round(value) for value in values)
     assert axis.levels(count) == sorted(axis.levels(count))
-    assert len(set(axis.levels(count))) == len(axis.levels(count)) <= count or (integer and count == 1)
+    assert len(set(axis.levels(count))) == len(axis.levels(count)) <= count
+
+
+def test_whole_numbers_are_spread_by_their_logarithm_too() -> None:
+    axis = Axis("motor.x", "1", 1.0, 1000.0, True, True, (), 1.0)
+    assert axis.levels(4) == [1.0, 10.0, 100.0, 1000.0]
+    assert [axis.at(share) for share in (0.0, 1 / 3, 2 / 3, 1.0)] == [1.0, 10.0, 100.0, 1000.0]
+    few = [replace(axis, high=3.0, log=False).at((i + 0.5) / 300) for i in range(300)]
+    assert [few.count(value) for value in (1.0, 2.0, 3.0)] == [100, 100, 100]
+
+
+def test_a_number_without_a_unit_is_shown_without_one() -> None:
+    assert Axis("motor.x", "1", 1.0, 4.0, False, True, (), 1.0).shown(1.0, 4.0) == "1 to 4"
+
+
+def test_the_point_where_nothing_is_changed_is_that_of_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text('duty = "stop_and_go"\n[parameters]\n"compensator.gain" = "3 um/W"\n')
+    study = read_study("mine", {**GIVEN, "scenario": "cell.toml"}, tmp_path)
+    assert study.shipped == {"compensator.gain": pytest.approx(3e-6)}

@@ -1,3 +1,4 @@
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +10,8 @@ from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_sweep
-from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.points import points_of, sweep, write_parquet
+from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
+from warmlink.orchestration.studies.points import Searched, best, front, points_of, sweep, write_parquet
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
 from warmlink.orchestration.studies.workers import FmuSet
 
@@ -87,3 +88,41 @@ def test_points_are_laid_out_a_share_at_a_time(
     assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
     assert asked == [8, 8, 2]
     assert done == list(range(1, 10))
+
+
+def test_two_objectives_are_both_in_the_answer_the_table_and_the_page(
+    study: Study, fmus: FmuSet, tmp_path: Path
+) -> None:
+    import pandas as pd
+
+    two = replace(study, objectives=(*study.objectives, Gathered("correction_rate_um_s")), constraints=())
+    found = sweep(two, points_of(two), Here(fmus), lambda done: None)
+    kept, winner = front(found), best(found)
+    assert winner is not None
+    told = Searched(two, found).summary()
+    assert len(kept) > 2
+    assert "smallest" not in told
+    assert f"amid the front: {winner.objective:.4g}, point {winner.number}" in told
+    assert "front, by worst max_abs_um and worst correction_rate_um_s" in told
+    assert all(re.search(rf"^  point {each.number} .*{each.objective:.4g}", told, re.M) for each in kept)
+    write_parquet(two, found, tmp_path / "sweep.parquet")
+    frame = pd.read_parquet(tmp_path / "sweep.parquet")
+    assert not undescribed("sweep.parquet", dict.fromkeys(frame))
+    assert list(frame["second_objective"][::2]) == [each.objectives[1] for each in found]
+    write_sweep(two, found, tmp_path / "report.html")
+    assert "The points that no other one betters in both objectives" in (tmp_path / "report.html").read_text()
+
+
+def test_it_is_said_that_no_point_keeps_every_constraint(study: Study, fmus: FmuSet) -> None:
+    strict = replace(study, constraints=(Constraint("rms_um", at_most=0.0),))
+    found = sweep(strict, points_of(strict)[:2], Here(fmus), lambda done: None)
+    assert "no point keeps every constraint" in Searched(strict, found).summary()
+
+
+def test_parameters_of_one_name_both_have_an_axis(study: Study, fmus: FmuSet, tmp_path: Path) -> None:
+    names = "sensors.sample_time", "compensator.sample_time"
+    axes = tuple(replace(study.axes[0], name=name, unit="s", low=1.0, high=2.0) for name in names)
+    both = replace(study, axes=axes)
+    write_sweep(both, sweep(both, points_of(both)[:2], Here(fmus), lambda done: None), tmp_path / "a.html")
+    dimensions = re.findall(r'"label": ?"sample_time', plots(tmp_path / "a.html"))
+    assert len(dimensions) == 2

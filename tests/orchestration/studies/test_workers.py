@@ -14,7 +14,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.studies.at_work import FILE, Ledger
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.processes import LocalWorkers
-from warmlink.orchestration.studies.workers import FmuSet, Workers
+from warmlink.orchestration.studies.workers import FmuSet, Workers, _written
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)
 
@@ -202,3 +202,12 @@ def test_runs_whose_figures_are_no_numbers_are_tried_again(tmp_path: Path) -> No
     for _ in range(2):
         assert math.isnan(dict(ledger(tmp_path, workers).run([numbered(math.nan)]))[0].max_abs_um)
     assert workers.ran == 2
+
+
+def test_a_damaged_fmu_of_a_study_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WARMLINK_CACHE", str(tmp_path))
+    first, again = (FmuSet("native", {"ThermalLink": content}) for content in (b"whole", b"whole"))
+    (path,) = first.files().values()
+    path.write_bytes(b"who")
+    _written.cache_clear()
+    assert again.files()["ThermalLink"].read_bytes() == b"whole"
