@@ -32,7 +32,8 @@ _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""
 
 _PARTS = 2
-"""Of the time between two rows, in each of which a leap is simulated to come sooner."""
+"""Of the time between two rows, in each of which a leap is simulated to come sooner; one more where the log
+has gaps."""
 
 _AT_ONCE = 12
 """Leaps that are simulated together, at most: each takes memory for all states."""
@@ -161,14 +162,15 @@ class Problem(Candidates):
         """
         run = self.experiment.runs[i]
         rows = leaps(input_table(self.experiment.rig, run, self.known(run)))
+        parts = _PARTS + int(run.gaps[rows - 1].any())
         some = np.array_split(rows, max(1, -(-rows.size // _AT_ONCE)))
-        table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, _PARTS) for e in some], axis=2))
-        table = table.reshape(*table.shape[:2], rows.size, _PARTS)
-        sooner = run.time[rows] - parts_before(run, rows, _PARTS)[::-1]
-        each = [table[:, :, leap] @ _between(parts) for leap, parts in enumerate(sooner.T)]
-        after = np.clip(np.linspace(0, _PARTS, 1001)[:, None] - np.arange(_PARTS), 0, 1)
-        usual = np.minimum(1, np.median(np.diff(run.time)) / _PARTS / np.diff(sooner, axis=0))
-        together = np.einsum("torp,pr->top", table, usual) @ root_of(after.T @ after / len(after))
+        table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, parts) for e in some], axis=2))
+        table = table.reshape(*table.shape[:2], rows.size, parts)
+        sooner = run.time[rows] - parts_before(run, rows, parts)[::-1]
+        each = [table[:, :, k] @ root_of(np.cov(_after(ends).T)) for k, ends in enumerate(sooner.T)]
+        usual = np.median(np.diff(run.time)) * np.append(0.0, np.linspace(0.5, 1.0, parts))
+        alike, after = np.minimum(1, np.diff(usual)[:, None] / np.diff(sooner, axis=0)), _after(usual)
+        together = np.einsum("torp,pr->top", table, alike) @ root_of(after.T @ after / len(after))
         return np.concatenate([*each, together], axis=2)
 
     @cached_property
@@ -226,10 +228,10 @@ class Problem(Candidates):
         ]
 
 
-def _between(sooner: Array) -> Array:
-    """Root of the covariance of what comes after a leap at any time between two rows, of each part a share.
+def _after(ends: Array) -> Array:
+    """How much of each part of the time between two rows comes after leaps at any time, shape (leaps, parts).
 
-    The parts of that time lie between so many s before the later row, rising from 0, shape (parts + 1,).
+    The ends of the parts are told in s before the later row, rising from 0, shape (parts + 1,).
     """
-    came = sooner[-1] * np.linspace(0, 1, 1001)[:, None]
-    return root_of(np.cov(np.clip((came - sooner[:-1]) / np.diff(sooner), 0, 1).T))
+    came = np.linspace(0, ends[-1], 1001)[:, None]
+    return np.clip((came - ends[:-1]) / np.diff(ends), 0, 1)

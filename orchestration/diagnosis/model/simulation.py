@@ -113,11 +113,11 @@ def start_values(rig: Rig, slots: Sequence[str], known: Mapping[str, float], tab
 def parts_before(run: Run, rows: NDArray[np.int64], parts: int) -> Array:
     """Times in s that divide the time before each of some rows, rising, shape (parts + 1, rows).
 
-    They divide the usual time between rows evenly; after a gap of the log the first part is so much longer.
+    The last part is half of the usual time between rows, also after a gap of the log; the others are even.
     """
     begin, end = run.time[rows - 1], run.time[rows]
     usual = np.minimum(end - begin, np.median(np.diff(run.time)))
-    return np.vstack([begin, np.linspace(end - usual, end, parts + 1)[1:]])
+    return np.vstack([np.linspace(begin, end - usual / 2, parts), end])
 
 
 def halved(time: Array) -> Array:
