@@ -17,7 +17,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
-from warmlink.orchestration.master.compiled.loop import prepare
+from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.scenarios.setup import merged
@@ -80,7 +80,7 @@ def bench_scale(counts: Sequence[int] = AXES, axis_steps: int = AXIS_STEPS) -> I
     InputError
         If there is no C compiler.
     """
-    prepare()
+    library()
     for count in counts:
         yield _timed("motors and links", _plain(count), count, max(1, axis_steps // count), REPEATS)
     shift = load_scenario(SHIFT)

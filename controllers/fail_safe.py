@@ -206,29 +206,28 @@ def in_use(trust: Trust, news: Number, p: Record) -> Number:
     return truth(total(where(p.sensor_std > 0, news * (1.0 - trust.out), 0.0)) > 0)
 
 
-class Judgement(NamedTuple):
-    """Verdict on one reading: whether to use it, and the signal's memory after it."""
+class Memory(NamedTuple):
+    """What `Trust` remembers of one signal's innovations."""
 
-    use: Number
     mean: Number
     calm_for: Number
     out: Number
 
 
 def judged(
-    trust: Trust,
+    memory: Memory,
     news: Number,
     innovation: Number,
     variance: Number,
     sure_variance: Number,
     gates: Gates,
     step: Number,
-) -> Judgement:
-    """Judge one reading by its innovation.
+) -> tuple[Number, Memory]:
+    """Judge one reading by its innovation: 1 to use it, else 0, and the signal's memory after it.
 
     Parameters
     ----------
-    trust : memory of this signal
+    memory : of this signal
     news : 1 if the reading is present and new, else 0
     innovation : reading minus prediction
     variance : largest variance of a sound signal's innovation, with unknown heat acting
@@ -239,7 +238,7 @@ def judged(
     """
     size = innovation / variance**0.5
     bounded = clip(size, -gates.gate, gates.gate)
-    mean = where(news > 0, trust.mean + gates.share * (bounded - trust.mean), trust.mean)
+    mean = where(news > 0, memory.mean + gates.share * (bounded - memory.mean), memory.mean)
     near = absolute(innovation) < RETURN_GATE * sure_variance**0.5
     there = present(innovation)
     jumped = where(absolute(size) > gates.gate, there, 0.0)
@@ -249,7 +248,7 @@ def judged(
 
     small = where(near, news, 0.0)
     settled = where(absolute(mean) < 0.5 * gates.mean_gate, small, 0.0)
-    calm_for = where(settled > 0, trust.calm_for + step, 0.0)
+    calm_for = where(settled > 0, memory.calm_for + step, 0.0)
     back = truth(calm_for >= gates.return_time)
-    out = where(trust.out > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
-    return Judgement(news * (1.0 - out), mean, calm_for, out)
+    out = where(memory.out > 0, 1.0 - back, maximum(maximum(jumped, stuck), biased))
+    return news * (1.0 - out), Memory(mean, calm_for, out)

@@ -97,10 +97,8 @@ def taught_in_part(
     """Belief as for `taught`, where the measurement may change only the state's `last` so many elements."""
     seen = sight.spread[-last:]
     gain, change = (stack(*[0.0] * (row.shape[0] - last), each * seen) for each in counts)
-    return Belief(
-        belief.mean + change,
-        *(_after(each, row, across, gain, variance) for each, across in zip(belief[1:], sight, strict=True)),
-    )
+    seen_by = zip(belief[1:], sight, strict=True)
+    return Belief(belief.mean + change, *(_after(each, row, of, gain, variance) for each, of in seen_by))
 
 
 def either(which: Number, one: Belief, other: Belief) -> Belief:

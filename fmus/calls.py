@@ -11,7 +11,7 @@ from warmlink.fmus.component.arithmetic import beside, side
 Called = TypeVar("Called", bound=Callable[..., Any])
 
 
-def kept_whole(function: Called) -> Called:
+def kept_whole(function: Called, idle: bool = False) -> Called:
     """Mark a function of numbers that the generated C is to contain once.
 
     With floats and with CasADi's SX it is an ordinary function. Where its first number is an MX, of which the
@@ -21,8 +21,26 @@ def kept_whole(function: Called) -> Called:
     ----------
     function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
         among the arguments become constants of the C
+    idle : as `idle_at_zero` says
     """
-    return _kept(function, idle=False)
+
+    @wraps(function)
+    def either(*given: Any) -> Any:
+        first: Any = given  # it decides, since floats must not wait for a search through all
+        while isinstance(first, tuple):
+            first = first[0]
+        if not _is_graph(first):
+            skipped = idle and isinstance(given[-1], float) and given[-1] == 0
+            return given[0] if skipped else function(*given)
+        given = _mapped(given, _as_graph)
+        # What the call has in common with others: all but the expressions themselves.
+        shape = _mapped(given, lambda leaf: _Symbol(leaf.sparsity().serialize()) if _is_graph(leaf) else leaf)
+        whole, used, result = _whole(function, shape, _mapped(shape, type), idle)
+        arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
+        results = iter(whole.call([arguments[i] for i in used]))
+        return _mapped(result, lambda leaf: next(results))
+
+    return cast(Called, either)
 
 
 def idle_at_zero(function: Called) -> Called:
@@ -30,28 +48,24 @@ def idle_at_zero(function: Called) -> Called:
 
     It must do so by its own arithmetic too; floats and the C skip it there.
     """
-    return _kept(function, idle=True)
+    return kept_whole(function, idle=True)
 
 
-def side_by_side(paired: int) -> Callable[[Called], Called]:
-    """Mark a function, kept whole, of one of two that lie side by side: it is called for both at once.
+def side_by_side(one: Called, paired: int) -> Called:
+    """A function, kept whole, for both at once of two that lie side by side, from that of one of them.
 
     The first arguments, so many as are `paired`, and all results hold two of each number, one beside the
     other (`arithmetic.beside`). The C goes through both in a loop, of which compilers make vectors.
     """
 
-    def mark(one: Called) -> Called:
-        @wraps(one)
-        def both(*given: Any) -> Any:
-            found = [one(*_mapped(given[:paired], partial(side, k)), *given[paired:]) for k in range(2)]
-            others = iter(_leaves(found[1]))
-            return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
+    @wraps(one)
+    def both(*given: Any) -> Any:
+        found = [one(*_mapped(given[:paired], partial(side, k)), *given[paired:]) for k in range(2)]
+        others = iter(_leaves(found[1]))
+        return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
-        kept = _kept(cast(Called, both), idle=False)
-        both.__dict__["paired"] = paired
-        return kept
-
-    return mark
+    both.__dict__["paired"] = paired
+    return kept_whole(cast(Called, both))
 
 
 class Written(NamedTuple):
@@ -98,26 +112,6 @@ def called(function: Any, how: Written | None = None) -> Any:
     return kept
 
 
-def _kept(function: Called, idle: bool) -> Called:
-    @wraps(function)
-    def either(*given: Any) -> Any:
-        first: Any = given  # it decides, since floats must not wait for a search through all
-        while isinstance(first, tuple):
-            first = first[0]
-        if not _is_graph(first):
-            skipped = idle and isinstance(given[-1], float) and given[-1] == 0
-            return given[0] if skipped else function(*given)
-        given = _mapped(given, _as_graph)
-        # What the call has in common with others: all but the expressions themselves.
-        shape = _mapped(given, lambda leaf: _Symbol(leaf.sparsity().serialize()) if _is_graph(leaf) else leaf)
-        whole, used, result = _whole(function, shape, _mapped(shape, type), idle)
-        arguments = [leaf for leaf in _leaves(given) if _is_graph(leaf)]
-        results = iter(whole.call([arguments[i] for i in used]))
-        return _mapped(result, lambda leaf: next(results))
-
-    return cast(Called, either)
-
-
 class _Symbol(str):
     """Structure, as text, of a vector or matrix that differs from call to call."""
 
@@ -151,22 +145,18 @@ def _whole(function: Callable[..., Any], shape: Any, kinds: Any, idle: bool) -> 
     unchanged = len(_leaves(given[0])) if idle else 0
     used = [i for i, s in enumerate(symbols) if i < unchanged or casadi.depends_on(everything, s)]
     arguments = [symbols[i] for i in used]
-    # Integers make another function of it, which is another's name in the C.
-    name = "_".join(
-        [function.__name__.strip("_"), *(str(each) for each in _leaves(shape) if _whole_number(each))]
-    )
+    name = function.__name__.strip("_")
     if idle:
         run = casadi.Function(name, arguments, [casadi.densify(each) for each in results])
         return called(run, Written(run, otherwise=IDLE)), [len(symbols) - 1, *used], result
-    plain = casadi.Function(name, arguments, casadi.cse(results))
-    pairs = len(_leaves(given[: getattr(function, "paired", 0)]))
-    if not pairs:
-        return called(plain), used, result
-    # One of two side by side is what comes of it beside itself.
-    halves = [casadi.SX.sym("a", s.shape[0] // 2) if i < pairs else s for i, s in enumerate(symbols)]
-    both = plain.call([beside(halves[i], halves[i]) if i < pairs else halves[i] for i in used])
-    one = casadi.Function(name, [halves[i] for i in used], casadi.cse([side(0, each) for each in both]))
-    return called(plain, Written(one, sum(i < pairs for i in used))), used, result
+    how = Written(casadi.Function(name, arguments, casadi.cse(results)))
+    plain, pairs = how.function, len(_leaves(given[: getattr(function, "paired", 0)]))
+    if pairs:  # One of two side by side is what comes of it beside itself.
+        halves = [casadi.SX.sym("a", s.shape[0] // 2) if i < pairs else s for i, s in enumerate(symbols)]
+        both = plain.call([beside(halves[i], halves[i]) if i < pairs else halves[i] for i in used])
+        one = casadi.Function(name, [halves[i] for i in used], casadi.cse([side(0, each) for each in both]))
+        how = Written(one, sum(i < pairs for i in used))
+    return called(plain, how), used, result
 
 
 def _as_graph(value: Any) -> Any:
@@ -189,10 +179,6 @@ def _leaves(value: Any) -> list[Any]:
     leaves: list[Any] = []
     _mapped(value, leaves.append)
     return leaves
-
-
-def _whole_number(leaf: Any) -> bool:
-    return isinstance(leaf, int) and not isinstance(leaf, bool)
 
 
 def _is_graph(value: Any) -> bool:

@@ -64,9 +64,10 @@ class Controller:
         """
         if not self.place:
             return {}
-        folder = store.folder / "own" / self.digest
-        path = folder / f"{self.component.name}.fmu"
-        return {self.component.name: path if is_file(path) else self._built(store.kind, folder)}
+        name = self.component.name
+        folders = [place.folder / "own" / self.digest for place in (store, store.open)]
+        found = [path for path in (folder / f"{name}.fmu" for folder in folders) if is_file(path)]
+        return {name: found[0] if found else self._built(store.kind, folders[-1])}
 
     def _built(self, kind: FmuKind, folder: Path) -> Path:
         from warmlink.fmus.packaging.native.fmu import build_native_fmus

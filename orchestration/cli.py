@@ -120,8 +120,13 @@ def _before_any_command(*, version: bool = False) -> None:
 
 def main() -> None:
     """Run the command that the process's arguments name; it may end in SystemExit."""
-    if sys.stderr is None:  # which the caller may have closed: `print` would take standard output instead
-        sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
+    for number in range(3):  # which the caller may have closed: files would take their places
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stderr is None:  # `print` would take standard output instead
+        sys.stderr = os.fdopen(2, "w")
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+import os
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
+from zipfile import is_zipfile
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
@@ -16,8 +18,9 @@ from warmlink.fmus.packaging.cache import (
     source_digest,
     used,
     wanted_cache_folder,
+    writable_cache,
 )
-from warmlink.orchestration.catalogue import entries
+from warmlink.orchestration.catalogue import Entry, entries
 
 FmuKind = Literal["native", "python"]
 FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
@@ -38,38 +41,38 @@ class FmuStore:
         return self.root / source_digest() / self.kind
 
     @property
-    def _shared(self) -> Path:
-        """The same in the folder that is wanted, which may have been filled before and be read-only."""
-        shared = self.root == cache_folder()
-        return wanted_cache_folder() / source_digest() / self.kind if shared else self.folder
-
-    def _file(self, name: str) -> Path:
-        """Where a file is, or is to be made."""
-        held = self._shared / name
-        return held if held.is_file() else self.folder / name
+    def open(self) -> FmuStore:
+        """The store that takes what is missing: itself, or where it is read-only, another one."""
+        return self if os.access(self.root, os.W_OK) else replace(self, root=writable_cache())
 
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
 
-        InputError if native FMUs are asked for and nothing on this machine can compile them.
+        InputError if native FMUs are asked for and nothing on this machine can compile them, NoRoomError if
+        there is no room for them.
         """
-        wanted = {name: self._file(f"{name}.fmu") for name in names}
+        wanted = {name: self.folder / f"{name}.fmu" for name in names}
         used(self.folder)
-        missing = [entries()[name] for name, path in wanted.items() if not path.is_file()]
+        # A computer that loses its power may leave files without their content.
+        missing = [entries()[name] for name, path in wanted.items() if not is_zipfile(path)]
+        if missing and self.open != self:
+            return self.open.files(wanted, remark)
         if missing and remark is not None:
-            if self.folder != self._shared and self._shared.is_dir():
-                remark(_elsewhere())
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
-        if missing and self.kind == "python":
-            from warmlink.fmus.packaging.python.fmu import build_python_fmus
-
-            build_python_fmus(missing, self.folder)
-        elif missing:
-            from warmlink.fmus.packaging.native.fmu import build_native_fmus
-
-            build_native_fmus(missing, self.folder)
+        if missing:
+            self._build(missing)
         return wanted
+
+    def _build(self, missing: Sequence[Entry]) -> None:
+        from warmlink.fmus.packaging.native.fmu import build_native_fmus
+        from warmlink.fmus.packaging.python.fmu import build_python_fmus
+
+        try:
+            (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, self.folder)
+        except OSError as fault:
+            told = f"cannot be written ({fault.strerror}); free space there, or name another folder in"
+            raise NoRoomError(f"{self.folder}: {told} {CACHE_VARIABLE}") from None
 
 
 def kind_named(name: str | None) -> FmuKind | None:
@@ -81,22 +84,19 @@ def kind_named(name: str | None) -> FmuKind | None:
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
     """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
-    if cache_folder() != wanted_cache_folder() and not (wanted_cache_folder() / source_digest()).is_dir():
-        remark(_elsewhere())
+    if cache_folder() != wanted_cache_folder():
+        remark(
+            f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
+            f"to keep them, name a folder in {CACHE_VARIABLE}"
+        )
     if kind is not None:
         return FmuStore(kind)
     native = FmuStore("native")
     try:
         native.files(names, remark)
+    except NoRoomError:
+        raise
     except InputError as fault:
         remark(f"{fault}; using the Python FMUs meanwhile")
         return FmuStore("python")
     return native
-
-
-def _elsewhere() -> str:
-    """Where FMUs go that cannot go where it is wanted."""
-    return (
-        f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
-        f"to keep them, name a folder in {CACHE_VARIABLE}"
-    )

@@ -97,28 +97,30 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     if stop_time is None:
         raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
     step_size = proposed.step_size if step is None else positive(step, "s", "--step")
-    return stop_time, step_size or stop_time / DEFAULT_STEPS
+    return stop_time, step_size or (stop_time - proposed.start_time) / DEFAULT_STEPS
 
 
 def largest_step(system: System, stop_time: float, longest: float | None) -> float:
     """Largest communication step in s that divides a run and exceeds neither `longest` nor a sample time."""
     duration = stop_time - system.default_experiment.start_time
     found = [duration / DEFAULT_STEPS if longest is None else longest]
-    for name, variable in variables(system).items():
-        owner, _, own = name.rpartition(".")
-        if own == "sample_time":
-            found.append(float(system.components[owner].values.get(own, variable.start or duration)))
+    for held in system.components.values():
+        variable = read_description(held.fmu).variables.get("sample_time")
+        value = held.values.get("sample_time", variable.start) if variable else None
+        if isinstance(value, float) and value > 0:
+            found.append(value)
     return duration / max(1, math.ceil(duration / min(found) - 1e-9))
 
 
 def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None) -> dict[str, float]:
-    """Largest coupling error by variable, in its unit: of those watched, or of all outputs that it fits.
+    """Largest coupling error by variable, in its unit: of those watched, or of all Real outputs that it fits.
 
     InputError if the tolerance is not above 0, or does not fit.
     """
     known = variables(system)
     found = {}
-    for name in watched or filter(lambda each: is_recorded(known[each]), known):
+    outputs = (name for name, each in known.items() if is_recorded(each) and each.kind == "Real")
+    for name in watched or outputs:
         with suppress(KeyError if watched else InputError):
             found[name] = positive(tolerance, known[name].unit or "1", "--tolerance")
     if not found and not watched:

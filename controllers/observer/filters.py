@@ -54,12 +54,8 @@ _NAMES = ("estimate", "spread", "noise_spread")
 """States that hold both filters."""
 
 
-class Filters(NamedTuple):
+class Filters(Belief):
     """The two beliefs side by side: of every number first the alert filter's, then the quiet one's."""
-
-    mean: Number
-    spread: Number
-    noise_spread: Number
 
     @property
     def alert(self) -> Belief:
@@ -199,7 +195,7 @@ def sense(
     memories = []
     for i in range(SENSORS):
         reading = Reading(sensor_row(i, p), readings[i] - p.linearisation_temperature, p.sensor_std[i])
-        memory = Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
+        memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
         used = truth(p.sensor_std[i] > 0)
         filters, memory = _taken((filters, memory), reading, news[i], seen, gates, step, used)
         memories.append(memory)
@@ -222,24 +218,16 @@ class Reading(NamedTuple):
     std: Number
 
 
-class Memory(NamedTuple):
-    """What `fail_safe.Trust` remembers of one sensor's innovations."""
-
-    mean: Number
-    calm_for: Number
-    out: Number
-
-
 @idle_at_zero
 def _taken(
-    before: tuple[Filters, Memory],
+    before: tuple[Filters, fail_safe.Memory],
     reading: Reading,
     news: Number,
     seen: Number,
     gates: fail_safe.Gates,
     step: Number,
     used: Number,
-) -> tuple[Filters, Memory]:
+) -> tuple[Filters, fail_safe.Memory]:
     """Both filters and the sensor's memory after the alert filter has judged a reading.
 
     Parameters
@@ -248,26 +236,18 @@ def _taken(
     used : 1 where the sensor is in use, else 0
     """
     filters, memory = before
-    sight = _sighted(filters, reading.row)
+    sight = _both_sighted(filters, reading.row)
     memory, counts, variance = _judged(memory, filters.mean, sight, reading, news, seen, gates, step, used)
-    return _taught(filters, sight, counts, reading.row, variance), memory
+    return Filters(*_both_taught(filters, sight, counts, reading.row, variance)), memory
 
 
-@side_by_side(1)
-def _sighted(belief: Filters, row: Number) -> Sight:
-    """How either filter sees what is measured."""
-    return sighted(Belief(*belief), row)
-
-
-@side_by_side(3)
-def _taught(belief: Filters, sight: Sight, counts: Counts, row: Number, variance: Number) -> Filters:
-    """Either filter after a measurement that counts so much."""
-    return Filters(*taught(Belief(*belief), sight, counts, row, variance))
+_both_sighted, _both_taught = side_by_side(sighted, 1), side_by_side(taught, 3)
+"""How either filter sees what is measured, and either filter after a measurement that counts so much."""
 
 
 @kept_whole
 def _judged(
-    memory: Memory,
+    memory: fail_safe.Memory,
     mean: Number,
     sight: Sight,
     reading: Reading,
@@ -276,23 +256,16 @@ def _judged(
     gates: fail_safe.Gates,
     step: Number,
     used: Number,
-) -> tuple[Memory, Counts, Number]:
+) -> tuple[fail_safe.Memory, Counts, Number]:
     """What is remembered of a sensor, what its reading counts in both filters, and its variance in K2."""
     variance = where(reading.std > 0, reading.std**2, 1.0)
     alert, quiet = (Sight(*(side(k, each) for each in sight)) for k in range(2))
     expected, by_noise = (dot(reading.row, each[:MODES]) for each in alert)
     widest = maximum(expected, 0.0) + variance
     sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
-    trust = fail_safe.Trust(0.0, 0.0, *memory)
     innovations = [reading.value - dot(reading.row, side(k, mean)[:MODES]) for k in range(2)]
-    verdict = fail_safe.judged(trust, used * news, innovations[0], widest, sure, gates, step)
-    judged = Memory(verdict.mean, verdict.calm_for, verdict.out)
-    counts = [
-        counted(reading.row, each, innovation, variance, verdict.use)
-        for each, innovation in zip((alert, quiet), innovations, strict=True)
-    ]
-    return (
-        Memory(*(where(used > 0, new, old) for new, old in zip(judged, memory, strict=True))),
-        Counts(*(beside(*each) for each in zip(*counts, strict=True))),
-        variance,
-    )
+    use, judged = fail_safe.judged(memory, used * news, innovations[0], widest, sure, gates, step)
+    both = zip((alert, quiet), innovations, strict=True)
+    counts = [counted(reading.row, each, innovation, variance, use) for each, innovation in both]
+    memory = fail_safe.Memory(*(where(used > 0, *each) for each in zip(judged, memory, strict=True)))
+    return memory, Counts(*(beside(*each) for each in zip(*counts, strict=True))), variance

@@ -8,6 +8,7 @@ this heat and the other less, see `filters.py`. Readings enter one after the oth
 out. See README.md.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -212,7 +213,7 @@ def predict(filters: Filters, u: Told, p: Record) -> Filters:
     )
 
 
-@side_by_side(1)
+@partial(side_by_side, paired=1)
 def _mean_later(mean: Number, u: Told, p: Record) -> Number:
     """The estimate one sample later."""
     modes, disturbances = mean[:MODES], mean[MODES:]
@@ -245,7 +246,7 @@ def _errors(speed: Number, p: Record) -> Errors:
     return Errors(own, (p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain), added)
 
 
-@side_by_side(2)
+@partial(side_by_side, paired=2)
 def _carried_over(
     packed: Number, added: Number, own: Number, by_heat: tuple[Number, Number], fade: Number
 ) -> Number:

@@ -11,6 +11,7 @@ U. Maeder, F. Borrelli and M. Morari, "Linear offset-free model predictive contr
 2214-2222, on disturbances that make an observer offset-free.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
@@ -181,12 +182,12 @@ def _looked(
     leap = (p.camera_authority / p.gate) ** 2
     widest = maximum(by_all, 0.0) + variance + leap
     sure = variance + leap / fail_safe.RETURN_GATE**2
-    trust = fail_safe.Trust(0.0, 0.0, 0.0, calm_for, out)
+    memory = fail_safe.Memory(0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    verdict = fail_safe.judged(trust, looked, innovations[1], widest, sure, gates, age)
+    use, memory = fail_safe.judged(memory, looked, innovations[1], widest, sure, gates, age)
     seen = zip(both, sights, rows, innovations, strict=True)
-    filters = together(*(_taught(*each, variance, verdict.use) for each in seen))
-    return filters, where(looked > 0, verdict.calm_for, calm_for), where(looked > 0, verdict.out, out)
+    filters = together(*(_taught(*each, variance, use) for each in seen))
+    return filters, where(looked > 0, memory.calm_for, calm_for), where(looked > 0, memory.out, out)
 
 
 @kept_whole
@@ -198,7 +199,7 @@ def _taught(
     return taught_in_part(belief, sight, counts, row, variance, _TAUGHT[1] - _TAUGHT[0])
 
 
-@side_by_side(1)
+@partial(side_by_side, paired=1)
 def bounded(mean: Number, p: Record) -> Number:
     """The estimate with what the camera has taught kept within its authority, lest it winds up beyond."""
     by_temperature = model.elongation(mean, p)

@@ -91,7 +91,7 @@ def sense(
     memories = []
     for i in range(SENSORS):
         used = truth(p.sensor_std[i] > 0)
-        memory = trust.mean[i], trust.calm_for[i], trust.out[i]
+        memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
         rise = readings[i] - p.reference_temperature
         belief, memory = _taken((belief, memory), i, rise, p.sensor_std[i], news[i], gates, step, used)
         memories.append(memory)
@@ -102,7 +102,7 @@ def sense(
 @idle_at_zero
 @kept_whole
 def _taken(
-    before: tuple[Estimate, tuple[Number, Number, Number]],
+    before: tuple[Estimate, fail_safe.Memory],
     sensor: int,
     rise: Number,
     std: Number,
@@ -110,7 +110,7 @@ def _taken(
     gates: fail_safe.Gates,
     step: Number,
     used: Number,
-) -> tuple[Estimate, tuple[Number, Number, Number]]:
+) -> tuple[Estimate, fail_safe.Memory]:
     """Estimate, and memory of a sensor's innovations, after its reading in K above the reference."""
     estimate, memory = before
     belief = Belief(*estimate, estimate.spread)
@@ -118,10 +118,9 @@ def _taken(
     row = placed(1.0, sensor, STATES)
     innovation = rise - belief.mean[sensor]
     variance = variance_along(belief.spread, row) + noise
-    signal = fail_safe.Trust(0.0, 0.0, *memory)
-    verdict = fail_safe.judged(signal, used * news, innovation, variance, variance, gates, step)
-    belief = corrected(belief, row, innovation, noise, verdict.use)
-    return Estimate(*belief[:2]), (verdict.mean, verdict.calm_for, used * verdict.out)
+    use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
+    belief = corrected(belief, row, innovation, noise, use)
+    return Estimate(*belief[:2]), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
 
 
 def _named(

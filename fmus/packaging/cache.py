@@ -83,20 +83,19 @@ def _write(folder: str, made_from: object, content: bytes) -> None:
     place = _place(folder, made_from)
     place.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(place) as scratch:
-        scratch.write_bytes(_digest(content) + content)
+        # A damaged library would end the process that loads it.
+        scratch.write_bytes(hashlib.sha256(content).digest() + content)
 
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
-    with suppress(InputError):
+    with suppress(OSError, InputError):
         place = _place(folder, made_from)
-        for path in (place, wanted_cache_folder() / folder / place.name):  # which may be read-only
-            with suppress(OSError):
-                file = path.read_bytes()
-                digest, content = file[:_DIGEST], file[_DIGEST:]
-                if _digest(content) == digest:
-                    used(path)
-                    return content
+        file = place.read_bytes()
+        digest, content = file[:_DIGEST], file[_DIGEST:]
+        if hashlib.sha256(content).digest() == digest:
+            used(place)
+            return content
     return None
 
 
@@ -143,11 +142,6 @@ def _last_used(entry: Path) -> tuple[float, int, Path]:
     return max(times), sum(each.st_size for each in (*inside, own)), entry
 
 
-def _digest(content: bytes) -> bytes:
-    """What a kept file begins with: a damaged library would end the process that loads it."""
-    return hashlib.sha256(content).digest()
-
-
 def _place(folder: str, made_from: object) -> Path:
     return cache_folder() / folder / f"{hashlib.sha256(repr(made_from).encode()).hexdigest()}.kept"
 
@@ -163,16 +157,22 @@ def _alone(folder: str, made_from: object) -> int | None:
 
 
 def cache_folder() -> Path:
+    """Folder of what is kept: that of `writable_cache`, or one that was filled before and is read-only."""
+    wanted = wanted_cache_folder()
+    closed = wanted.is_dir() and not os.access(wanted, os.W_OK)
+    return wanted if closed and (wanted / _source_digest().decode()).is_dir() else writable_cache()
+
+
+def writable_cache() -> Path:
     """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
 
-    What a cache holds that was filled before and is read-only is used all the same.
     InputError if the other folder cannot be made either, or belongs to somebody else.
     """
     wanted = wanted_cache_folder()
     with suppress(OSError):
         if not wanted.is_dir():  # asked first, since that costs a twentieth
             wanted.mkdir(parents=True, exist_ok=True)
-    if os.access(wanted, os.W_OK):
+    if wanted.is_dir() and os.access(wanted, os.W_OK):
         return wanted
     import tempfile
 
@@ -191,21 +191,30 @@ def wanted_cache_folder() -> Path:
     if named:
         return Path(named).absolute()  # an FMU in Python goes to a folder of its own while it begins
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "warmlink"
+    home = Path(os.sep)  # of who has none, as containers say it
+    with suppress(RuntimeError):
+        home = Path.home()
+    return (Path(base) if base else home / ".cache") / "warmlink"
 
 
 @cache
 def source_state() -> str:
-    """Digest of the sizes and times of the source's files, found sooner than one of what they hold."""
+    """Digest of the sizes and times of the source's files, found sooner than one of what they hold.
+
+    Of the times of their last change too, since packages may give all their files one time.
+    """
     origins = [spec.origin for spec in map(find_spec, _GENERATORS) if spec is not None and spec.origin]
-    told = [(origin, 0, Path(origin).stat().st_mtime_ns) for origin in origins]
+    told = [_facts(origin, Path(origin).stat()) for origin in origins]
     folders = [str(ROOMS / name) for name in ("fmus", "controllers", "orchestration")]
     while folders:
         held = list(os.scandir(folders.pop()))
         folders += [each.path for each in held if each.is_dir() and each.name != _BYTE_CODE]
-        files = [(each.path, each.stat()) for each in held if not each.is_dir()]
-        told += [(path, facts.st_size, facts.st_mtime_ns) for path, facts in files]
+        told += [_facts(each.path, each.stat()) for each in held if not each.is_dir()]
     return hashlib.sha256(repr(sorted(told)).encode()).hexdigest()
+
+
+def _facts(path: str, of: os.stat_result) -> tuple[str, int, int, int]:
+    return path, of.st_size, of.st_mtime_ns, of.st_ctime_ns
 
 
 def source_digest() -> str:
@@ -213,6 +222,7 @@ def source_digest() -> str:
     return kept("digests", source_state(), _source_digest).decode()
 
 
+@cache
 def _source_digest() -> bytes:
     from importlib.metadata import version
 

@@ -211,12 +211,8 @@ def run_scenario(
     with temporary_folder() as home:
         whole = partial(simulate, system, ran.stop_time, ran.step_size, unpacked=home, statistics=statistics)
         half = partial(simulate, system, ran.stop_time, ran.step_size / 2, unpacked=home, record=plant)
-        found = attempted(
-            chosen,
-            {} if most is None else dict.fromkeys(plant, most),
-            plant,
-            in_turns(whole, partial(half, check_stability=False), progress),
-        )
+        turns = in_turns(whole, partial(half, check_stability=False), progress)
+        found = attempted(chosen, {} if most is None else dict.fromkeys(plant, most), plant, turns)
     if found.algorithm is not chosen:
         ran = replace(ran, master=FOLLOWING)
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began

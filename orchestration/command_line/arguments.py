@@ -17,7 +17,7 @@ from functools import wraps
 from getopt import GetoptError, gnu_getopt
 from importlib import import_module
 from pathlib import Path
-from types import NoneType, UnionType
+from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
@@ -65,11 +65,10 @@ _NAMES = {
 
 
 class Taken(NamedTuple):
-    """One parameter of a command: its type without None, and its options, none for one told by its place."""
+    """A parameter of a command, its type without None, and its options, none for one told by its place."""
 
-    name: str
+    parameter: inspect.Parameter
     kind: Any
-    default: Any
     options: tuple[str, ...]
 
 
@@ -77,42 +76,37 @@ def taken(command: Command) -> list[Taken]:
     """Parameters of a command."""
     found = []
     for name, each in inspect.signature(command, eval_str=True).parameters.items():
-        kind = each.annotation
-        if isinstance(kind, UnionType):
-            kind = next(one for one in get_args(kind) if one is not NoneType)
-        word = name.strip("_").replace("_", "-")
+        optional, word = isinstance(each.annotation, UnionType), name.strip("_").replace("_", "-")
+        kind = get_args(each.annotation)[0] if optional else each.annotation  # `str | None`
         options = [f"--{word}"] * (each.kind is each.KEYWORD_ONLY)
         if kind is bool and each.default is not False:
             options.append(f"--no-{word}")
-        found.append(Taken(name, kind, each.default, tuple(options)))
+        found.append(Taken(each, kind, tuple(options)))
     return found
 
 
-def for_typer(command: Command, call: Callable[[dict[str, Any]], None] | None = None) -> Command:
-    """A command as typer takes it; `call` takes the values of its parameters in its place."""
+def for_typer(command: Command) -> Command:
+    """A command as typer takes it."""
     import typer
 
     about, _, section = inspect.cleandoc(command.__doc__ or "").partition("\nParameters\n----------\n")
     entries = re.findall(r"^(\w+) : (.*(?:\n +.*)*)", section, re.MULTILINE)
     explained = {**EXPLAINED, **{name: " ".join(text.split()) for name, text in entries}}
-    signature, parameters = inspect.signature(command, eval_str=True), []
-    for each in taken(command):
-        made = typer.Option if each.options else typer.Argument
-        names = ["/".join(each.options)] if each.options else []
+    parameters = []
+    for each, _, options in taken(command):
+        made, names = (typer.Option, ["/".join(options)]) if options else (typer.Argument, [])
         told = made(*names, help=explained[each.name], autocompletion=proposals(each.name))
-        parameter = signature.parameters[each.name]
-        parameters.append(parameter.replace(annotation=Annotated[parameter.annotation, told]))
+        parameters.append(each.replace(annotation=Annotated[each.annotation, told]))
 
     @wraps(command)
     def called(**values: Any) -> None:
         try:
-            command(**values) if call is None else call(values)
+            command(**values)
         except KeyboardInterrupt:  # which typer would make an exit without a word
             raise interrupted() from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    called.__annotations__ = {each.name: each.annotation for each in parameters}
     return called
 
 
@@ -122,7 +116,7 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
     That is `VALUE`, `--name VALUE`, `--name=VALUE`, `--flag` and `--no-flag`.
     """
     parameters = taken(command)
-    found = {each.name: each.default for each in parameters if each.default is not inspect.Parameter.empty}
+    found = {each.name: each.default for each, *_ in parameters if each.default is not each.empty}
     options = {option: each for each in parameters for option in each.options}
     places = [each for each in parameters if not each.options]
     known = [name[2:] + "=" * (each.kind is not bool) for name, each in options.items()]
@@ -131,11 +125,11 @@ def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | Non
         if not {name for name, _ in told} <= {text.partition("=")[0] for text in given}:  # a name cut short
             return None
         for name, text in told:
-            asked, flag = options[name], name == options[name].options[0]
-            found[asked.name] = flag if asked.kind is bool else _value(asked.kind, text, found[asked.name])
+            asked, kind, (positive, *_) = options[name]
+            found[asked.name] = name == positive if kind is bool else _value(kind, text, found[asked.name])
         for text in words:
-            asked = places[0] if get_origin(places[0].kind) is list else places.pop(0)
-            found[asked.name] = _value(asked.kind, text, found.get(asked.name))
+            asked, kind, _ = places[0] if get_origin(places[0].kind) is list else places.pop(0)
+            found[asked.name] = _value(kind, text, found.get(asked.name))
     except (GetoptError, LookupError, ValueError):
         return None
     return found if len(found) == len(parameters) else None

@@ -17,6 +17,7 @@ from warmlink.orchestration.results import refuse_others, results_folder
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
+    from warmlink.orchestration.master.error_budget import Attempt
     from warmlink.orchestration.master.guard import Line
     from warmlink.orchestration.master.recording.checkpoint import LongRun
     from warmlink.orchestration.master.recording.result import Result
@@ -146,7 +147,8 @@ def simulate(
             else:
                 alone = guarded(partial(attempt, chosen), lambda done, count: progress(done / count), remark)
                 found = Attempt(chosen, alone)
-            result, late = found.result, _late(read, found.unseen)
+            found = found.told(*_beyond(found), *_late(read, found.unseen))
+            result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
                 lost = write_files(target, series_writers(result.table, written, csv))
@@ -159,14 +161,13 @@ def simulate(
             arguments.print_statistics(result.statistics)
     for told in result.remarks:
         remark(told)
-    for name in found.missed if found.broken is None else ():
-        remark(f"{name}: the coupling error is not within the tolerance; allow more")
-    for part in late:
-        remark(
-            f"{part}: follows steps of an FMU's own that are as long as those of the run, so that a second "
-            "run does not show how late it is; take longer steps to bound its coupling error"
-        )
     arguments.finish(folder, lost, found.stopped)
+
+
+def _beyond(found: Attempt) -> list[str]:
+    """Say which variables are not within their tolerances."""
+    told = "the coupling error is not within the tolerance; allow more, or give a smaller --step"
+    return [f"{name}: {told}" for name in found.missed] if found.broken is None else []
 
 
 def _long_run(folder: Path, checkpoint: int | None, resume: bool) -> LongRun | None:
@@ -180,12 +181,17 @@ def _long_run(folder: Path, checkpoint: int | None, resume: bool) -> LongRun | N
 
 
 def _late(system: System, unseen: Sequence[str]) -> list[str]:
-    """Components of variables whose lateness is not seen; not of those that say that they sample."""
+    """Say of which components the lateness is not seen; not of those that say that they sample."""
     from warmlink.orchestration.system.description import read_description
 
     fed = dict.fromkeys(link.target_component for link in system.connections)
-    told = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
-    return [n for n in told if "sample_time" not in read_description(system.components[n].fmu).variables]
+    late = [name for name in fed if any(each.startswith(f"{name}.") for each in unseen)]
+    told = (
+        "follows steps of an FMU's own that are at least as long as those of the run, so that a second run "
+        "does not show how late it is; take longer steps to bound its coupling error"
+    )
+    variables = {name: read_description(system.components[name].fmu).variables for name in late}
+    return [f"{name}: {told}" for name, known in variables.items() if "sample_time" not in known]
 
 
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:

@@ -40,13 +40,15 @@ class CommunicationPoints:
         for name, value in times.items():
             if not math.isfinite(value):
                 raise InputError(f"{name}: {value} s is not a time; give a finite number of seconds")
-        told = f"communication step size: {step_size:g} s"
-        if step_size <= 0:
-            raise InputError(f"{told} is not positive; give a step above 0 s")
         duration = stop_time - start_time
         if duration < 0:
             before = f"{stop_time:g} s lies before the start time {start_time:g} s"
             raise InputError(f"stop time: {before}; give a later one")
+        told = f"communication step size: {step_size:g} s"
+        if step_size <= 0:
+            raise InputError(f"{told} is not positive; give a step above 0 s")
+        if math.isinf(duration / step_size):
+            raise InputError(f"{told} is too short for {duration:g} s; give a longer one")
         count = round(duration / step_size)
         if not _divides(step_size, duration):
             near = duration / max(count, 1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
@@ -25,7 +26,10 @@ from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.master.slaves.under_way import SIZE, UnderWay
 
 SAFETY = 1.5
-BOLD = (100.0, 10.0, 1.0)
+BOLD, TIMID, ATTEMPTS = 100.0, 0.25, 3
+"""How many times the tolerances are allowed at first, the share of what would just do that is allowed later,
+and how often this is tried."""
+
 
 Once = Callable[[Algorithm, bool], Result]
 """A run by an algorithm, at the step that was asked for, or at half of it."""
@@ -67,6 +71,10 @@ class Attempt:
         """Why one of the two runs ended early."""
         return self.result.reason or self.broken
 
+    def told(self, *remarks: str) -> Attempt:
+        """Give the same with more remarks on the result."""
+        return replace(self, result=replace(self.result, remarks=(*self.result.remarks, *remarks)))
+
 
 def attempted(
     algorithm: Algorithm, tolerances: Mapping[str, float], watched: Sequence[str] | None, once: Once
@@ -84,10 +92,15 @@ def attempted(
     once : does a run by an algorithm, the second one at half the step
     """
     found: list[Attempt] = []
-    for whole, finer in _ways(algorithm, tolerances):
+    for whole in _ways(algorithm, tolerances, found):
         # A later attempt that fails costs no earlier one.
         with suppress(*[SlaveError] * len(found)):
-            result = once(whole, False)
+            try:
+                result = once(whole, False)
+            except InputError as fault:  # the slaves cannot do it
+                if not found:
+                    raise
+                return found[-1].told(f"no smaller steps were tried: {fault}")
             if found and result.reason and not found[-1].result.reason:
                 if result.error is not None:
                     continue
@@ -97,9 +110,12 @@ def attempted(
             unseen: list[str] = []
             if result.reason is None:
                 try:
-                    fine = once(finer, True)
+                    fine = once(whole.at_half_the_step(), True)
                     bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
-                    unseen = unseen_in(fine, names)
+                    before = found[-1].bounds if found else {}
+                    # Shorter steps still would be those of an FMU's own again.
+                    still = [name for name, bound in bounds.items() if bound == 0.0 < before.get(name, 0.0)]
+                    unseen = [*dict.fromkeys([*unseen_in(fine, names), *still])]
                 except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
                     bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
             missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
@@ -110,18 +126,21 @@ def attempted(
     return found[-1]
 
 
-def _ways(algorithm: Algorithm, tolerances: Mapping[str, float]) -> Iterator[tuple[Algorithm, Algorithm]]:
-    """Give algorithms in the order in which they are tried, each with that of the run at half the step.
+def _ways(
+    algorithm: Algorithm, tolerances: Mapping[str, float], found: Sequence[Attempt]
+) -> Iterator[Algorithm]:
+    """Give algorithms in the order in which they are tried, by what came of those before.
 
-    Where the error sets the step, that is one with a tolerance that halves the steps. The first of these
-    allow more than the tolerance, since most errors die out again, which step doubling does not count on.
+    The first of those whose steps follow the error allows more than the tolerance, since most errors die out
+    again, which step doubling does not count on. The bound then tells how much may be allowed.
     """
-    yield algorithm, algorithm
-    inner = InterfaceNewton(tolerance=1e-5)
-    for bold in BOLD if tolerances else ():
-        whole = {name: bold * most for name, most in tolerances.items()}
-        halved = {name: most * 0.5**inner.order for name, most in whole.items()}
-        yield StepDoubling(inner, whole), StepDoubling(inner, halved)
+    yield algorithm
+    share = BOLD
+    for _ in range(ATTEMPTS if tolerances else 0):
+        following = StepDoubling(InterfaceNewton(tolerance=1e-5), tolerances, share=share)
+        yield following
+        bounds = found[-1].bounds if found and found[-1].algorithm is following else {}
+        share *= TIMID / max([1.0, *(bound / tolerances.get(name, np.inf) for name, bound in bounds.items())])
 
 
 def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence[str]) -> dict[str, float]:
@@ -141,16 +160,16 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
 
 
 def unseen_in(fine: Result, variables: Sequence[str]) -> list[str]:
-    """Variables that move in most steps, but in the run with half the step always in the same half of them.
+    """Variables that move in most steps, but in the run with half the step never in both halves of one.
 
-    What they follow moves in steps of its own, as long as those of the run. Half the step then brings nothing
-    new: how late they are by a step, the two runs do not show.
+    What they follow moves in steps of its own, at least as long as those of the run. Half the step then
+    brings nothing new: how late they are by a step, the two runs do not show.
     """
     found = []
     for name in variables:
         moved = np.diff(np.asarray(fine[name], dtype=float)) != 0
-        halves = sorted(float(np.mean(half)) for half in (moved[::2], moved[1::2]) if half.size)
-        if moved.size >= FEW_STEPS and halves[0] == 0.0 and halves[-1] > MOST_STEPS:
+        first, second = moved[: moved.size // 2 * 2].reshape(-1, 2).T
+        if moved.size >= FEW_STEPS and not np.any(first & second) and np.mean(first | second) > MOST_STEPS:
             found.append(name)
     return found
 

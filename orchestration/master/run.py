@@ -178,8 +178,10 @@ class Run:
         except KeyboardInterrupt:
             reason = f"interrupted at {recorder.points.time(max(recorder.rows - 1, 0)):g} s"
         timed = [each.statistics for each in network.slaves if isinstance(each, TimedSlave)]
+        resumed = self.checkpoints and self.checkpoints.found
         statistics = Statistics(
             communication_steps=max(recorder.rows - 1, 0),
+            resumed_steps=resumed.rows - 1 if resumed else 0,
             slave_steps=network.steps,
             rejected_steps=network.rejected.total(),
             limits_the_step=next((name for name, _ in network.rejected.most_common(1)), None),

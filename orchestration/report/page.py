@@ -98,12 +98,9 @@ def _packed(sections: Sequence[Section]) -> str:
     library, script = get_plotlyjs().encode(), f"\nconst figures = {{{','.join(drawn)}}};".encode()
     # The library, nearly all of the page, is compressed once and kept: what follows continues its stream.
     rest = zlib.compressobj(wbits=-zlib.MAX_WBITS)
-    stream = (
-        kept("plotly", metadata.version("plotly"), lambda: _begun(library)),
-        rest.compress(script) + rest.flush(),
-        zlib.adler32(script, zlib.adler32(library)).to_bytes(4, "big"),
-    )
-    return base64.b64encode(b"".join(stream)).decode()
+    begun = kept("plotly", metadata.version("plotly"), lambda: _begun(library))
+    checksum = zlib.adler32(script, zlib.adler32(library)).to_bytes(4, "big")
+    return base64.b64encode(begun + rest.compress(script) + rest.flush() + checksum).decode()
 
 
 def _begun(content: bytes) -> bytes:

@@ -116,10 +116,15 @@ def frame_of(results: Any) -> pandas.DataFrame:
 def refuse_unmatched(patterns: Sequence[str], names: Sequence[str]) -> None:
     """Raise InputError where one of some patterns, as `link.*`, matches no name that is recorded."""
     for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in names):
+        if not any(_matches(name, pattern) for name in names):
             raise InputError(
                 f"--record {pattern}: nothing of this name is recorded; {instead(pattern, names)}"
             )
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """Whether a name is one of a pattern, in which brackets are those of names, as `reading[1]`."""
+    return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
 def series_writers(
@@ -134,7 +139,7 @@ def series_writers(
     import pyarrow.csv
     from pyarrow import parquet
 
-    names = [name for name in table.names if any(fnmatchcase(name, p) for p in patterns)] or table.names
+    names = [name for name in table.names if any(_matches(name, p) for p in patterns)] or table.names
     headings = ["time [s]", *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]
     kind = pyarrow.float64()

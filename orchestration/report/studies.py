@@ -133,25 +133,16 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
 
 
 def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
-    kept, titles = front(found), [each.title for each in study.objectives]
-    seconds = [each.objectives[-1] if each.objectives else 0.0 for each in found]
+    kept, (first, second) = front(found), [each.title for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
         rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
-    figure = chart(
-        *_points(seconds, found, word),
-        _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front"),
-        x=titles[1],
-        y=titles[0],
-    )
-    return Section(
-        "Front",
-        f"The {word}s that no other one betters in both objectives; the best is closest to the least of "
-        "both.",
-        Table((word, *titles, *(axis.name for axis in study.axes)), rows),
-        figure,
-    )
+    marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in found], found, word)
+    edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
+    table = Table((word, first, second, *(axis.name for axis in study.axes)), rows)
+    text = f"The {word}s that no other one betters in both objectives; the best is closest to the least of "
+    return Section("Front", f"{text}both.", table, chart(*marks, edge, x=second, y=first))
 
 
 def _history(study: Study, trials: list[Judged]) -> Section:

@@ -52,6 +52,12 @@ def quantity(text: str | float, unit: str, where: str = "", *, difference: bool 
     return number if given == unit else converter(given, unit, where, difference=difference)(number)
 
 
+def bare(text: str | float) -> float:
+    """Number that stands before the unit in what `quantity` takes."""
+    found = _QUANTITY.match(str(text))
+    return float(found.group(1)) if found else math.nan
+
+
 def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
     """Conversion from a unit as written to an SI unit; raises InputError if the units do not fit."""
     try:

@@ -10,7 +10,7 @@ from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.entries import converter, quantity
+from warmlink.orchestration.scenarios.entries import bare, converter, quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
@@ -75,14 +75,16 @@ def to_si(text: str | float, scalar: Scalar, where: str, difference: bool = Fals
     """SI value of `"6 W"` or `"22 degC"`, or of a bare number in SI, for a variable.
 
     `difference` says that it is one (a noise, an offset), even where the variable is a temperature. Raises as
-    `quantity`, and where a value is too high that would do in the unit in which people read the variable.
+    `quantity`, and where a number in SI is too high that would do in the unit in which people read the
+    variable.
     """
     variable = scalar.variable
     unit, display, most = variable.unit, variable.display, variable.maximum
     value = quantity(text, unit, where, difference=difference or not scalar.is_temperature)
     if display and most is not None and value > most >= converter(display, unit)(value):
         told = f"{value:g} {unit} is too high (at most {most:g} {unit})"
-        raise InputError(f"{where}: {told}; did you mean {value:g} {display}?")
+        if value == bare(text):
+            raise InputError(f"{where}: {told}; did you mean {value:g} {display}?")
     return value
 
 

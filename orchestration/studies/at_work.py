@@ -87,10 +87,8 @@ def at_work(
             if built.kind == "native" and means.fmus is None and not means.exact:
                 whole = replace(fmus, rollouts=joined_systems(scenarios, said.append))
                 fmus = agreeing(scenarios, mismatches, whole, said.append)
-            if client is None:
-                workers: Workers = stack.enter_context(LocalWorkers(fmus, means.jobs))
-            else:
-                workers = ClusterWorkers(fmus, client)
+            own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
+            workers: Workers = stack.enter_context(own)
             yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():

@@ -15,6 +15,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metrics
 from warmlink.orchestration.closed_loop.outcome import discretisation_um
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
@@ -121,16 +122,18 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
     """
     system = case.setup.blueprint.system(fmus, case.law, case.values)
 
-    def simulated(step: float) -> Result:
-        by, record = algorithm(case.master), recorded(case.setup)
+    def simulated(step: float, by: Algorithm) -> Result:
+        record = recorded(case.setup)
         ended = simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
         if ended.reason is not None and ended.error is None:  # nothing else stops a run without an error
             raise KeyboardInterrupt
         return ended
 
-    result = simulated(case.step_size)
+    chosen = algorithm(case.master)
+    result = simulated(case.step_size, chosen)
     repeats = case.with_budget and result.reason is None
-    return figures(case, result, simulated(case.step_size / 2) if repeats else None)
+    fine = simulated(case.step_size / 2, chosen.at_half_the_step()) if repeats else None
+    return figures(case, result, fine)
 
 
 def recorded(setup: Setup) -> tuple[str, ...]:

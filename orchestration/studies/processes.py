@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import connection
@@ -41,12 +41,12 @@ Ended = Iterator[tuple[list[int], list[Outcome] | None]]
 
 
 class _Processes:
-    """Workers that take shares of the cases; what is common to all kinds."""
+    """Workers that take shares of the cases; what is common to all kinds. `count` tells how many they are."""
 
     rounds = ATTEMPTS
 
-    def __init__(self, fmus: FmuSet) -> None:
-        self._fmus = fmus
+    def __init__(self, fmus: FmuSet, count: Callable[[], int]) -> None:
+        self._fmus, self._count = fmus, count
 
     def __enter__(self) -> Any:
         return self
@@ -81,10 +81,6 @@ class _Processes:
             shares[-1] += together
         return shares
 
-    def _count(self) -> int:
-        """Number of workers."""
-        raise NotImplementedError
-
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
         """Run shares of the cases, each once."""
         raise NotImplementedError
@@ -98,17 +94,13 @@ class LocalWorkers(_Processes):
     """
 
     def __init__(self, fmus: FmuSet, jobs: int = DEFAULT_JOBS) -> None:
-        super().__init__(fmus)
+        super().__init__(fmus, lambda: jobs)
         check_jobs(jobs)
-        self._jobs = jobs
         self._idle: list[OtherProcess] = []
 
     def __exit__(self, *raised: object) -> None:
         while self._idle:
             self._idle.pop().end()
-
-    def _count(self) -> int:
-        return self._jobs
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
         joined = all(lane_of(case, self._fmus.rollouts) is not None for case in cases)
@@ -119,7 +111,7 @@ class LocalWorkers(_Processes):
         waiting, busy = shares[::-1], dict[Any, tuple[OtherProcess, list[int]]]()
         try:
             while waiting or busy:
-                while waiting and len(busy) < self._jobs:
+                while waiting and len(busy) < self._count():
                     share = waiting.pop()
                     worker = self._idle.pop() if self._idle else OtherProcess("worker", _work, self._fmus)
                     busy[worker.pipe] = worker, share
@@ -128,17 +120,15 @@ class LocalWorkers(_Processes):
                         worker.ask([cases[place] for place in share])
                 for ready in connection.wait(list(busy)):
                     worker, share = busy[ready]
+                    outcomes: list[Outcome] | InputError | None = None
                     try:
-                        outcomes: list[Outcome] | InputError | None = worker.answer(0.0)
+                        outcomes = worker.answer(0.0)
+                        if outcomes is None:  # it has begun
+                            continue
+                        self._idle.append(worker)
                     except ProcessEndedError:
-                        del busy[ready]
                         worker.end()
-                        yield share, None
-                        continue
-                    if outcomes is None:  # it has begun
-                        continue
                     del busy[ready]
-                    self._idle.append(worker)
                     if isinstance(outcomes, InputError):
                         raise outcomes
                     yield share, outcomes
@@ -175,7 +165,7 @@ class ClusterWorkers(_Processes):
     rounds = 2
 
     def __init__(self, fmus: FmuSet, client: Client) -> None:
-        super().__init__(fmus)
+        super().__init__(fmus, lambda: sum(client.nthreads().values()) or 1)
         self._client = client
         # A copy that a task makes, unlike scattered data, is made again when all that held it have died.
         self._shared: Any = self._client.submit(replace, fmus, pure=False)
@@ -191,9 +181,6 @@ class ClusterWorkers(_Processes):
                 f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
                 "run again to go on"
             ) from fault
-
-    def _count(self) -> int:
-        return sum(self._client.nthreads().values()) or 1
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
         from distributed import KilledWorker, as_completed

@@ -68,10 +68,8 @@ class Storage:
             # Found out now rather than after the first batch: may it be written?
             self.study.set_user_attr("title", study.title)
         except Exception as fault:
-            raise InputError(
-                f"storage {self.place}: cannot be used ({_brief(fault)}); wait for whoever uses it, "
-                "or choose another"
-            ) from fault
+            told = f"storage {self.place}: cannot be used ({_brief(fault)})"
+            raise InputError(f"{told}; wait for whoever uses it, or choose another") from fault
 
     def trials(self) -> list[Judged]:
         """Finished trials by number; InputError if the storage cannot be read."""

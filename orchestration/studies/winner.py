@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -37,19 +36,18 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
     limits = [*(Constraint(**vars(each), at_most=value) for each, value in reached), *study.constraints]
     found, cases = [winner], study.cases(winner.point, "")
 
-    @cache
-    def margins(*shares: float) -> list[Array]:
-        """Margins of the runs to each limit, at shares of the ways between the axes' bounds."""
-        moved = {axis.name: axis.at(float(x)) for axis, x in zip(axes, shares, strict=True)}
+    def left(z: Array) -> Array:
+        """Margins of the runs to each limit at shares of the ways between the axes' bounds.
+
+        The first of `z` is by how much the first objective's bound is lowered; the shares follow. What was
+        run before, as where that alone differs, the workers know.
+        """
+        moved = {axis.name: axis.at(float(x)) for axis, x in zip(axes, z[1:], strict=True)}
         (ended,) = evaluate(study, [{**winner.point, **moved}], workers, winner.number)
         if ended.reason is not None:
             raise ArithmeticError
         found.append(ended)
-        return [limit.margins(ended.outcomes, cases) for limit in limits]
-
-    def left(z: Array) -> Array:
-        """Margins where the first objective's bound is lowered by the first of `z`."""
-        first, *others = margins(*z[1:])
+        first, *others = (limit.margins(ended.outcomes, cases) for limit in limits)
         return np.concatenate([first + z[0], *others])
 
     with suppress(ArithmeticError):

@@ -15,7 +15,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import whole_file
-from warmlink.fmus.packaging.cache import cache_folder, remembered, used
+from warmlink.fmus.packaging.cache import remembered, used, writable_cache
 from warmlink.fmus.packaging.native.library import loaded, made_here, processor
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
@@ -86,7 +86,7 @@ class FmuSet:
     @property
     def unpacked(self) -> Path:
         """Folder in which runs on this machine unpack them, once; their files lie beside it."""
-        return cache_folder() / "studies" / self.digest / "unpacked"
+        return writable_cache() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
         """Files of the FMUs on this machine, written where they are missing or damaged."""
@@ -136,9 +136,7 @@ def side_by_side(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> list
     for place in sorted(range(len(cases)), key=lambda place: -cases[place].hours):
         alike.setdefault(lane_of(cases[place], rollouts) or place, []).append(place)
     most = max((each.lanes for each in rollouts.values()), default=1)
-    return [
-        places[first : first + most] for places in alike.values() for first in range(0, len(places), most)
-    ]
+    return [places[i : i + most] for places in alike.values() for i in range(0, len(places), most)]
 
 
 def seconds(case: Case, rollouts: Mapping[str, Rollout]) -> float:
@@ -218,16 +216,13 @@ def agreeing(
     good = {law: each for law, each in found.items() if each[0] <= each[1]}
     for law, (difference, coupling) in found.items():
         if law not in good:
-            remark(
-                f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs, "
-                f"more than the coupling error of {coupling:.2g} µm; it runs on its FMUs"
-            )
+            told = f"{law}: figures of the joined system differ by {difference:.2g} µm from those of the FMUs"
+            remark(f"{told}, more than the coupling error of {coupling:.2g} µm; it runs on its FMUs")
     if good:
         difference, coupling = np.max(list(good.values()), axis=0)
-        remark(
-            f"joined systems: {len(good)} runs tried beside the FMUs; figures differ by at most "
-            f"{difference:.2g} µm, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)"
-        )
+        told = f"joined systems: {len(good)} runs tried beside the FMUs"
+        told += f"; figures differ by at most {difference:.2g} µm"
+        remark(f"{told}, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)")
     return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 

@@ -7,7 +7,14 @@ from collections.abc import Mapping
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.model import INTEGER_BITS, TYPES, ConnectorType, ModelInfo, Value, Variable
+from warmlink.orchestration.system.model import (
+    INTEGER_RANGES,
+    TYPES,
+    ConnectorType,
+    ModelInfo,
+    Value,
+    Variable,
+)
 from warmlink.orchestration.system.units import Unit
 
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
@@ -86,9 +93,9 @@ def checked_value(variable: Variable, value: Value, where: str) -> Value:
         return value
     number = float(value) if variable.kind == "Real" else int(value)
     unit = f" {variable.unit}" if variable.unit else ""
-    if variable.type in INTEGER_BITS:
-        bits, signed = INTEGER_BITS[variable.type]
-        least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+    if variable.type in INTEGER_RANGES:
+        least, most = INTEGER_RANGES[variable.type]
+        bits = (most - least).bit_length()
         if not least <= number <= most:
             # FMI would pass its last bits, another number.
             raise InputError(f"{where}: {number} does not fit into {bits} bits; give {least} to {most}")

@@ -54,19 +54,17 @@ def read_description(fmu: Path) -> ModelInfo:
     if not is_file(fmu):
         raise InputError(f"{fmu}: no such file; give the path of an .fmu file")
     facts = fmu.stat()
-    return _read_cached(fmu.resolve(), facts.st_mtime_ns, facts.st_size)
+    return _read_cached(fmu.resolve(), (facts.st_mtime_ns, facts.st_ctime_ns, facts.st_size))
 
 
 @lru_cache(maxsize=256)
-def _read_cached(fmu: Path, _modified_ns: int, _size: int) -> ModelInfo:
+def _read_cached(fmu: Path, _facts: tuple[int, int, int]) -> ModelInfo:
     where = f"{fmu.name}: modelDescription.xml"
     text = archive.read_member(fmu, "modelDescription.xml")
     # By what it says alone: FMUs of a system are unpacked into another folder for each run.
     said = hashlib.sha256(text).hexdigest()
-    found = remembered(
-        "descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where)
-    )
-    return replace(found, path=fmu)
+    info = remembered("descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where))
+    return replace(info, path=fmu)
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:

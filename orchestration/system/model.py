@@ -28,15 +28,16 @@ Value = float | int | bool | str
 StartValues = Mapping[str, Mapping[str, Value]]
 """Start values by instance and variable."""
 
-INTEGER_BITS = {
-    "Integer": (32, True),
-    **{f"{sign}Int{bits}": (bits, not sign) for sign in ("", "U") for bits in (8, 16, 32, 64)},
+INTEGER_RANGES = {
+    "Integer": (-(1 << 31), (1 << 31) - 1),
+    **{f"Int{bits}": (-(1 << bits - 1), (1 << bits - 1) - 1) for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": (0, (1 << bits) - 1) for bits in (8, 16, 32, 64)},
 }
-"""For each integer type of FMI its size, and whether it has a sign."""
+"""Least and largest value of each integer type of FMI."""
 
 TYPES: dict[str, ConnectorType] = {
     **dict.fromkeys(("Real", "Float32", "Float64"), "Real"),
-    **dict.fromkeys(INTEGER_BITS, "Integer"),
+    **dict.fromkeys(INTEGER_RANGES, "Integer"),
     "Boolean": "Boolean",
     "String": "String",
     "Enumeration": "Enumeration",

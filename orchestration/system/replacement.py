@@ -9,19 +9,20 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.packaging.cache import writable_cache
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.units import QuantityError, Unit, conversion
+from warmlink.orchestration.system.model import Component, Connection, System, Value
+from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 from warmlink.orchestration.system.xml import parse_xml, to_bytes
 from warmlink.orchestration.text_files import pair
 
@@ -95,18 +96,67 @@ class Replacements:
         return _renamed(path, renamed) if renamed else path
 
     def in_system(self, system: System) -> System:
-        """A system with its parts replaced; raises InputError where one does not fit."""
-        parts, links = dict(system.components), system.connections
+        """A system with its parts replaced, whose start values stay; its remarks tell which are left out.
+
+        Raises InputError where an FMU does not fit.
+        """
+        parts, links, remarks = dict(system.components), system.connections, [*system.remarks]
         ends = [end for each in links for end in (each.source, each.target)]
         for instance in self.fmus:
             if instance not in parts:
                 raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
-            before = read_description(parts[instance].fmu)
+            part, before = parts[instance], read_description(parts[instance].fmu)
             asked = {name: (v.causality, own_unit(before, v)) for name, v in before.variables.items()}
-            parts[instance] = component(instance, self.fmu(instance, before.model_name, asked, ends))
+            renamed = [end for end in self.names if end.removeprefix(f"{instance}.") in part.values]
+            path = self.fmu(instance, before.model_name, asked, [*ends, *renamed])
+            values = _converted(part.values, before, read_description(path))
+            parts[instance] = component(instance, path, values)
+            remarks += [
+                f"{instance}.{name}: {path.name} takes no such value; {value} is left out"
+                for name, value in part.values.items()
+                if name not in values
+            ]
         touched = [each for each in links if any(name in self.fmus for name, _ in each.ends)]
-        anew = dict(zip(touched, connected(parts, ((c.source, c.target) for c in touched)), strict=True))
-        return replace(system, components=parts, connections=tuple(anew.get(each, each) for each in links))
+        pairs = [(each.source, each.target) for each in touched]
+        was, now = connected(system.components, pairs), connected(parts, pairs)
+        anew = {
+            link: after if link == plain else _transformed(link, system, parts)
+            for link, plain, after in zip(touched, was, now, strict=True)
+        }
+        connections = tuple(anew.get(each, each) for each in links)
+        return replace(system, components=parts, connections=connections, remarks=tuple(remarks))
+
+
+def _transformed(link: Connection, system: System, parts: Mapping[str, Component]) -> Connection:
+    """A connection that does more than to convert units, between parts whose units may be others now."""
+    (giving, output), (taking, target) = link.ends
+    before, after = (
+        {name: read_description(held[name].fmu) for name in (giving, taking)}
+        for held in (system.components, parts)
+    )
+    arriving = _change(after[giving], before[giving], output).then(link.factor, link.offset)
+    onward = _change(before[taking], after[taking], target)
+    found = arriving.then(onward.factor, onward.offset)
+    return replace(link, factor=found.factor, offset=found.offset)
+
+
+def _change(before: ModelInfo, after: ModelInfo, name: str) -> Conversion:
+    """Conversion of a variable's values in one FMU to those in another one; QuantityError if they differ."""
+    old, new = (own_unit(info, info.variables[name]) for info in (before, after))
+    relative = before.variables[name].relative
+    return IDENTITY if old is None or new is None else conversion(old, new, relative)
+
+
+def _converted(values: Mapping[str, Value], before: ModelInfo, after: ModelInfo) -> dict[str, Value]:
+    """Start values for one FMU that another one takes too, in its units."""
+    found = {}
+    for name, value in values.items():
+        old, new = before.variables[name], after.variables.get(name)
+        if new is not None and new.settable and new.kind == old.kind:
+            with suppress(QuantityError):
+                change = _change(before, after, name)
+                found[name] = value if change.identity else change(float(value))
+    return found
 
 
 NOTHING_REPLACED = Replacements({}, {})
@@ -132,7 +182,7 @@ def _faults(info: ModelInfo, name: str, causality: str, asked: Unit | None, exac
 
 def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     """Copy of an FMU in the cache with other names of variables."""
-    folder = unpack(fmu, cache_folder() / "renamed")
+    folder = unpack(fmu, writable_cache() / "renamed")
     key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
     target = folder.with_name(f"{folder.name}-{key}") / fmu.name
     if not target.is_file():

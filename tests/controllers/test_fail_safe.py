@@ -59,52 +59,43 @@ def test_a_missing_reading_is_no_news_and_the_last_is_kept() -> None:
     assert trust.last[0] == 300.0
 
 
-def judge(trust: fail_safe.Trust, innovation: float, news: float = 1.0) -> fail_safe.Judgement:
-    return fail_safe.judged(
-        fail_safe.Trust(*(each[0] for each in trust)), news, innovation, 1.0, 1.0, GATES, 1.0
-    )
+NEW = fail_safe.Memory(0.0, 0.0, 0.0)
 
 
-def kept(trust: fail_safe.Trust, verdict: fail_safe.Judgement) -> fail_safe.Trust:
-    return trust._replace(
-        mean=np.array([verdict.mean]), calm_for=np.array([verdict.calm_for]), out=np.array([verdict.out])
-    )
+def judge(memory: fail_safe.Memory, innovation: float, news: float = 1.0) -> tuple[float, fail_safe.Memory]:
+    return fail_safe.judged(memory, news, innovation, 1.0, 1.0, GATES, 1.0)
 
 
 def test_a_leap_is_out_at_once_and_comes_back_when_it_has_been_calm() -> None:
-    verdict = judge(memory(), 6.0)
-    assert (verdict.use, verdict.out) == (0.0, 1.0)
-    trust = kept(memory(), verdict)
+    use, after = judge(NEW, 6.0)
+    assert (use, after.out) == (0.0, 1.0)
     uses = []
     for _ in range(80):
-        verdict = judge(trust, 0.1)
-        trust = kept(trust, verdict)
-        uses.append(verdict.use)
+        use, after = judge(after, 0.1)
+        uses.append(use)
     assert uses == [0.0] * 59 + [1.0] * 21
 
 
 def test_a_lasting_bias_is_out_though_no_single_reading_leaps() -> None:
-    trust, said = memory(), []
+    after, said = NEW, []
     for _ in range(200):
-        verdict = judge(trust, 1.5)
-        trust = kept(trust, verdict)
-        said.append(verdict.out)
+        _, after = judge(after, 1.5)
+        said.append(after.out)
     expected = -120 * math.log(1 - 0.6 / 1.5)
     assert said.index(1.0) == pytest.approx(expected, abs=1.5)
 
 
 def test_a_repeated_reading_is_a_fault_only_off_the_prediction() -> None:
-    assert judge(memory(), 1.0, news=0.0).out == 0.0
-    assert judge(memory(), 4.0, news=0.0).out == 1.0
-    assert judge(memory(), math.nan, news=0.0).out == 0.0, "missing is another matter"
+    assert judge(NEW, 1.0, news=0.0)[1].out == 0.0
+    assert judge(NEW, 4.0, news=0.0)[1].out == 1.0
+    assert judge(NEW, math.nan, news=0.0)[1].out == 0.0, "missing is another matter"
 
 
 def test_sound_signals_are_not_doubted() -> None:
     """White standard normal innovations: a mean gate of nine of its standard deviations, a gate of five."""
-    draw, trust = np.random.default_rng(4), memory()
+    draw, after = np.random.default_rng(4), NEW
     out = 0.0
     for number in draw.normal(size=10_000):
-        verdict = judge(trust, float(number))
-        trust = kept(trust, verdict)
-        out += verdict.out
+        _, after = judge(after, float(number))
+        out += after.out
     assert out == 0.0

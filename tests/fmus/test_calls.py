@@ -3,6 +3,7 @@
 import ctypes
 import itertools
 import re
+from functools import partial
 from typing import NamedTuple
 
 import casadi
@@ -103,7 +104,7 @@ def test_true_is_not_taken_for_one() -> None:
     assert [float(each) for each in both(1.0)] == [3.0, 2.0]
 
 
-@side_by_side(1)
+@partial(side_by_side, paired=1)
 def scaled(pair: Pair, factor: Number) -> Pair:
     return Pair(pair.first * factor, pair.second - factor[0])
 

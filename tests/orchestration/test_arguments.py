@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from functools import wraps
 from typing import Any
 
 import pytest
@@ -38,7 +39,7 @@ def test_plain_arguments_are_read_as_typer_reads_them(line: str) -> None:
     name, *given = shlex.split(line)
     told: list[dict[str, Any]] = []
     app = typer.Typer()
-    app.command()(for_typer(command_named(name), told.append))
+    app.command()(for_typer(wraps(command_named(name))(lambda **values: told.append(values))))
     app(given, standalone_mode=False)
     assert plain_values(command_named(name), given) == told[0]
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import re
 import tempfile
 from pathlib import Path
+from zipfile import is_zipfile
 
 import pytest
 
-from warmlink.fmus.errors import InputError
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder
-from warmlink.orchestration.fmu_store import store
+from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest
+from warmlink.fmus.packaging.python import fmu as building
+from warmlink.orchestration.fmu_store import FmuStore, store
 
 
 def test_a_cache_that_cannot_be_written_is_replaced_with_a_remark(
@@ -42,3 +47,35 @@ def test_a_cache_named_from_where_one_stands_is_one_place(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(CACHE_VARIABLE, "here")
     assert cache_folder() == tmp_path / "here"
+
+
+def test_what_a_read_only_cache_lacks_is_built_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "filled" / source_digest() / "python").mkdir(parents=True)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "filled"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    built = FmuStore("python").files(["Heater"])["Heater"]
+    assert is_zipfile(built)
+    assert built.is_relative_to(tmp_path / "temporary")
+
+
+def test_a_damaged_fmu_is_built_anew(tmp_path: Path) -> None:
+    kept = FmuStore("python", tmp_path)
+    kept.folder.mkdir(parents=True)
+    (kept.folder / "Heater.fmu").write_bytes(b"")  # as a computer leaves it that loses its power
+    assert is_zipfile(kept.files(["Heater"])["Heater"])
+
+
+def test_a_full_disk_is_that_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(entries: object, folder: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(building, "build_python_fmus", full)
+    place = re.escape(str(FmuStore("python", tmp_path).folder))
+    with pytest.raises(
+        NoRoomError, match=f"{place}: cannot be written .* another folder in {CACHE_VARIABLE}"
+    ):
+        FmuStore("python", tmp_path).files(["Heater"])

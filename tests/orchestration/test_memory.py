@@ -26,7 +26,7 @@ from warmlink.orchestration.command_line.simulate import simulate
 from warmlink.orchestration.master.compiled import loop as compiled
 
 try:
-    compiled.prepare()
+    compiled.library()
 except InputError:
     pass  # without a compiler it takes longer, and no more memory
 

@@ -28,7 +28,7 @@ OTHER = {"heat_flow": "Q", "base_temperature": "T.base", "elongation": "dL"}
 @pytest.fixture
 def strange(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A link whose variables have other names."""
-    monkeypatch.setattr(replacement, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(replacement, "writable_cache", lambda: tmp_path)
     link = FmuStore("native").files(["ThermalLink"])["ThermalLink"]
     return replacement._renamed(link, OTHER).rename(tmp_path / "My.fmu")
 
@@ -55,6 +55,35 @@ def test_a_link_under_other_names_runs_as_the_one_that_it_replaces(strange: Path
     assert np.array_equal(growths[0], growths[1])
     assert np.array_equal(growths[0], growths[2])
     assert growths[0][-1] > 1e-6
+
+
+def test_start_values_of_a_part_are_those_of_what_replaces_it(strange: Path) -> None:
+    scenario = cell()
+    before = scenario.system(scenario.files(FmuStore("native")))
+    asked = {"length": 0.8, "tip_position": 0.78, "conductivity": 50.0}
+    link = replace(before.components["link"], values={**asked})
+    names = {**OTHER, "conductivity": "k"}
+    one, other = (
+        given(replacement._renamed(strange, {"conductivity": "k", **more}), names).in_system(
+            replace(before, components={**before.components, "link": link})
+        )
+        for more in ({}, {"length": "L"})
+    )
+    assert one.components["link"].values == asked
+    assert one.remarks == before.remarks
+    assert other.components["link"].values == {n: v for n, v in asked.items() if n != "length"}
+    assert other.remarks == (*before.remarks, "link.length: My.fmu takes no such value; 0.8 is left out")
+
+
+def test_what_a_connection_does_to_a_value_stays(strange: Path) -> None:
+    scenario = cell()
+    before = scenario.system(scenario.files(FmuStore("native")))
+    doubled = tuple(
+        replace(each, factor=2.0, offset=1.0) if each.source_component == "link" else each
+        for each in before.connections
+    )
+    after = given(strange, OTHER).in_system(replace(before, connections=doubled))
+    assert after.connections == doubled != before.connections
 
 
 def test_all_that_is_missing_is_said_at_once(strange: Path) -> None:

@@ -207,12 +207,14 @@ def test_what_is_not_recorded_cannot_be_chosen(
 
 
 def test_what_is_written_can_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    chosen = ["--record", "link.elo*,motor.shaft_temperature", "--no-csv", "--no-report"]
+    names = "link.elo*,motor.shaft_temperature,sensors.reading[1]"
+    chosen = ["--record", names, "--no-csv", "--no-report"]
     assert (
         run(["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch)
         == 0
     )
     assert {path.name for path in (tmp_path / "o").iterdir()} == {"metrics.json", "results.parquet"}
     frame = pd.read_parquet(tmp_path / "o" / "results.parquet")
-    assert list(frame) == ["time [s]", "motor.shaft_temperature [K]", "link.elongation [m]"]
+    named = ["motor.shaft_temperature [K]", "link.elongation [m]", "sensors.reading[1] [K]"]
+    assert list(frame) == ["time [s]", *named]
     assert len(frame) == 61

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -75,6 +76,15 @@ def interrupted(path: Path, folder: str, *options: str) -> subprocess.CompletedP
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     return subprocess.CompletedProcess([], process.returncode, out, err)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell of POSIX")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_nobody_has_to_listen(fmu: Path, closed: str) -> None:
+    """Files would else get the numbers of the streams that the caller has closed, and be written to."""
+    command = shlex.join([*COMMAND, str(oscillator(fmu, 1.0)), "--out", "o", "--isolate"])
+    assert subprocess.run(["sh", "-c", f"{command} {closed}"], check=False).returncode == 0
+    assert len(pd.read_parquet("o/results.parquet")) == 11
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")

@@ -125,8 +125,8 @@ class _Body:
         self.writer, self.forms, self.type, self.name = writer, writer.forms, writer.type, function.name()
         self._statements: list[tuple[str, Sequence[str]]] = []
         """C, and the names that it makes; none: results of the function."""
-        self._vectors: dict[str, tuple[int, str]] = {}  # by name: numbers that a call finds, declaration
-        self._needed: set[str] = set()  # names of vectors that are a part of a result
+        self._vectors: dict[str, tuple[int, str]] = {}
+        """By name: numbers that a call finds, 0 where they lie in a result; declaration."""
         self._made: dict[str, tuple[str, list[str]]] = {}  # by which operation, of what
         self._gathered: dict[str, str] = {}
         handed: list[tuple[int, int, str, int]] = []  # what of results lies in vectors: of which, where
@@ -156,7 +156,7 @@ class _Body:
 
     def lines(self) -> list[str]:
         """Lines of what any result needs."""
-        needed, lines = {*self._needed}, list[str]()
+        needed, lines = {name for name, (size, _) in self._vectors.items() if not size}, list[str]()
         for text, makes in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
                 needed.update(re.findall(r"\w+", text))
@@ -174,7 +174,6 @@ class _Body:
             which, first, name, at = run[0]
             if self._vectors.get(name, (0, ""))[0] == len(run):
                 self._vectors[name] = 0, f"{self.type} *{name}=&y{which}[{first}];"
-                self._needed.add(name)
             else:
                 self._add(f"for (int i=0; i<{len(run)}; ++i) y{which}[{first}+i]={name}[{at}+i];")
 
@@ -187,9 +186,8 @@ class _Body:
         """Result of an operation; what adds that under a condition to that otherwise is one choice."""
         form = self.forms.get(kind)
         if form is None:
-            raise InputError(
-                f"{self.name}: CasADi's operation {kind.lower()} has no C here; write it with others"
-            )
+            told = f"{self.name}: CasADi's operation {kind.lower()} has no C here"
+            raise InputError(f"{told}; write it with others")
         parts = [self._made.get(each, ("", [])) for each in given]
         if kind == "ADD" and all(made == "IF_ELSE_ZERO" for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
@@ -217,12 +215,12 @@ class _Body:
         sizes = [function.nnz_in(k) for k in range(function.n_in())]
         parts = [numbers[end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True)]
         given = [part[0] if len(part) == 1 else self._beside(part) for part in parts]
-        how = written(function)
+        how, named = written(function), self.writer.named
         found = {f"t{len(self._vectors) + k}": function.nnz_out(k) for k in range(function.n_out())}
         self._vectors |= {t: (size, f"{self.type} {t}[{size or 1}];") for t, size in found.items()}
         asked, made, lines = how.otherwise is not None, [*found], list[str]()
         handed = ", ".join([*given[asked:], *found])
-        call = f"{self.writer.named(how.function if asked else function)}({handed});"
+        call = f"{named(how.function if asked else function)}({handed});"
         if how.otherwise is IDLE:
             left = map(self._beside, parts[1 : len(found) + 1])
             lines = [f"const {self.type} *p{t}={place};" for t, place in zip(found, left, strict=True)]
@@ -230,9 +228,7 @@ class _Body:
             found = {f"p{t}": size for t, size in found.items()}
             made += found
         if asked:
-            other = (
-                "" if how.otherwise is IDLE else f" else {{ {self.writer.named(how.otherwise)}({handed}); }}"
-            )
+            other = "" if how.otherwise is IDLE else f" else {{ {named(how.otherwise)}({handed}); }}"
             call = f"if ({self.forms['asked'].format(given[0])}) {{ {call} }}{other}"
         self._add("\n  ".join([*lines, call]), *made)
         return [f"{name}[{i}]" for name, size in found.items() for i in range(size)]

@@ -179,6 +179,16 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
     return tuple(chosen)
 
 
+def library_here(sources: Mapping[str, str], name: str, *flags: str, level: str | None = None) -> bytes:
+    """A shared library for this machine, with further flags, for processors of a level or for any.
+
+    InputError where nothing here compiles it.
+    """
+    (compiler,) = compilers(platforms_named(None))
+    compiler = compiler.at(level)
+    return replace(compiler, flags=(*compiler.flags, *flags)).library(sources, name)
+
+
 @cache
 def _object(
     compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]

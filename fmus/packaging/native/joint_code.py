@@ -46,9 +46,8 @@ def starting(component: Component, joint: Joint) -> Iterator[Function]:
         inputs = casadi.SX(part_inputs(component, joint, key, now))
         slope = casadi.jtimes(inputs, casadi.vertcat(*now[:2]), casadi.vertcat(*along))
         given = called(function(f"inputs_{part.name}", now, inputs))(*when)
-        turned = called(function(f"inputs_tangent_{part.name}", [*now, *along], slope))(
-            *when, casadi.vertcat(*moved.values()), du
-        )
+        tangent = called(function(f"inputs_tangent_{part.name}", [*now, *along], slope))
+        turned = tangent(*when, casadi.vertcat(*moved.values()), du)
         moved[key] = of[f"begin_tangent_{part.name}"](given, own, turned)
         begun[key] = of[f"begin_{part.name}"](given, own)
     yield "settle", [s.p], casadi.vertcat(*(settled[d] for d in sorted(settled)))

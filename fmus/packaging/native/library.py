@@ -27,19 +27,15 @@ def made_here() -> tuple[object, ...]:
 @lru_cache(maxsize=16)
 def loaded(library: bytes) -> ctypes.CDLL:
     """A library, loaded from its contents; InputError where the system does not allow that."""
-    folder = Path(tempfile.mkdtemp(prefix="warmlink-"))
-    file = folder / "library"
-    try:
-        file.write_bytes(library)
-        return ctypes.CDLL(str(file))
-    except OSError as fault:
-        raise InputError(
-            f"{folder}: what was compiled does not load from there ({fault}); name another folder in TMPDIR"
-        ) from None
-    finally:
-        with contextlib.suppress(OSError):  # Windows keeps the file of a loaded library
-            file.unlink()
-            folder.rmdir()
+    # Windows keeps the file of a loaded library.
+    with tempfile.TemporaryDirectory(prefix="warmlink-", ignore_cleanup_errors=True) as folder:
+        file = Path(folder) / "library"
+        try:
+            file.write_bytes(library)
+            return ctypes.CDLL(str(file))
+        except OSError as fault:
+            told = f"{folder}: what was compiled does not load from there ({fault})"
+            raise InputError(f"{told}; name another folder in TMPDIR") from None
 
 
 @cache

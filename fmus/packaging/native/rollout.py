@@ -32,8 +32,8 @@ class Rollout:
     library : a shared library
     level : oldest processor that it runs on; None for any
     lanes : runs that go side by side
-    starting : CasADi function, serialised, from the parameters to what the C core starts from
-    table : CasADi function, serialised, from what such parts settle and the time to what they give
+    starting : CasADi function from the parameters to what the C core starts from
+    table : CasADi function from what such parts settle and the time to what they give
     parameters : start values by name, in the order of the parameters
     recorded : names of the outputs and states that are recorded
     sample_times : parameter of each clock
@@ -45,8 +45,8 @@ class Rollout:
     library: bytes
     level: str | None
     lanes: int
-    starting: str
-    table: str
+    starting: Any
+    table: Any
     parameters: Mapping[str, float]
     recorded: tuple[str, ...]
     sample_times: tuple[str, ...]
@@ -94,13 +94,10 @@ class Rollout:
 
     def _started(self, given: Sequence[Given]) -> list[Array]:
         """What each run starts from, side by side, the last run in the lanes that are left."""
-        rows = []
-        for values in given:
-            full = ((f"{part}.{name}", value) for part, of in values.items() for name, value in of.items())
-            known = {name: value for name, value in full if name in self.parameters}
-            rows.append([*{**self.parameters, **known}.values()])
+        own = [{f"{part}.{k}": v for part, of in each.items() for k, v in of.items()} for each in given]
+        rows = [[values.get(name, start) for name, start in self.parameters.items()] for values in own]
         p = np.array(rows + rows[-1:] * (self.lanes - len(rows)), np.float64)
-        return [aligned(each.toarray()) for each in _function(self.starting)(p.T)]
+        return [aligned(each.toarray()) for each in self.starting(p.T)]
 
 
 def _value(given: Given, name: str, start: float) -> float:
@@ -134,11 +131,11 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
 
 
 @lru_cache(maxsize=32)
-def _table(function: str, settled: bytes, schedule: tuple[Any, ...]) -> Array:
+def _table(function: Any, settled: bytes, schedule: tuple[Any, ...]) -> Array:
     """What parts that nothing drives give, from what they settled, as `_by_change`."""
     _, done, _ = task_list(*schedule)
     instants = done[np.append(True, np.diff(done) != 0)]
-    return _by_change(_function(function)(np.frombuffer(settled), instants[None]).toarray().T)
+    return _by_change(function(np.frombuffer(settled), instants[None]).toarray().T)
 
 
 def _by_change(rows: Array) -> Array:
@@ -156,10 +153,3 @@ def aligned(values: Array) -> Array:
     first = -(room.ctypes.data // 8) % 8
     room[first : first + values.size] = values.ravel()
     return room[first : first + values.size].reshape(values.shape)
-
-
-@lru_cache(maxsize=16)
-def _function(text: str) -> Any:
-    import casadi
-
-    return casadi.Function.deserialize(text)

@@ -5,9 +5,9 @@ joined without them, and step and sample as in an FMU. What a step needs of its 
 factors of its matrix, is kept until they change; what samples and record need of the same states is shared.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from warmlink.fmus.component import Component, Input, Parameter
 from warmlink.fmus.component.arithmetic import LARGEST
@@ -23,7 +23,7 @@ from warmlink.fmus.packaging.native.casadi_code import (
     function,
     unsimplified,
 )
-from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+from warmlink.fmus.packaging.native.compile import library_here
 from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import stepping
@@ -50,13 +50,11 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     given = tuple(dict.fromkeys(name for name in used if name not in own))
     most, level = processor()
     lanes = most if side_by_side else 1
-    (compiler,) = compilers(platforms_named(None))
-    compiler = compiler.at(level)
-    sources = _sources(whole, driven, given, recorded, lanes)
+    sources = _sources(driven, _inputs(whole, wires, driven, given), given, recorded, lanes)
     p, u = whole.start_values()
     starting, table = _starting(whole, driven, given)
     return Rollout(
-        library=replace(compiler, flags=(*compiler.flags, "-w")).library(sources, "rollout"),
+        library=library_here(sources, "rollout", "-w", level=level),
         level=level,
         lanes=lanes,
         starting=starting,
@@ -70,7 +68,7 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     )
 
 
-def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[str, str]:
+def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[Any, Any]:
     """CasADi functions of what a run starts from, and of what the parts give then that nothing drives.
 
     The first one goes from the whole's parameters to what is settled, free and driven part, and states; its
@@ -88,18 +86,16 @@ def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tupl
     results = [settled[free], own, whole.states_at_start(inputs, settled), sum(refused)]
     outputs = casadi.SX(whole.outputs_of(*s.now))[[whole.y.index[name] for name in given]]
     starting = casadi.Function("starting", [s.p], results)
-    table = casadi.Function("table", [s.d[free], s.time], [outputs])
-    return str(starting.serialize()), str(table.serialize())
+    return starting, casadi.Function("table", [s.d[free], s.time], [outputs])
 
 
 def _sources(
-    whole: Component, driven: Component, given: Sequence[str], recorded: Sequence[str], lanes: int
+    driven: Component, inputs: Function, given: Sequence[str], recorded: Sequence[str], lanes: int
 ) -> dict[str, str]:
     """C files by name; with another law the micro step stays as it is."""
     assert driven.joint is not None
     s = Symbols.of(driven)
-    inputs, held, advance = _inputs(whole, driven, given), *stepping(driven, s)
-    seen = _seen(driven, s, given, recorded)
+    (held, advance), seen = stepping(driven, s), _seen(driven, s, given, recorded)
     clocks = enumerate(sampled_parts(driven, driven.joint))
     changes = [("WL(advance)", 0, driven.continuous.size)]
     changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, _, x) in clocks]
@@ -115,14 +111,13 @@ def _sources(
     return {"advance.c": step, "rollout.c": running + _LOOP.read_text("utf-8")}
 
 
-def _inputs(whole: Component, driven: Component, given: Sequence[str]) -> Function:
+def _inputs(whole: Component, wires: Mapping[str, str], driven: Component, given: Sequence[str]) -> Function:
     """Inputs from what is given, or what they start at; after them what is given itself."""
     import casadi
 
-    assert whole.joint is not None
     table, starts = casadi.SX.sym("table", len(given)), whole.start_values()[1].tolist()
     held = dict(zip(whole.u.names, starts, strict=True)) | {name: table[i] for i, name in enumerate(given)}
-    inputs = (held[whole.joint.wires.get(name, name)] for name in driven.u.names)
+    inputs = (held[wires.get(name, name)] for name in driven.u.names)
     return "inputs", [table], casadi.vertcat(casadi.SX(0, 1), *inputs, table)
 
 

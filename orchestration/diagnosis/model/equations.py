@@ -142,11 +142,9 @@ class Equations:
             return None
 
     def _built(self) -> bytes:
-        from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+        from warmlink.fmus.packaging.native.compile import library_here
 
-        (compiler,) = compilers(platforms_named(None))
-        quick = replace(compiler, flags=(*compiler.flags, "-O1"))  # half the time, and as fast
-        return quick.library(self._sources, "steps")
+        return library_here(self._sources, "steps", "-O1")  # compiled in half the time, and as fast
 
     def observe(self, x: Array, z: Array, p: Array, w: Array, time: Array) -> tuple[Array, Array, Array]:
         """Outputs at many points.

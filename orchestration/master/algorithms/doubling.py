@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms.algorithm import Stepper
+from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
 from warmlink.orchestration.master.algorithms.structure import exchanged
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -43,9 +43,16 @@ class StepDoubling(InParts):
     tolerances : mapping, optional
         Largest error by `slave.variable`, in that variable's unit; default: 1e-6 of the nominal value for
         every continuous signal that is exchanged.
+    share : float, optional
+        What of the tolerances is allowed.
     """
 
     tolerances: Mapping[str, float] | None = None
+    share: float = field(default=1.0, kw_only=True)
+
+    def at_half_the_step(self) -> Algorithm:
+        """The steps follow the error, so that it is smaller where less of it is allowed."""
+        return replace(self, share=self.share * 0.5**self.order)
 
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network, whose slaves must all be able to repeat steps."""
@@ -75,7 +82,8 @@ class DoublingStepper(PartsStepper):
         tolerances = _exchanged(network) if chosen.tolerances is None else chosen.tolerances
         self._places = [network.locate(name) for name in tolerances]
         # Errors that the variables may grow by in each second.
-        self._allowed = np.array(list(tolerances.values())) / (points.stop_time - points.start_time)
+        allowed = chosen.share * np.array(list(tolerances.values()))
+        self._allowed = allowed / (points.stop_time - points.start_time)
         self._smooth, switching = exchanged(network)
         schedule = chosen.inner.schedule(network)
         # Where all inputs are held, it shows only in the next step that something begins to move.

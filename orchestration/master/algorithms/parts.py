@@ -120,7 +120,7 @@ class PartsStepper(Stepper):
         if error > 1.0 and last:
             told = (
                 f"with the smallest step of {part:g} s the estimated error is still {error:.3g} times "
-                "what is allowed; allow more, or a smaller minimum step"
+                "what is allowed; allow more, or take smaller communication steps"
             )
             raise SlaveError(self.in_the_way, "not converged", time, told)
         if error > 1.0:

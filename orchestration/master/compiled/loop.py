@@ -22,7 +22,6 @@ from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.library import Batch
 from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.model import Value
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.slaves.fmi import FmiSlave
@@ -50,22 +49,14 @@ def library() -> ctypes.CDLL:
     text = (Path(__file__).parent / "sources" / "loop.c").read_text("utf-8")
 
     def compiled() -> bytes:
-        from warmlink.fmus.packaging.native.compile import compilers, platforms_named
+        from warmlink.fmus.packaging.native.compile import library_here
 
-        (compiler,) = compilers(platforms_named(None))
-        return compiler.library({"loop.c": text}, "loop")
+        return library_here({"loop.c": text}, "loop")
 
     found = loaded(kept("loops", (*made_here(), text), compiled))
-    found.advance.restype = ctypes.c_int64
+    pointer, whole = ctypes.c_void_p, ctypes.c_int64
+    found.advance.restype, found.advance.argtypes = whole, (pointer, whole, whole, pointer, pointer)
     return found
-
-
-def prepare() -> None:
-    """Compile the loop, or take what was compiled before; InputError where there is no C compiler."""
-    try:
-        library()
-    except (InputError, OSError) as fault:
-        raise InputError(f"compiled stepping: {fault}; choose auto") from None
 
 
 def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, slave_steps: int) -> bool:
@@ -80,10 +71,10 @@ def choose(stepping: Stepping, algorithm: Algorithm, schedule: Schedule | None, 
     if stepping == "plain" or short or schedule is None:
         return False
     try:
-        prepare()
-    except InputError:
+        library()
+    except (InputError, OSError) as fault:
         if stepping == "compiled":
-            raise
+            raise InputError(f"compiled stepping: {fault}; choose auto") from None
         return False  # stepping plainly gives the same values
     return True
 
@@ -114,6 +105,8 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
     for k, slave in enumerate(network.slaves):
         if not isinstance(slave, Addressed):
             return f"{slave.name} is not an FMU in this process"
+        if any(wire.limits for wire in network.wires[k]):
+            return f"{slave.name} takes integers that it may not hold"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):
             for batch in slave.batches(names) if names else ():
                 if batch.arrays:
@@ -134,7 +127,7 @@ class Layout:
         self.network, points = network, recorder.points
         self._slaves = cast("list[Addressed]", network.slaves)  # as `obstacle` found
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
-        self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.uint8, np.int64)]
+        self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.bool_, np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
         self.batches: list[Batch] = []  # in the order of their table, which holds their value references
         slaves, count = range(len(network.slaves)), len(network.slaves)
@@ -155,7 +148,11 @@ class Layout:
         ends = _ends(batches)
         ranges = [_ends(wires), *(ends[first : first + count + 1] for first in (0, count, 2 * count))]
         jobs = [*schedule.jobs, *((_NOTE, k) for k in slaves if late[k])]
-        rows = jobs, [self._row(k) for k in slaves], *([*chain(*each)] for each in (batches, wires, checks))
+        steps = [
+            [each.component.value, _address(each.function("DoStep")), int(each.prefix[-1]), each.stepping]
+            for each in self._slaves
+        ]
+        rows = jobs, steps, *([*chain(*each)] for each in (batches, wires, checks))
         self._arrays: list[Any] = [
             *(np.array(each, dtype=np.int64) for each in (*rows, columns, [*ranges, _ends(checks)])),
             np.array(factors),
@@ -173,17 +170,9 @@ class Layout:
 
     def unload(self) -> None:
         """Give the values last exchanged back to the network."""
-        self.network.outputs = [[self._value(*place) for place in places] for places in self.outputs]
-        self.network.inputs = [[self._value(*place) for place in places] for places in self.inputs]
-
-    def _value(self, kind: int, index: int) -> Value:
-        value: Value = self.buffers[kind][index].item()
-        return bool(value) if kind == 2 else value
-
-    def _row(self, k: int) -> list[int]:
-        slave = self._slaves[k]
-        step = _address(slave.function("DoStep"))
-        return [slave.component.value, step, int(slave.prefix[-1]), slave.stepping]
+        held = self.buffers
+        self.network.outputs = [[held[kind][at].item() for kind, at in places] for places in self.outputs]
+        self.network.inputs = [[held[kind][at].item() for kind, at in places] for places in self.inputs]
 
     def _laid(self, names: Sequence[Names], verb: str) -> tuple[list[list[list[int]]], list[list[Place]]]:
         """Give for each slave the rows of the table of batches, and where each variable lies."""
@@ -244,12 +233,8 @@ class CompiledLoop:
         failure = self._cells
         failure[:3] = _NOTHING, 0, 0
         began = time.perf_counter()
-        assert row.dtype == np.float64 and row.flags.c_contiguous  # noqa: PT018
-        ends = ctypes.c_int64(first), ctypes.c_int64(last)
-        tables, rows, cells = (
-            ctypes.c_void_p(each.ctypes.data) for each in (self.layout.tables, row, failure)
-        )
-        reached = int(library().advance(tables, *ends, rows, cells))
+        tables, rows, cells = (each.ctypes for each in (self.layout.tables, row, failure))
+        reached = library().advance(tables, first, last, rows, cells)
         took = time.perf_counter() - began
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.

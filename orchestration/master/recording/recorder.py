@@ -185,9 +185,9 @@ class Recorder:
         size = 8 * shape[0] * shape[1]
         if folder is None and size > MOST_BYTES:
             raise InputError(
-                f"{shape[0] - 1} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps at "
-                f"most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to disk "
-                "with --checkpoint"
+                f"{shape[0] - 1:.10g} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps "
+                f"at most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to "
+                "disk with --checkpoint"
             )
         if folder is not None:
             folder.open(self.header)

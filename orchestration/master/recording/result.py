@@ -144,10 +144,12 @@ class Statistics:
     most of them were, if any; `initialization_sweeps` until the feedthrough loops had settled;
     `wall_seconds` of stepping alone; `largest_lag` the largest delay behind real time in s of a paced run;
     `slaves` what each was asked for, where that was to be counted; `memory_bytes` the largest memory that the
-    process has held, 0 where the platform does not tell.
+    process has held, 0 where the platform does not tell. Of the `communication_steps`, those
+    `resumed_steps` were done before the run was resumed, which times and calls do not count.
     """
 
     communication_steps: int = 0
+    resumed_steps: int = 0
     slave_steps: int = 0
     rejected_steps: int = 0
     limits_the_step: str | None = None
@@ -181,10 +183,11 @@ class Statistics:
     def summary(self) -> str:
         """Whole figures in a line."""
         limited = f", most for {self.limits_the_step}" if self.limits_the_step else ""
-        return (
-            f"{self.communication_steps} communication steps in {self.wall_seconds:.3g} s, "
-            f"{self.rejected_steps} repeated in parts{limited}; memory {self.memory_bytes / 2**20:.0f} MB"
-        )
+        before = f"; {self.resumed_steps} were done before" if self.resumed_steps else ""
+        count = self.communication_steps - self.resumed_steps
+        done = f"{count} communication steps in {self.wall_seconds:.3g} s"
+        repeated = f"{self.rejected_steps} repeated in parts{limited}"
+        return f"{done}, {repeated}; memory {self.memory_bytes / 2**20:.0f} MB{before}"
 
 
 @dataclass(frozen=True, repr=False)

@@ -165,10 +165,8 @@ class Library:
         place = (folder / "binaries" / platform_name(prefix)).absolute()
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
-            raise InputError(
-                f"{name}: {fmu} holds no library for {place.name} (it has: {offered}); "
-                "export it for this platform"
-            )
+            told = f"{name}: {fmu} holds no library for {place.name} (it has: {offered})"
+            raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         try:
             os.chdir(place)  # where some libraries look for others
@@ -184,8 +182,7 @@ class Library:
     def _declared(self, prefix: str, name: str) -> Any:
         function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))
         function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[prefix][name]]
-        if name.startswith("Instantiate"):
-            function.restype = c_void_p
+        function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
-from warmlink.orchestration.system.model import Connection, Value
+from warmlink.orchestration.system.model import INTEGER_RANGES, Connection, Value
 
 if TYPE_CHECKING:
     from warmlink.orchestration.system.description import Variable
@@ -21,13 +21,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Wire:
-    """Where an input takes its value from: `factor * outputs[slave][position] + offset`."""
+    """Where an input takes its value from: `factor * outputs[slave][position] + offset`.
+
+    Its `limits` are the least and largest value that it holds, where the output may have others.
+    """
 
     slave: int
     position: int
     factor: float
     offset: float
     real: bool
+    limits: tuple[int, int] | None = None
 
     def convert(self, value: Value) -> Value:
         """Give the input's value for an output's value."""
@@ -85,8 +89,11 @@ class Network:
             if link.target_variable in laid[target]:
                 told = "the input has another source already; an input takes one"
                 raise InputError(f"connection {link.source} -> {link.target}: {told}")
-            real = self.slaves[target].variables[link.target_variable].kind == "Real"
-            laid[target][link.target_variable] = Wire(source, position, link.factor, link.offset, real)
+            taking = self.slaves[target].variables[link.target_variable]
+            limits = _limits(self.slaves[source].variables[link.source_variable], taking)
+            laid[target][link.target_variable] = Wire(
+                source, position, link.factor, link.offset, taking.kind == "Real", limits
+            )
         for component, variable in map(self.locate, watched):
             reads[component].setdefault(variable, len(reads[component]))
         self.reads: list[Names] = [tuple(names) for names in reads]
@@ -128,7 +135,7 @@ class Network:
         return self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
 
     def _is_bare(self, wire: Wire) -> bool:
-        plain = (wire.factor, wire.offset) == (1.0, 0.0)
+        plain = (wire.factor, wire.offset, wire.limits) == (1.0, 0.0, None)
         return plain and (self.source(wire).kind == "Real" or not wire.real)
 
     def _finite_positions(self, k: int) -> tuple[int, ...]:
@@ -176,9 +183,18 @@ class Network:
         return [self.arriving(k, position) for position in range(len(self.wires[k]))]
 
     def arriving(self, k: int, position: int) -> Value:
-        """Give the value that one of a slave's inputs should have, from the outputs last read."""
+        """Give the value that one of a slave's inputs should have, from the outputs last read.
+
+        SlaveError where it cannot hold that: FMI would pass the last bits, another number.
+        """
         wire = self.wires[k][position]
-        return wire.convert(self.outputs[wire.slave][wire.position])
+        value = self.outputs[wire.slave][wire.position]
+        if wire.limits and not wire.limits[0] <= int(value) <= wire.limits[1]:
+            slave, name = self.slaves[k], self.writes[k][position]
+            least, most = wire.limits
+            told = f"{value} is sent to it, but {slave.variables[name].type} holds {least} to {most} alone"
+            raise SlaveError(slave.name, "error", self.time, told, name)
+        return wire.convert(value)
 
     def write(self, k: int) -> None:
         """Set a slave's inputs from the outputs last read."""
@@ -234,3 +250,11 @@ class Network:
     def of_one_step(self) -> tuple[str, ...]:
         """Name the slaves that cannot change their step."""
         return tuple(s.name for s in self.slaves if not s.capabilities.variable_step)
+
+
+def _limits(giving: Variable, taking: Variable) -> tuple[int, int] | None:
+    """Give what an input can hold where an output may have other values; None where it has none."""
+    if not {giving.type, taking.type} <= INTEGER_RANGES.keys():
+        return None
+    (least, most), held = INTEGER_RANGES[giving.type], INTEGER_RANGES[taking.type]
+    return None if held[0] <= least and most <= held[1] else held

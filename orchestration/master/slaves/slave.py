@@ -148,8 +148,8 @@ class TimedSlave:
         began = time.perf_counter()
         try:
             return call(*given)
-        except SlaveError:
-            calls.refused += 1
+        except SlaveError as fault:
+            calls.refused += fault.status != "terminated"  # which refuses nothing
             raise
         finally:
             calls.seconds += time.perf_counter() - began

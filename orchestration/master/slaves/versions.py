@@ -34,9 +34,8 @@ class Fmi2Slave(FmiSlave):
         """Instantiate; the callbacks live as long as this object."""
         self._callbacks = _callbacks(self.log.key)
         place = resources.absolute().as_uri().encode()
-        found: int | None = self.function("Instantiate")(
-            name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
-        )
+        given = name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
+        found: int | None = self.function("Instantiate")(*given)
         return found
 
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
@@ -58,15 +57,6 @@ class Fmi2Slave(FmiSlave):
 _LOG = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 
-class _Callbacks(ctypes.Structure):
-    """`fmi2CallbackFunctions`."""
-
-    _fields_ = (
-        ("logger", _LOG),
-        *((name, c_void_p) for name in ("allocate", "free", "step_finished", "environment")),
-    )
-
-
 @_LOG
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
     kept = FmuLog.open.get(environment or 0)
@@ -76,16 +66,16 @@ def _log(environment: int | None, name: bytes, status: int, category: bytes, mes
         kept.add(status, message)
 
 
-def _callbacks(environment: int) -> _Callbacks:
-    """Callback functions that FMPy's proxy knows, for an instance with such an environment.
+def _callbacks(environment: int) -> ctypes.Array[c_void_p]:
+    """`fmi2CallbackFunctions` that FMPy's proxy knows, for an instance with such an environment.
 
     The proxy, which formats the variadic arguments of a log call, knows one Python callback in the whole
     process, the last one that it was told. So ours is one for all, and the environment pointer that each
     instance was given says whose line it is.
     """
     c, proxy = c_library(), _proxy()
-    found = _Callbacks(_log, *(ctypes.cast(each, c_void_p) for each in (c.calloc, c.free)))
-    found.environment = environment
+    logger, allocate, free = (ctypes.cast(each, c_void_p) for each in (_log, c.calloc, c.free))
+    found = (c_void_p * 5)(logger, allocate, free, None, environment)
     if proxy is not None:
         proxy.addLoggerProxy(byref(found))
     return found
@@ -95,11 +85,10 @@ def _callbacks(environment: int) -> _Callbacks:
 def _proxy() -> Any:
     """FMPy's library for this; None without FMPy."""
     # The package itself would take longer to import than an hour of the cell takes to run.
-    package = find_spec("fmpy")
-    if package is None or package.origin is None:
+    origin = getattr(find_spec("fmpy"), "origin", None)
+    if origin is None:
         return None
-    folder = Path(package.origin).parent / "logging" / platform_name("fmi2")
-    return ctypes.CDLL(str(folder / f"logging{SUFFIX}"))
+    return ctypes.CDLL(str(Path(origin).parent / "logging" / platform_name("fmi2") / f"logging{SUFFIX}"))
 
 
 _LOG3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
@@ -117,17 +106,13 @@ class Fmi3Slave(FmiSlave):
         self._varying: dict[int, list[float]] = {}
         self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
-        inputs = [
-            v.value_reference
-            for v in self.variables.values()
-            if updates and v.causality == "input" and v.type == "Float64" and v.elements == 1
-        ]
+        numbers = (v for v in self.variables.values() if v.type == "Float64" and v.elements == 1)
+        inputs = [v.value_reference for v in numbers if updates and v.causality == "input"]
         self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         self._updated = _UPDATE(self._update) if updates else None
-        found: int | None = self.function("InstantiateCoSimulation")(
-            *(name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False),
-            *((c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated),
-        )
+        given = name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False
+        asked = (c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated
+        found: int | None = self.function("InstantiateCoSimulation")(*given, *asked)
         return found
 
     def set(self, names: Names, values: Sequence[Value]) -> None:

@@ -10,14 +10,15 @@ import pytest
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
+from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted, coupling_error, unseen_in
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
-from .mock import MockSlave
+from .mock import Inputs, MockSlave
 from .motor_link import monolithic, motor_link
-from .pairs import assembly, wire
+from .pairs import assembly, counter, wire
 
 E = "link.elongation"
 
@@ -40,6 +41,29 @@ def test_the_bound_covers_the_true_error_without_exaggerating() -> None:
         close += bound <= 10 * truth
     assert covered >= 0.95 * count
     assert close >= 0.9 * count
+
+
+def swinging(by: Algorithm, half: bool) -> Result:
+    """A run of x'' = 1 - x from rest."""
+    wires = (wire("x.y -> v.u", -1.0, 1.0), wire("v.y -> x.u"))
+    return simulate(assembly([counter("x"), counter("v")], *wires), 3.0, 0.1 / (1 + half), by)
+
+
+def error_of_swinging(result: Result) -> float:
+    return float(np.max(np.abs(result["x.y"] - 1 + np.cos(result.times))))
+
+
+def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
+    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], swinging)
+    truth = error_of_swinging(found.result)
+    assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5])
+def test_a_tolerance_is_kept_by_what_swings_and_never_forgets_an_error(tolerance: float) -> None:
+    found = attempted(Jacobi(), {"x.y": tolerance}, ["x.y"], swinging)
+    assert not found.missed
+    assert error_of_swinging(found.result) <= found.bounds["x.y"] <= tolerance
 
 
 def test_a_part_of_the_run_bounds_that_part() -> None:
@@ -78,6 +102,46 @@ def test_what_moves_in_steps_as_long_as_those_of_the_run_hides_how_late_it_is() 
     coarse, fine = both(2.0)
     assert coupling_error(coarse, fine, 1, ["b.y"])["b.y"] > 0.5
     assert unseen_in(fine, ["b.y"]) == []
+
+
+def in_steps_of_its_own(by: Algorithm, step: float, stop: float = 60.0, square: float = 0.01) -> Result:
+    """A run of x'' = square (1 - x) by slaves that step once a second, whatever steps they are asked for."""
+
+    def integrator(name: str) -> MockSlave:
+        def advance(x: tuple[float, float], u: Inputs, t: float, h: float) -> tuple[float, float]:
+            value, own = x
+            while own + 1.0 <= t + h + 1e-9:
+                value, own = value + u["u"], own + 1.0
+            return value, own
+
+        return MockSlave(
+            name,
+            inputs={"u": 0.0},
+            outputs={"y": lambda x, u, t: x[0]},
+            state=(0.0, 0.0),
+            advance=advance,
+        )
+
+    wires = (wire("x.y -> v.u", -square, square), wire("v.y -> x.u"))
+    return simulate(assembly([integrator("x"), integrator("v")], *wires), stop, step, by, record=["x.y"])
+
+
+def test_steps_shorter_than_those_of_an_fmus_own_show_nothing_of_its_lateness() -> None:
+    coarse, fine = (in_steps_of_its_own(Jacobi(), step) for step in (0.75, 0.375))
+    assert coupling_error(coarse, fine, 1, ["x.y"]) == {"x.y": 0.0}
+    assert unseen_in(fine, ["x.y"]) == ["x.y"]
+    coarse, fine = (in_steps_of_its_own(Jacobi(), step) for step in (4.0, 2.0))
+    assert coupling_error(coarse, fine, 1, ["x.y"])["x.y"] > 0.1
+    assert unseen_in(fine, ["x.y"]) == []
+
+
+def test_a_tolerance_kept_by_such_steps_is_not_known_to_be() -> None:
+    def once(by: Algorithm, half: bool) -> Result:
+        return in_steps_of_its_own(by, 1000.0 / (1 + half), 4000.0, 1e-6)
+
+    found = attempted(Jacobi(), {"x.y": 1e-6}, ["x.y"], once)
+    assert found.bounds == {"x.y": 0.0}
+    assert found.unseen == ["x.y"]
 
 
 def failing(name: str) -> SlaveError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from warmlink.orchestration.master.recording.result import Balance
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.system.model import INTEGER_RANGES
 
 from .mock import MockSlave, real
 from .pairs import assembly, counter, gain, wire
@@ -169,6 +171,26 @@ def test_columns_carry_units() -> None:
     frame = simulate(assembly([link]), 2.0, 1.0).to_frame()
     assert list(frame.columns) == ["time [s]", "link.elongation [m]"]
     assert frame["link.elongation [m]"].iloc[-1] == pytest.approx(2e-6)
+
+
+@pytest.mark.parametrize(("given", "taken"), [("Int32", "Int8"), ("UInt64", "Int32"), ("Integer", "UInt8")])
+def test_a_number_that_an_input_cannot_hold_is_not_cut_to_its_last_bits(given: str, taken: str) -> None:
+    source = MockSlave(
+        "s",
+        outputs={"y": lambda x, u, t: round(10.0**t)},
+        variables=[replace(real("y", "output", variability="discrete"), type=given, kind="Integer")],
+    )
+    sink = MockSlave(
+        "g",
+        inputs={"u": 0},
+        variables=[replace(real("u", "input", variability="discrete"), type=taken, kind="Integer")],
+    )
+    result = simulate(assembly([source, sink], wire("s.y -> g.u")), 12.0, 1.0, record=["g.u"])
+    least, most = INTEGER_RANGES[taken]
+    last = max(n for n in range(13) if 10**n <= most)
+    assert result["g.u"].tolist() == [10**n for n in range(last + 1)]
+    told = f"{10 ** (last + 1)} is sent to it, but {taken} holds {least} to {most} alone"
+    assert result.reason == f"g.u: error at {last + 1} s: {told}"
 
 
 def test_heat_balance_is_found_and_audited_per_step() -> None:

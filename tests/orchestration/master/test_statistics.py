@@ -10,10 +10,13 @@ from tests.documented import undescribed
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import app
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
+from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Statistics
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.slave import SlaveStatistics
+from warmlink.orchestration.master.slaves.slave import SlaveError, SlaveStatistics
 
+from .mock import MockSlave
+from .pairs import assembly, interrupt_at
 from .test_compiled import loop
 
 
@@ -49,6 +52,30 @@ def test_the_table_shows_the_most_frequent_sizes() -> None:
     headings, ((_, _, shown, *_),) = statistics.table()
     assert headings[2] == "sizes in s"
     assert shown == "1 (300), 0.1 (1), 0.05 (1), 0.025 (1), 2 more"
+
+
+def test_steps_of_before_a_run_was_resumed_are_told_apart(trivial2: Path, tmp_path: Path) -> None:
+    system = loop(trivial2, trivial2, trivial2)
+    for resumed, progress in ((0, interrupt_at(0.7)), (20, None)):
+        long_run = LongRun(tmp_path, every=20, resume=True)
+        found = simulate(system, 3.0, 0.1, statistics=True, long_run=long_run, progress=progress).statistics
+        assert found.resumed_steps == resumed
+    assert found.communication_steps == 30
+    assert [each.calls["step"].count for each in found.slaves] == [10] * 3
+    assert found.summary().startswith("10 communication steps in ")
+    assert "; 20 were done before" in found.summary()
+
+
+def test_who_asks_to_end_the_simulation_limits_no_step() -> None:
+    def ends(x: float, u: object, t: float, h: float) -> float:
+        if t >= 2.0:
+            raise SlaveError("s", "terminated", t, "asks to end the simulation")
+        return x + h
+
+    slave = MockSlave("s", outputs={"y": lambda x, u, t: x}, state=0.0, advance=ends)
+    found = simulate(assembly([slave]), 10.0, 1.0, statistics=True).statistics.to_dict()
+    assert found["limits_the_step"] is None
+    assert found["slaves"][0]["calls"]["step"]["refused"] == 0
 
 
 def test_what_is_compiled_is_not_timed(trivial2: Path) -> None:

@@ -265,6 +265,7 @@ def test_a_temperature_whose_0_has_a_meaning_is_none_the_less_a_temperature() ->
         ("link.length", "460", r"460 m is too high \(at most 20 m\); did you mean 460 mm\?"),
         ("link.width", 25.4, r"25.4 m is too high \(at most 1 m\); did you mean 25.4 mm\?"),
         ("link.cross_section", "161 m2", r"did you mean 161 mm2\?"),
+        ("link.length", "5 km", "link.length: 5000 m is too high; give at most 20 m"),
         ("link.length", "30 km", "link.length: 30000 m is too high; give at most 20 m"),
     ],
 )

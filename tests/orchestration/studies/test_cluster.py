@@ -80,10 +80,8 @@ def test_what_a_worker_refuses_is_not_called_a_lost_cluster(monkeypatch: pytest.
             raise InputError("a temporary file: cannot be written (No space left on device); make room")
 
     workers = ClusterWorkers.__new__(ClusterWorkers)
-    workers._shared = None
-    workers._client = SimpleNamespace(
-        submit=lambda *given, **named: Full(), nthreads=lambda: {"worker": 1}, loop=None
-    )
+    workers._shared, workers._count = None, lambda: 1
+    workers._client = SimpleNamespace(submit=lambda *given, **named: Full(), loop=None)
     monkeypatch.setattr(workers, "_shares", lambda cases: [[]])
     monkeypatch.setattr(distributed, "as_completed", lambda loop: Ended())
     with pytest.raises(InputError, match=r"^a temporary file: cannot be written"):
@@ -120,8 +118,8 @@ def test_a_large_study_is_given_away_bit_by_bit(
 
     found: list[Done] = []
     workers = ClusterWorkers.__new__(ClusterWorkers)
-    workers._fmus, workers._shared = fmus, None
-    workers._client = SimpleNamespace(submit=submit, nthreads=lambda: {"a": 1, "b": 1}, loop=None)
+    workers._fmus, workers._shared, workers._count = fmus, None, lambda: 2
+    workers._client = SimpleNamespace(submit=submit, loop=None)
     monkeypatch.setattr(distributed, "as_completed", lambda loop: Ended())
     case = short(folder)
     cases = [replace(case, values={**case.values, "compensator": {"x": float(i)}}) for i in range(3000)]
@@ -136,8 +134,7 @@ def test_a_cluster_that_is_lost_between_two_batches_is_told_in_a_sentence(folder
         raise distributed.comm.core.CommClosedError("Timed out trying to connect")
 
     workers = ClusterWorkers.__new__(ClusterWorkers)
-    workers._fmus = fmus
-    workers._client = SimpleNamespace(nthreads=lost)
+    workers._fmus, workers._count = fmus, lost
     with pytest.raises(
         InputError, match=r"the cluster was lost \(CommClosedError\); what is finished is kept"
     ):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -142,12 +143,15 @@ def test_fmpy_reads_the_same(lab: Lab, text: str) -> None:
         assert ours.dependencies[unknown.variable.name] == names
 
 
-def test_the_same_file_is_read_once_and_a_changed_one_again(lab: Lab) -> None:
+@pytest.mark.parametrize("model", ["Rod", "Line"])
+def test_the_same_file_is_read_once_and_a_changed_one_again(lab: Lab, model: str) -> None:
     path = lab.fmu("Link", fmi2("Link", LINK))
+    os.utime(path, (1e9, 1e9))  # as some tools do, for archives of equal bytes
     first = read_description(path)
     assert read_description(path) is first
-    lab.fmu("Link", fmi2("Rod", LINK))
-    assert read_description(path).model_name == "Rod"
+    lab.fmu("Link", fmi2(model, LINK))
+    os.utime(path, (1e9, 1e9))
+    assert read_description(path).model_name == model
 
 
 def test_what_is_kept_of_an_fmu_is_kept_once_wherever_it_lies(

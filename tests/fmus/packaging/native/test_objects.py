@@ -211,7 +211,7 @@ def test_what_python_writes_beside_the_source_is_none_of_it(
     for room in ("fmus", "controllers", "orchestration"):
         (tmp_path / room).mkdir()
     monkeypatch.setattr(cache, "ROOMS", tmp_path)
-    finders = cache.source_state.__wrapped__, cache._source_digest
+    finders = cache.source_state.__wrapped__, cache._source_digest.__wrapped__
     before = [find() for find in finders]
     # The name under which a module's byte code is written before it is whole.
     (tmp_path / "fmus" / "__pycache__").mkdir()
