@@ -64,10 +64,9 @@ class Controller:
         """
         if not self.place:
             return {}
-        name = self.component.name
-        folders = [place.folder / "own" / self.digest for place in (store, store.open)]
-        found = [path for path in (folder / f"{name}.fmu" for folder in folders) if is_file(path)]
-        return {name: found[0] if found else self._built(store.kind, folders[-1])}
+        name, own = self.component.name, Path("own") / self.digest
+        path = store.file(own / f"{name}.fmu")
+        return {name: path if is_file(path) else self._built(store.kind, store.folder / own)}
 
     def _built(self, kind: FmuKind, folder: Path) -> Path:
         from warmlink.fmus.packaging.native.fmu import build_native_fmus

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -18,7 +17,6 @@ from warmlink.fmus.packaging.cache import (
     source_digest,
     used,
     wanted_cache_folder,
-    writable_cache,
 )
 from warmlink.orchestration.catalogue import Entry, entries
 
@@ -41,9 +39,15 @@ class FmuStore:
         return self.root / source_digest() / self.kind
 
     @property
-    def open(self) -> FmuStore:
-        """The store that takes what is missing: itself, or where it is read-only, another one."""
-        return self if os.access(self.root, os.W_OK) else replace(self, root=writable_cache())
+    def _shared(self) -> Path:
+        """The same in the folder that is wanted, which may have been filled before and be read-only."""
+        shared = self.root == cache_folder()
+        return wanted_cache_folder() / source_digest() / self.kind if shared else self.folder
+
+    def file(self, name: str | Path) -> Path:
+        """Where a file is, or is to be made."""
+        held = self._shared / name
+        return held if is_zipfile(held) else self.folder / name
 
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
@@ -51,13 +55,13 @@ class FmuStore:
         InputError if native FMUs are asked for and nothing on this machine can compile them, NoRoomError if
         there is no room for them.
         """
-        wanted = {name: self.folder / f"{name}.fmu" for name in names}
+        wanted = {name: self.file(f"{name}.fmu") for name in names}
         used(self.folder)
         # A computer that loses its power may leave files without their content.
         missing = [entries()[name] for name, path in wanted.items() if not is_zipfile(path)]
-        if missing and self.open != self:
-            return self.open.files(wanted, remark)
         if missing and remark is not None:
+            if self.folder != self._shared and self._shared.is_dir():
+                remark(_elsewhere())
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
         if missing:
@@ -84,11 +88,8 @@ def kind_named(name: str | None) -> FmuKind | None:
 
 def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
     """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
-    if cache_folder() != wanted_cache_folder():
-        remark(
-            f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
-            f"to keep them, name a folder in {CACHE_VARIABLE}"
-        )
+    if cache_folder() != wanted_cache_folder() and not (wanted_cache_folder() / source_digest()).is_dir():
+        remark(_elsewhere())
     if kind is not None:
         return FmuStore(kind)
     native = FmuStore("native")
@@ -100,3 +101,11 @@ def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStor
         remark(f"{fault}; using the Python FMUs meanwhile")
         return FmuStore("python")
     return native
+
+
+def _elsewhere() -> str:
+    """Where FMUs go that cannot go where it is wanted."""
+    return (
+        f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
+        f"to keep them, name a folder in {CACHE_VARIABLE}"
+    )

@@ -122,9 +122,9 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     outputs = (name for name, each in known.items() if is_recorded(each) and each.kind == "Real")
     for name in watched or outputs:
         with suppress(KeyError if watched else InputError):
-            found[name] = positive(tolerance, known[name].unit or "1", "--tolerance")
+            found[name] = positive(tolerance, known[name].unit or "1", f"--tolerance of {name}")
     if not found and not watched:
-        raise InputError(f'--tolerance {tolerance}: fits no output; give a value above 0, as "0.1 um"')
+        raise InputError(f"--tolerance {tolerance}: fits no output; give a value above 0 in the unit of one")
     return found
 
 

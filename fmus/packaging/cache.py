@@ -89,13 +89,15 @@ def _write(folder: str, made_from: object, content: bytes) -> None:
 
 def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
-    with suppress(OSError, InputError):
+    with suppress(InputError):
         place = _place(folder, made_from)
-        file = place.read_bytes()
-        digest, content = file[:_DIGEST], file[_DIGEST:]
-        if hashlib.sha256(content).digest() == digest:
-            used(place)
-            return content
+        for path in (place, wanted_cache_folder() / folder / place.name):  # which may be read-only
+            with suppress(OSError):
+                file = path.read_bytes()
+                digest, content = file[:_DIGEST], file[_DIGEST:]
+                if hashlib.sha256(content).digest() == digest:
+                    used(path)
+                    return content
     return None
 
 
@@ -157,15 +159,9 @@ def _alone(folder: str, made_from: object) -> int | None:
 
 
 def cache_folder() -> Path:
-    """Folder of what is kept: that of `writable_cache`, or one that was filled before and is read-only."""
-    wanted = wanted_cache_folder()
-    closed = wanted.is_dir() and not os.access(wanted, os.W_OK)
-    return wanted if closed and (wanted / _source_digest().decode()).is_dir() else writable_cache()
-
-
-def writable_cache() -> Path:
     """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
 
+    What a cache holds that was filled before and is read-only is used all the same.
     InputError if the other folder cannot be made either, or belongs to somebody else.
     """
     wanted = wanted_cache_folder()

@@ -141,8 +141,10 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
     marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in found], found, word)
     edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
     table = Table((word, first, second, *(axis.name for axis in study.axes)), rows)
-    text = f"The {word}s that no other one betters in both objectives; the best is closest to the least of "
-    return Section("Front", f"{text}both.", table, chart(*marks, edge, x=second, y=first))
+    text = (
+        f"The {word}s that no other one betters in both objectives; the best is closest to the least of both."
+    )
+    return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 
 def _history(study: Study, trials: list[Judged]) -> Section:

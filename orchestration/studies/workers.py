@@ -15,7 +15,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import whole_file
-from warmlink.fmus.packaging.cache import remembered, used, writable_cache
+from warmlink.fmus.packaging.cache import cache_folder, remembered, used
 from warmlink.fmus.packaging.native.library import loaded, made_here, processor
 from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
@@ -86,7 +86,7 @@ class FmuSet:
     @property
     def unpacked(self) -> Path:
         """Folder in which runs on this machine unpack them, once; their files lie beside it."""
-        return writable_cache() / "studies" / self.digest / "unpacked"
+        return cache_folder() / "studies" / self.digest / "unpacked"
 
     def files(self) -> dict[str, Path]:
         """Files of the FMUs on this machine, written where they are missing or damaged."""

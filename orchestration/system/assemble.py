@@ -11,7 +11,7 @@ from types import MappingProxyType
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import writable_cache
+from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_values, variable_of
 from warmlink.orchestration.system.description import read_description
@@ -148,7 +148,7 @@ def _kept(path: Path) -> Path:
     """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
     if not is_file(path):
         raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
-    folder = writable_cache() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

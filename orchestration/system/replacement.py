@@ -16,7 +16,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import writable_cache
+from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
@@ -182,7 +182,7 @@ def _faults(info: ModelInfo, name: str, causality: str, asked: Unit | None, exac
 
 def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     """Copy of an FMU in the cache with other names of variables."""
-    folder = unpack(fmu, writable_cache() / "renamed")
+    folder = unpack(fmu, cache_folder() / "renamed")
     key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
     target = folder.with_name(f"{folder.name}-{key}") / fmu.name
     if not target.is_file():

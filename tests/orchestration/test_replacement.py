@@ -28,7 +28,7 @@ OTHER = {"heat_flow": "Q", "base_temperature": "T.base", "elongation": "dL"}
 @pytest.fixture
 def strange(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A link whose variables have other names."""
-    monkeypatch.setattr(replacement, "writable_cache", lambda: tmp_path)
+    monkeypatch.setattr(replacement, "cache_folder", lambda: tmp_path)
     link = FmuStore("native").files(["ThermalLink"])["ThermalLink"]
     return replacement._renamed(link, OTHER).rename(tmp_path / "My.fmu")
 

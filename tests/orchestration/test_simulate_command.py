@@ -63,7 +63,10 @@ def test_a_tolerance_sets_the_step(fmu: Path, capsys: pytest.CaptureFixture[str]
     truth = np.max(np.abs(table["a.y [1]"].to_numpy() - np.cos(table["time [s]"].to_numpy())))
     assert truth <= answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
     _, said = simulate(oscillator(fmu), "--tolerance", "0.1 um", capsys=capsys, expected=2)
-    assert "--tolerance 0.1 um: fits no output" in said
+    assert "--tolerance 0.1 um: fits no output; give a value above 0 in the unit of one" in said
+    both = "--tolerance", "0.1 um", "--watch", "a.y"
+    _, said = simulate(oscillator(fmu), *both, capsys=capsys, expected=2)
+    assert "--tolerance of a.y: um does not convert to 1" in said
     _, said = simulate(oscillator(fmu), "--tolerance", "1", "--real-time", "1", capsys=capsys, expected=2)
     assert "needs a second run" in said
 

@@ -79,11 +79,6 @@ class Compiler:
     platform: Platform
     flags: tuple[str, ...] = FLAGS
 
-    def at(self, level: str | None) -> "Compiler":
-        """The same for processors from a level (`x86-64-v3`) on, or for any; zig writes it another way."""
-        named = str(level).replace("-", "_") if "ziglang" in self.command else level
-        return self if level is None else replace(self, flags=(*self.flags, f"-march={named}"))
-
     def library(self, sources: Mapping[str, str], name: str, include: Iterable[Path] = ()) -> bytes:
         """Compile C files to a shared library and return its contents.
 
@@ -180,12 +175,13 @@ def compilers(platforms: Sequence[Platform]) -> tuple[Compiler, ...]:
 
 
 def library_here(sources: Mapping[str, str], name: str, *flags: str, level: str | None = None) -> bytes:
-    """A shared library for this machine, with further flags, for processors of a level or for any.
+    """A shared library for this machine, with further flags; InputError where nothing here compiles it.
 
-    InputError where nothing here compiles it.
+    For processors from a `level` on, as `x86-64-v3`, or for any.
     """
     (compiler,) = compilers(platforms_named(None))
-    compiler = compiler.at(level)
+    if level is not None:  # zig writes it another way
+        flags += (f"-march={level.replace('-', '_') if 'ziglang' in compiler.command else level}",)
     return replace(compiler, flags=(*compiler.flags, *flags)).library(sources, name)
 
 

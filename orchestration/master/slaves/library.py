@@ -198,12 +198,11 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def platform_name(prefix: str) -> str:
-    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0."""
-    machine, bits = platform.machine().lower(), 64 if sys.maxsize > 2**32 else 32
+    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0; FMI 2.0 names none for Linux on ARM."""
+    arm, bits = platform.machine().lower() in ("aarch64", "arm64"), 64 if sys.maxsize > 2**32 else 32
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
-    if prefix == "fmi2":
+    if prefix == "fmi2" and not (arm and system == "linux"):
         return f"{'win' if system == 'windows' else system}{bits}"
-    arm = machine in ("aarch64", "arm64")
     return f"{'aarch64' if arm else 'x86_64' if bits == 64 else 'x86'}-{system}"
 
 

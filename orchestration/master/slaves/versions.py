@@ -83,12 +83,11 @@ def _callbacks(environment: int) -> ctypes.Array[c_void_p]:
 
 @cache
 def _proxy() -> Any:
-    """FMPy's library for this; None without FMPy."""
+    """FMPy's library for this; None without FMPy, or where it has none for this platform, as on ARM."""
     # The package itself would take longer to import than an hour of the cell takes to run.
     origin = getattr(find_spec("fmpy"), "origin", None)
-    if origin is None:
-        return None
-    return ctypes.CDLL(str(Path(origin).parent / "logging" / platform_name("fmi2") / f"logging{SUFFIX}"))
+    folder = Path(origin or "").parent / "logging" / platform_name("fmi2")
+    return ctypes.CDLL(str(folder / f"logging{SUFFIX}")) if origin and folder.is_dir() else None
 
 
 _LOG3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)

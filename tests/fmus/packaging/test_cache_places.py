@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.packaging import cache
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, writable_cache
+from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, kept
 
 
 @pytest.fixture(autouse=True)
@@ -41,12 +41,14 @@ def test_a_filled_cache_that_is_read_only_is_read_and_what_it_lacks_goes_elsewhe
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     filled = tmp_path / "filled"
-    (filled / cache._source_digest().decode()).mkdir(parents=True)
     monkeypatch.setenv(CACHE_VARIABLE, str(filled))
-    assert cache_folder() == writable_cache() == filled
-    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert kept("things", 1, lambda: b"made before") == b"made before"
     assert cache_folder() == filled
-    assert writable_cache().parent == tmp_path / "temporary"
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert kept("things", 1, lambda: b"made again") == b"made before"
+    assert cache_folder().parent == tmp_path / "temporary"
+    assert kept("things", 2, lambda: b"lacking") == b"lacking"
+    assert len([*cache_folder().glob("things/*.kept")]) == 1
 
 
 @pytest.mark.skipif(os.name == "nt", reason="tells no time of the last change")

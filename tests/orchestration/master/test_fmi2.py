@@ -8,15 +8,18 @@ import os
 import textwrap
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.native.compile import PLATFORMS
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves import library, versions
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -131,6 +134,24 @@ def test_the_slaves_own_words_are_heard_after_somebody_else_listened(trivial2: P
     deaf.logger = fmpy.fmi2CallbackLoggerTYPE(lambda *line: None)
     proxy.addLoggerProxy(ctypes.byref(deaf))
     assert "it logged: it fails from 3.5" in str(simulate(failing, 10.0, 1.0).reason)
+
+
+@pytest.mark.parametrize("name", PLATFORMS)
+def test_libraries_are_looked_for_where_our_own_fmus_have_them(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of Linux on ARM, as containers on a new Mac run, they were looked for where those of x86-64 are."""
+    machine, _, system = name.partition("-")
+    here = SimpleNamespace(platform={"windows": "win32"}.get(system, system), maxsize=2**63 - 1)
+    monkeypatch.setattr(library, "sys", here)
+    monkeypatch.setattr(library, "platform", SimpleNamespace(machine=lambda: machine))
+    assert library.platform_name("fmi2") == PLATFORMS[name].fmi2
+    assert library.platform_name("fmi3") == name
+
+
+def test_where_fmpy_has_no_library_nobody_listens_to_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(versions, "platform_name", lambda prefix: "aarch64-linux")
+    assert versions._proxy.__wrapped__() is None
 
 
 @pytest.mark.parametrize(("status", "name"), [(2, "discard"), (3, "error"), (4, "fatal")])
