@@ -49,7 +49,7 @@ class Forward(Simulation):
         # Instruments are fitted to the same course.
         self._kept: dict[bytes, tuple[Array, Array, Array]] = {}
         discrete = np.array([self.rig.variables[name].is_discrete for name in self.rig.externals], dtype=bool)
-        self._levels = Levels(run.time, self._table, discrete)
+        self._levels = Levels(run.time, self._table, discrete, run.time[run.fitted][-1:])
         self._laid_for = self.start_values()
 
     @cached_property

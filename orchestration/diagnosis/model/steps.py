@@ -69,6 +69,7 @@ class Levels:
     time : rows in s, rising from 0, shape (rows,)
     inputs : held from each row to the next, shape (inputs, rows)
     discrete : inputs whose values are names, not amounts: 0 off, 2 held; shape (inputs,)
+    ends : s at which steps begin anew too, lest what comes after moves those before; shape (ends,)
 
     Attributes
     ----------
@@ -77,11 +78,13 @@ class Levels:
     end : s at which the last one ends
     """
 
-    def __init__(self, time: Array, inputs: Array, discrete: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, time: Array, inputs: Array, discrete: NDArray[np.bool_], ends: Array | None = None
+    ) -> None:
         rows = _changes(inputs, discrete)
         self.starts, self.end = time[rows], float(time[-1])
         self.table = np.ascontiguousarray(inputs[:, rows].T)
-        self._discrete = discrete
+        self._discrete, self._ends = discrete, np.zeros(0) if ends is None else ends
 
     def steps(self, points: Array) -> Steps:
         """Steps between points in s, shape (..., steps + 1), and every level as it is."""
@@ -115,8 +118,8 @@ class Levels:
         return np.where(np.isfinite(away).any(axis=0), nearest, middle)
 
     def events(self) -> Array:
-        """Times in s at which an input that is not noisy changes by much, shape (events,)."""
-        return self.starts[leaps(self.table.T)]
+        """Times in s at which an input that is not noisy changes by much, and ends, shape (events,)."""
+        return np.union1d(self.starts[leaps(self.table.T)], self._ends)
 
 
 def layout(levels: Levels, resolution: Resolution) -> Array:
