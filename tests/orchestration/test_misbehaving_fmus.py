@@ -14,8 +14,6 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from benchmarks.trivial_fmu import build_trivial_fmu
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.model import (
     Component,
     Connection,
@@ -39,17 +37,7 @@ STEPS = 10
 ALONE = ["--no-error-budget"]
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    try:
-        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
-    except InputError as fault:
-        pytest.skip(str(fault))
-
-
-@pytest.fixture(autouse=True)
-def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
 
 
 def two(fmu: Path, second: str = "b", **values: Value) -> Path:

@@ -9,9 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.simulated import called, oscillator, simulate
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import (
     Component,
@@ -21,18 +19,7 @@ from warmlink.orchestration.system.model import (
 )
 from warmlink.orchestration.system.write import write_ssp
 
-
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    try:
-        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
-    except InputError as fault:
-        pytest.skip(str(fault))
-
-
-@pytest.fixture(autouse=True)
-def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
 
 
 def test_the_error_budget_covers_the_true_error(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:

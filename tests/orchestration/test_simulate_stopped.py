@@ -16,10 +16,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.master.streamed import read_folder
 from tests.orchestration.simulated import oscillator, simulate
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration import simulation
 from warmlink.orchestration.master import guard
 from warmlink.orchestration.master.recording.result import Result
@@ -28,17 +26,7 @@ from warmlink.orchestration.master.slaves.slave import SlaveError
 COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    try:
-        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
-    except InputError as fault:
-        pytest.skip(str(fault))
-
-
-@pytest.fixture(autouse=True)
-def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
 
 
 def test_an_fmu_that_crashes_is_named_and_the_results_are_kept(

@@ -9,26 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.trivial_fmu import build_trivial_fmu
 from tests.orchestration.simulated import oscillator, simulate
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of
 from warmlink.orchestration.system.model import Component, DefaultExperiment, System
 
 DESCRIPTION = "modelDescription.xml"
 
 
-@pytest.fixture(scope="module")
-def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    try:
-        return build_trivial_fmu(tmp_path_factory.mktemp("fmu"))
-    except InputError as fault:
-        pytest.skip(str(fault))
-
-
-@pytest.fixture(autouse=True)
-def _in_a_fresh_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
 
 
 def other(fmu: Path, *changes: tuple[str, str]) -> Path:
