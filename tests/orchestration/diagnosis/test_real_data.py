@@ -1,21 +1,10 @@
 """Real measurements, where the machine has them; they are not part of the project."""
 
-import os
-from pathlib import Path
-
 import pytest
 
+from tests.shared_data import given
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
-
-DATA = Path(os.environ.get("WARMLINK_DATA", Path(__file__).parents[4] / "shared" / "data"))
-
-
-def given(name: str) -> Path:
-    path = DATA / name
-    if not path.is_file():
-        pytest.skip(f"{path} is absent: set WARMLINK_DATA to the folder with the measured runs")
-    return path
 
 
 @pytest.mark.platform
