@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 import typer
 
+import warmlink as wl
 from tests.documented import DOCS, blocks, reference, results, texts
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.catalogue import catalogue as components
-from warmlink.orchestration import api as wl
 from warmlink.orchestration.cli import COMMANDS, application
 from warmlink.orchestration.command_line.init import kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue

@@ -6,15 +6,16 @@ import ast
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
 
+import warmlink as wl
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -62,6 +63,7 @@ def test_every_name_is_there_and_says_what_it_does() -> None:
     assert {"diagnose", "build", "join", "linearise", "plot"} < set(wl.__all__)
     for name in wl.__all__:
         assert getattr(wl, name).__doc__, name
+    assert wl.__version__ == version("warmlink")
     with pytest.raises(AttributeError, match=r"has no rum; did you mean run\?"):
         wl.rum  # noqa: B018
 
@@ -75,13 +77,27 @@ def test_a_type_checker_knows_every_name() -> None:
     assert {*wl.__all__} <= known
 
 
+def test_the_former_place_has_the_same_names_and_warns() -> None:
+    from warmlink.orchestration import api
+
+    assert {*api.__all__} == {*wl.__all__} - {"__version__"}
+    assert api.InputError is wl.InputError
+    with (
+        pytest.warns(DeprecationWarning, match=r"api\.run will be removed in 0\.2\.0; use warmlink\.run"),
+        pytest.raises(InputError, match="wiper: no such scenario"),
+    ):
+        api.run("wiper")
+    with pytest.raises(AttributeError, match="api has no rum; import warmlink as wl"):
+        api.rum  # noqa: B018
+
+
 def test_importing_it_loads_nothing_heavy() -> None:
     script = (
-        "import sys\nfrom warmlink.orchestration import api\n"
+        "import sys\nimport warmlink\n"
         "print([name for name in sys.modules if name.partition('.')[0] in ('warmlink', 'numpy')])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['warmlink', 'warmlink.orchestration', 'warmlink.orchestration.api']"
+    assert done.stdout.strip() == "['warmlink']"
 
 
 def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
@@ -154,7 +170,7 @@ def test_a_script_that_compares_needs_no_guard(tmp_path: Path) -> None:
         "stop_time = '60 s'\nrepeat = true\n[[segment]]\nduration = '60 s'\nspeed = '3 rad/s'\n"
     )
     script.write_text(
-        "from warmlink.orchestration import api as wl\nprint('begun')\n"
+        "import warmlink as wl\nprint('begun')\n"
         "print(wl.compare(['none'], ['work.toml'], ['nominal'], means=wl.Means(jobs=1)))\n"
     )
     done = subprocess.run(

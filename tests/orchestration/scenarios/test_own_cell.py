@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import warmlink as wl
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
-from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.catalogue import entries
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+import warmlink as wl
 from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
