@@ -11,6 +11,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rich.table import Table
     from rich.text import Text
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -127,6 +128,28 @@ def print_table(
     no terminal; there is no edge to keep within in a file.
     """
     from rich.console import Console
+
+    console = Console(markup=False)  # which takes the unit in "speed [rad/s]" for a style
+    wide = console if console.is_terminal or width is None else Console(width=width, markup=False)
+    wide.print(_table(title, headings, rows, texts))
+    if not headings:
+        console.print()
+
+
+def table_text(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], width: int = 160) -> str:
+    """A table as text, at most so many characters wide."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    text = StringIO()
+    Console(file=text, width=width, markup=False).print(_table(title, headings, rows, None))
+    return text.getvalue().rstrip()
+
+
+def _table(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str | Text]], texts: int | None
+) -> Table:
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
@@ -138,7 +161,4 @@ def print_table(
         table.add_column(style="cyan", no_wrap=True)
     for row in rows:
         table.add_row(*row)
-    console = Console(markup=False)  # which takes the unit in "speed [rad/s]" for a style
-    (console if console.is_terminal or width is None else Console(width=width, markup=False)).print(table)
-    if not headings:
-        console.print()
+    return table

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from warmlink.fmus.packaging.release import version
     from warmlink.orchestration.closed_loop.outcome import run as run
     from warmlink.orchestration.command_line.build import build_files
+    from warmlink.orchestration.describe import describe as describe
     from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
@@ -34,6 +35,7 @@ _PLACES = {
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
+    "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",
     "diagnose": "orchestration.diagnosis.diagnose:diagnose",
     "join": "fmus.component.join:join",
