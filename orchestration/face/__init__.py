@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means as Means
     from warmlink.orchestration.studies.compare import compare as compare
     from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.studies.sweep import sweep_study
     from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
     from warmlink.orchestration.system.assemble import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
 
-    build, tune, __version__ = build_files, tune_study, version()
+    build, sweep, tune, __version__ = build_files, sweep_study, tune_study, version()
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",
@@ -44,6 +45,7 @@ _PLACES = {
     "read_system": "orchestration.system.assemble:read_system",
     "run": "orchestration.closed_loop.outcome:run",
     "simulate": "orchestration.simulation:simulate",
+    "sweep": "orchestration.studies.sweep:sweep_study",
     "tune": "orchestration.studies.tune:tune_study",
     "write_ssp": "orchestration.system.write:write_ssp",
 }
