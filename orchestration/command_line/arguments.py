@@ -53,6 +53,12 @@ EXPLAINED = {
 }
 """What the docstrings of commands leave out, by the names of their parameters."""
 
+OPTIONS = {
+    "mismatches": "--mismatch",
+    "solver": "--with",
+}
+"""Options of the arguments of the library's functions that are not called alike."""
+
 _NAMES = {
     "scenario": "closed_loop.load:scenario_names",
     "study": "studies.study:names",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -110,7 +109,7 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
             result = reproduce_paper(progress)
         write_report(result, target / "report.html")
     if json:
-        answer_json({"rows": [asdict(row) for row in result.rows], "findings": list(result.findings)})
+        answer_json(result.to_dict())
     else:
         Console().print(terminal(result))
         answer(f"report  {out / 'report.html'}")

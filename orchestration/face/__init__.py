@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from warmlink.orchestration.command_line.build import build_files
     from warmlink.orchestration.describe import describe as describe
     from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
+    from warmlink.orchestration.diagnosis.made_up import hide_effects
+    from warmlink.orchestration.paper.reproduce import reproduce as reproduce
+    from warmlink.orchestration.products.export import export as export
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.at_work import Means as Means
@@ -28,7 +31,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.system.assemble import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
 
-    build, sweep, tune, __version__ = build_files, sweep_study, tune_study, version()
+    build, hide, sweep, tune = build_files, hide_effects, sweep_study, tune_study
+    __version__ = version()
 
 _PLACES = {
     "InputError": "fmus.errors:InputError",
@@ -39,10 +43,13 @@ _PLACES = {
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",
     "diagnose": "orchestration.diagnosis.diagnose:diagnose",
+    "export": "orchestration.products.export:export",
+    "hide": "orchestration.diagnosis.made_up:hide_effects",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
     "plot": "orchestration.report.plot:plot",
     "read_system": "orchestration.system.assemble:read_system",
+    "reproduce": "orchestration.paper.reproduce:reproduce",
     "run": "orchestration.closed_loop.outcome:run",
     "simulate": "orchestration.simulation:simulate",
     "sweep": "orchestration.studies.sweep:sweep_study",

@@ -84,7 +84,7 @@ def test_points_are_laid_out_a_share_at_a_time(
             asked.append(len(cases))
             return super().run(cases)
 
-    monkeypatch.setattr("warmlink.orchestration.studies.points.AT_ONCE", 4)
+    monkeypatch.setattr("warmlink.orchestration.studies.sweep.AT_ONCE", 4)
     done: list[int] = []
     assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
     assert asked == [8, 8, 2]
