@@ -1,20 +1,26 @@
 """What a caller gave, as the caller wrote it: `--stop soon` on the command line, `stop='soon'` in Python."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 _options: Mapping[str, str] | None = None
 
 
-def speak_of_options(names: Mapping[str, str]) -> None:
-    """Let sentences speak of a command's options from now on, as the command does at its start.
+@contextmanager
+def speaking_of_options(names: Mapping[str, str]) -> Iterator[None]:
+    """Let sentences speak of a command's options meanwhile, as while a command runs.
 
     Parameters
     ----------
     names : option of each argument that is not called alike, as `--mismatch` of `mismatches`
     """
     global _options
-    _options = names
+    before, _options = _options, names
+    try:
+        yield
+    finally:
+        _options = before
 
 
 def argument(name: str, *value: object) -> str:

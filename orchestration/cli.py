@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import typer
 
-from warmlink.fmus.arguments import speak_of_options
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
-from warmlink.orchestration.command_line.arguments import OPTIONS, Command, for_typer, plain_values
+from warmlink.orchestration.command_line.arguments import Command, carry_out, for_typer, plain_values
 from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.threads import one_thread_from_the_start
@@ -61,7 +60,7 @@ def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> 
         command = command_named(given[0])
         values = plain_values(command, given[1:])
         if values is not None:
-            command(**values)
+            carry_out(command, values)
             raise SystemExit(0)  # as typer does
     application(given)(given, prog_name=prog_name)
 
@@ -128,7 +127,6 @@ def main() -> None:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:  # `print` would take standard output instead
         sys.stderr = os.fdopen(2, "w")
-    speak_of_options(OPTIONS)
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)

@@ -84,7 +84,9 @@ def _in_cell(
 ) -> dict[str, Array]:
     segments = hide.INFORMATIVE if duty is None else hide.duty_of(duty)
     if duty is not None and (left_out := list(load_scenario(duty).parameters)):
-        remark(f"{duty}: the run is of the nominal cell; {listed(left_out)} of the scenario are left out")
+        remark(
+            f"{duty}: the made-up run is of the nominal cell; {listed(left_out)} of the scenario are left out"
+        )
     module, _, name = SOLVERS[solver].partition(":")
     made: dict[str, Array] = getattr(
         import_module(f"warmlink.orchestration.diagnosis.practice.{module}"), name

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.made_up import hide_effects
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
     from warmlink.orchestration.products.export import export as export
+    from warmlink.orchestration.products.live import live as live
+    from warmlink.orchestration.products.reduce import reduce as reduce
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.at_work import Means as Means
@@ -47,8 +49,10 @@ _PLACES = {
     "hide": "orchestration.diagnosis.made_up:hide_effects",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
+    "live": "orchestration.products.live:live",
     "plot": "orchestration.report.plot:plot",
     "read_system": "orchestration.system.assemble:read_system",
+    "reduce": "orchestration.products.reduce:reduce",
     "reproduce": "orchestration.paper.reproduce:reproduce",
     "run": "orchestration.closed_loop.outcome:run",
     "simulate": "orchestration.simulation:simulate",

@@ -24,7 +24,7 @@ from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.text_files import read_toml
 
 MATERIALS = Path(__file__).parent / "materials.toml"
-_WORDS = ("about", "source")
+_WORDS = ("about", "source", "family")
 
 DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
@@ -203,8 +203,9 @@ def changed(
 
 @cache
 def materials() -> dict[str, dict[str, str]]:
-    """Materials by name: `about`, `source` and the values of their properties with units."""
-    return read_toml(MATERIALS)
+    """Materials by name and by family: `about`, `source` and the values of their properties with units."""
+    found = read_toml(MATERIALS)
+    return {**found, **{each["family"]: each for each in found.values() if "family" in each}}
 
 
 @dataclass(frozen=True, kw_only=True)
