@@ -83,7 +83,7 @@ def test_a_law_is_exported_and_a_run_made_up(tmp_path: Path) -> None:
     exported.write(tmp_path / "plc")
     assert (tmp_path / "plc" / "lag.c").read_text("utf-8") == exported.files["lag.c"]
     duty = tmp_path / "work.toml"
-    duty.write_text("[[segment]]\nduration = '10 min'\nspeed = '3 rad/s'\n")
+    duty.write_text("stop_time = '10 min'\n[[segment]]\nduration = '10 min'\nspeed = '3 rad/s'\n")
     frame = wl.hide(["joint_resistance"], str(duty), seed=3)
     assert frame["time [s]"].iloc[-1] == pytest.approx(600.0, abs=10.0)
     assert frame.equals(wl.hide({"joint_resistance": 0.3}, str(duty), seed=3))
@@ -94,7 +94,7 @@ def test_sentences_speak_of_arguments_where_no_command_runs() -> None:
         (lambda: wl.hide(seed=-1), "seed=-1: is negative"),
         (lambda: wl.hide(solver="grit"), "solver='grit': no such solver; did you mean grid"),
         (lambda: wl.hide(solver="fea", axis=1), "axis=1: .* leave solver='fea' out"),
-        (lambda: wl.reduce("absent.step", ["#1"], "0, 0, 0 mm", mesh_size="4"), "`mesh_size`"),
+        (lambda: wl.reduce("absent.step", ["#1"], "0, 0, 0 mm", mesh_size="a"), "`mesh_size`: "),
     ):
         with pytest.raises(InputError, match=sentence):
             call()
