@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 from zipfile import is_zipfile
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
@@ -82,16 +83,20 @@ class FmuStore:
 def kind_named(name: str | None) -> FmuKind | None:
     """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
     if name not in (None, *FMU_KINDS):
-        raise InputError(f"--fmus {name}: no such kind; {instead(str(name), FMU_KINDS)}")
+        raise InputError(f"{argument('fmus', name)}: no such kind; {instead(str(name), FMU_KINDS)}")
     return name
 
 
-def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
-    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
+def store(kind: str | None, names: Iterable[str], remark: Remark) -> FmuStore:
+    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles.
+
+    InputError if there is no such kind.
+    """
+    asked = kind_named(kind)
     if cache_folder() != wanted_cache_folder() and not (wanted_cache_folder() / source_digest()).is_dir():
         remark(_elsewhere())
-    if kind is not None:
-        return FmuStore(kind)
+    if asked is not None:
+        return FmuStore(asked)
     native = FmuStore("native")
     try:
         native.files(names, remark)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
@@ -93,10 +94,10 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     InputError if there is no stop time, or a time is none.
     """
     proposed = system.default_experiment
-    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
+    stop_time = proposed.stop_time if stop is None else positive(stop, "s", argument("stop"))
     if stop_time is None:
         raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
-    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
+    step_size = proposed.step_size if step is None else positive(step, "s", argument("step"))
     return stop_time, step_size or (stop_time - proposed.start_time) / DEFAULT_STEPS
 
 
@@ -122,9 +123,11 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     outputs = (name for name, each in known.items() if is_recorded(each) and each.kind == "Real")
     for name in watched or outputs:
         with suppress(KeyError if watched else InputError):
-            found[name] = positive(tolerance, known[name].unit or "1", f"--tolerance of {name}")
+            found[name] = positive(tolerance, known[name].unit or "1", f"{argument('tolerance')} of {name}")
     if not found and not watched:
-        raise InputError(f"--tolerance {tolerance}: fits no output; give a value above 0 in the unit of one")
+        raise InputError(
+            f"{argument('tolerance', tolerance)}: fits no output; give a value above 0 in the unit of one"
+        )
     return found
 
 

@@ -57,6 +57,7 @@ EXPLAINED = {
 OPTIONS = {
     "heat_faces": "--heat-face",
     "mismatches": "--mismatch",
+    "parameters": "--set",
     "sensor_points": "--sensor",
     "solver": "--with",
     "tool_faces": "--tool-face",

@@ -74,12 +74,10 @@ def reduce(
         _list(part, unit, mesh_size, json)
         return
     target = fmu_path(out or part.with_suffix(".fmu"))
-    if not heat_face or tool_point is None:
-        raise InputError("--heat-face and --tool-point: both are needed; --list-faces shows the faces")
     found = reduce_solid(
         part,
-        heat_face,
-        tool_point,
+        heat_face or (),
+        tool_point or "",
         tool_faces=tool_face or (),
         cooled=cooled or (),
         sensor_points=sensor or (),

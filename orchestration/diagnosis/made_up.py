@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead, listed
+from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.practice import hide
@@ -107,7 +107,9 @@ def _in_arm(strengths: Mapping[str, float], axis: int, seed: int, noise: str) ->
 def _strengths(effects: Mapping[str, float] | Iterable[str]) -> dict[str, float]:
     """Strengths in SI units by name, the usual one of an effect for which none is given; each is checked."""
     given = (
-        dict(effects) if isinstance(effects, Mapping) else {name: effect_of(name).size for name in effects}
+        dict(effects)
+        if isinstance(effects, Mapping)
+        else {name: effect_of(name).size for name in several(effects)}
     )
     for name, size in given.items():
         effect = effect_of(name)

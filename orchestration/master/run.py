@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
@@ -78,7 +79,9 @@ def simulate(
     """
     process = os.getpid()
     if pacing is not None and not 0 < pacing < math.inf:
-        raise InputError(f"--real-time {pacing:g}: not a pace; give a number above 0 (1 is real time)")
+        raise InputError(
+            f"{argument('real_time', pacing)}: not a pace; give a number above 0 (1 is real time)"
+        )
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from types import MappingProxyType
 
+from warmlink.fmus.names import several
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -43,7 +44,7 @@ class LivePage(Answer):
 
 def live(
     scenario: str = "windshield_wiper",
-    controllers: Sequence[str] = (),
+    controllers: Sequence[str] | str = (),
     *,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
 ) -> LivePage:
@@ -63,7 +64,7 @@ def live(
     """
     given = given_values(parameters)
     asked = changed(load_scenario(scenario), parameters=given)
-    laws = [controller_named(name) for name in dict.fromkeys(controllers)] or usual_laws(asked)
+    laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
     with spinner("compiling the system for the browser"):
         html = live_page(asked, laws, Asked(scenario, given))
     advice, _ = judged(asked)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import several
 from warmlink.orchestration.console import Answer, spinner
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.reduction.elements import Use
@@ -72,12 +73,12 @@ def fmu_path(path: str | Path) -> Path:
 
 def reduce(
     part: str | Path,
-    heat_faces: Sequence[str],
+    heat_faces: Sequence[str] | str,
     tool_point: str,
     *,
-    tool_faces: Sequence[str] = (),
-    cooled: Sequence[str] = (),
-    sensor_points: Sequence[str] = (),
+    tool_faces: Sequence[str] | str = (),
+    cooled: Sequence[str] | str = (),
+    sensor_points: Sequence[str] | str = (),
     material: str = "aluminium_6061",
     poissons_ratio: float = 0.33,
     convection: str = "2 .. 60 W/(m2.K)",
@@ -117,11 +118,21 @@ def reduce(
     path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
     if not is_file(path):
         raise InputError(f"{path}: no such file; give a STEP file or a mesh")
+    if not heat_faces or not tool_point:
+        needed = f"{argument('heat_faces')} and {argument('tool_point')}"
+        raise InputError(f"{needed}: both are needed; {argument('list_faces')} shows the faces")
     if order is not None and not 2 <= order <= LARGEST_ORDER:
         raise InputError(f"{argument('order', order)}: give a number from 2 to {LARGEST_ORDER}")
     if not 0 <= poissons_ratio < 0.5:
         raise InputError(f"{argument('poissons_ratio', poissons_ratio)}: give a number from 0 to below 0.5")
-    use = Use(heat_faces, tool_point, tool_faces, cooled, sensor_points, poissons_ratio)
+    use = Use(
+        several(heat_faces),
+        tool_point,
+        several(tool_faces),
+        several(cooled),
+        several(sensor_points),
+        poissons_ratio,
+    )
     within = range_of(
         material,
         None if conductivity is None else _ends("conductivity", conductivity, "W/(m.K)"),

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -242,7 +243,7 @@ class Study:
         if trials is None:
             return self
         if trials < 1:
-            raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
+            raise InputError(f"{argument('trials', trials)}: not a number of trials; give 1 or more")
         return replace(self, tune=replace(self.tune, trials=trials))
 
     def lines(self, point: Point) -> list[str]:
