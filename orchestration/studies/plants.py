@@ -1,4 +1,4 @@
-"""The plant that a law is designed for: motors and links of a system, and what differs from nominal in them."""
+"""The plant that a law is designed for: motors and links of a system, and how they differ from nominal."""
 
 from __future__ import annotations
 
