@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
+from warmlink.orchestration.system.units import Conversion, conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shortened, shown
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
@@ -59,9 +59,9 @@ def bare(text: str | float) -> float:
 
 
 def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
-    """Conversion from a unit as written to an SI unit; raises InputError if the units do not fit."""
+    """Conversion from a unit as people write it to an SI unit; raises InputError if the units do not fit."""
     try:
-        return conversion(parse_unit(given), parse_unit(unit), difference)
+        return conversion(parse_unit(spelled(given, unit)), parse_unit(unit), difference)
     except InputError as fault:
         raise InputError(f"{where}{': ' if where else ''}{fault}; give it in {unit}") from None
 
