@@ -101,6 +101,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
             xml.optional(experiment, "startTime", xml.number, where) or 0.0,
             xml.optional(experiment, "stopTime", xml.number, where),
             xml.optional(experiment, "stepSize", xml.number, where),
+            xml.optional(experiment, "tolerance", xml.number, where),
         ),
         units=definitions_of_units(root, where, "UnitDefinitions"),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),

@@ -95,11 +95,12 @@ class Connection:
 
 @dataclass(frozen=True)
 class DefaultExperiment:
-    """Times in s that the system proposes for itself; None where it proposes nothing."""
+    """Times in s and relative tolerance that a system or an FMU proposes; None if it proposes nothing."""
 
     start_time: float = 0.0
     stop_time: float | None = None
     step_size: float | None = None
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
