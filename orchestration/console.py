@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,12 @@ def answer_json(value: Any) -> None:
 def remark(text: str) -> None:
     """Print a remark, which is not part of the answer, on standard error."""
     print(f"warmlink: {text}", file=sys.stderr)
+
+
+@cache
+def remark_once(text: str) -> None:
+    """Print a remark unless this process has done so."""
+    remark(text)
 
 
 def interrupted() -> SystemExit:
