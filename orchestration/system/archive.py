@@ -17,6 +17,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -115,6 +116,17 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     return target
 
 
+def repeated_entries(path: Path) -> tuple[str, ...]:
+    """Give a remark on each entry that an archive holds more than once; raises as `extract` for the rest."""
+    with open_archive(path) as archive:
+        counts = Counter(info.filename for info in archive.infolist() if not info.is_dir())
+    return tuple(
+        f"{path.name}: holds {name[:80]!r} {'twice' if count == 2 else f'{count} times'}; the last one counts"
+        for name, count in counts.items()
+        if count > 1
+    )
+
+
 def file_digest(path: Path) -> str:
     """Give the SHA-256 digest of a file's bytes."""
     with path.open("rb") as stream:
@@ -125,8 +137,9 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
 
     Entries of the top-level folders named in `without` are looked at like all others, but not written.
-    InputError if the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
-    entries share a name, or the limits are exceeded.
+    Of entries of one name the last one counts. InputError if the archive is damaged, an entry would land
+    outside `target`, is a link or is encrypted, two entries that are spelt differently are the same file, or
+    the limits are exceeded.
     """
     with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -173,8 +186,8 @@ def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zi
         _refuse_packing(path, info)
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
-        if name in members:
-            raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
+        if name in members and members[name].filename != info.filename:
+            raise InputError(f"{path.name}: holds {name!r} in two spellings; which one counts is not defined")
         members[name] = info
     return list(members.items())
 
