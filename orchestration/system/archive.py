@@ -7,7 +7,6 @@ link or fills the disk; whatever is wrong with a file becomes one `InputError` t
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import io
 import os
 import re
@@ -21,6 +20,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.files import file_digest, whole_file
 from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
@@ -106,19 +106,38 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     """Unpack an archive as `extract` does into a folder of its own under `workdir`, and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
-    another one of the same name does not mix with it.
+    another one of the same name does not mix with it. Where it is there already, each file is compared with
+    the archive's checksum of it, and written anew where it differs.
     """
     _check_there(path)
     target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
-    if not target.is_dir():
+    if target.is_dir():
+        _mend(path, target, without)
+    else:
         extract(path, target, without)
     return target
 
 
-def file_digest(path: Path) -> str:
-    """Give the SHA-256 digest of a file's bytes."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def _mend(path: Path, target: Path, without: Collection[str]) -> None:
+    """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
+    for found in target.rglob("__pycache__"):  # nothing tells whether byte code is whole
+        shutil.rmtree(found, ignore_errors=True)
+    with open_archive(path) as archive:
+        for name, info in _checked_members(path, archive, without):
+            file = target / name
+            if not _is_as_packed(file, info):
+                with _room_in(file.parent, path):
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    with whole_file(file) as scratch:  # another process may have the old one loaded
+                        scratch.unlink()
+                        _write_member(path, archive, info, scratch, TOTAL_BYTES)
+
+
+def _is_as_packed(file: Path, info: zipfile.ZipInfo) -> bool:
+    """Whether a file has the size and the checksum of an entry."""
+    with contextlib.suppress(OSError):
+        return file.stat().st_size == info.file_size and zlib.crc32(file.read_bytes()) == info.CRC
+    return False
 
 
 def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
@@ -134,9 +153,8 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     try:
         with open_archive(path) as archive:
             left = TOTAL_BYTES
-            for name, info in _checked_members(path, archive):
-                if name.partition("/")[0] not in without:
-                    left -= _write_member(path, archive, info, scratch / name, left)
+            for name, info in _checked_members(path, archive, without):
+                left -= _write_member(path, archive, info, scratch / name, left)
         # Another process may have unpacked the same archive meanwhile: then its result stands.
         with contextlib.suppress(OSError):
             scratch.replace(target)
@@ -157,7 +175,10 @@ def safe_relative(name: str) -> str | None:
     return "/".join(kept)
 
 
-def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zipfile.ZipInfo]]:
+def _checked_members(
+    path: Path, archive: zipfile.ZipFile, without: Collection[str]
+) -> list[tuple[str, zipfile.ZipInfo]]:
+    """Entries of an archive that are files, by path, but for those of some top-level folders."""
     infos = archive.infolist()
     if len(infos) > MOST_MEMBERS:
         raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {MOST_MEMBERS} allowed")
@@ -176,7 +197,7 @@ def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zi
         if name in members:
             raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
         members[name] = info
-    return list(members.items())
+    return [(name, info) for name, info in members.items() if name.partition("/")[0] not in without]
 
 
 def _write_member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, left: int) -> int:
