@@ -116,10 +116,10 @@ def whole(file: Path) -> bool:
 
     It is read once in a process, as long as it does not change.
     """
-    roots = [root for root in (wanted_cache_folder(), cache_folder()) if file.is_relative_to(root)]
+    roots = (root for root in (wanted_cache_folder(), *file.parents) if file.is_relative_to(root))
     with suppress(OSError, ValueError):
-        if not others_may_write((*roots, file.parent)[0], file.parent):
-            return _digest_of(file).read_text("ascii") == file_digest(file)
+        if not others_may_write(next(roots), file.parent):
+            return _digest_of(file).read_bytes() == file_digest(file).encode()
     return False
 
 

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from functools import lru_cache
 from pathlib import Path
 
 
@@ -14,7 +15,17 @@ def others_may_write(root: Path, folder: Path | None = None) -> bool:
     """
     if not hasattr(os, "getuid"):
         return False
-    own, top, place = os.getuid(), Path(os.path.realpath(root)), Path(os.path.realpath(folder or root))
+    try:
+        facts = root.stat()
+    except OSError:
+        return False
+    return _found(root, folder or root, facts.st_mode, facts.st_uid, facts.st_ctime_ns)
+
+
+@lru_cache(maxsize=64)
+def _found(root: Path, folder: Path, *_facts: int) -> bool:
+    """What `others_may_write` gives; looked for once in a process while the folder is as it is."""
+    own, top, place = os.getuid(), Path(os.path.realpath(root)), Path(os.path.realpath(folder))
     closed = False
     for each in (*reversed(place.parents), place):
         try:

@@ -120,9 +120,13 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
 
 def _mend(path: Path, target: Path, without: Collection[str]) -> None:
     """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
-    for found in target.rglob("__pycache__"):  # nothing tells whether byte code is whole
-        shutil.rmtree(found, ignore_errors=True)
+    for folder, names, _ in os.walk(target):
+        if "__pycache__" in names:  # nothing tells whether byte code is whole
+            shutil.rmtree(Path(folder) / "__pycache__", ignore_errors=True)
     with open_archive(path) as archive:
+        used = [info for info in archive.infolist() if info.filename.partition("/")[0] not in without]
+        if all(info.is_dir() or _is_as_packed(f"{target}/{info.filename}", info) for info in used):
+            return
         for name, info in _checked_members(path, archive, without):
             file = target / name
             if not _is_as_packed(file, info):
@@ -133,10 +137,11 @@ def _mend(path: Path, target: Path, without: Collection[str]) -> None:
                         _write_member(path, archive, info, scratch, TOTAL_BYTES)
 
 
-def _is_as_packed(file: Path, info: zipfile.ZipInfo) -> bool:
+def _is_as_packed(file: str | Path, info: zipfile.ZipInfo) -> bool:
     """Whether a file has the size and the checksum of an entry."""
-    with contextlib.suppress(OSError):
-        return file.stat().st_size == info.file_size and zlib.crc32(file.read_bytes()) == info.CRC
+    with contextlib.suppress(OSError, ValueError), open(file, "rb") as stream:  # noqa: PTH123
+        held = stream.read(info.file_size + 1)
+        return len(held) == info.file_size and zlib.crc32(held) == info.CRC
     return False
 
 
