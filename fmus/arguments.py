@@ -33,5 +33,5 @@ def argument(name: str, *value: object) -> str:
     """
     if _options is not None:
         option = _options.get(name, f"--{name.strip('_').replace('_', '-')}")
-        return " ".join([option, *map(str, value)])
+        return " ".join([option, *(f"{each:g}" if isinstance(each, float) else str(each) for each in value)])
     return f"{name}={str(value[0]) if isinstance(value[0], Path) else value[0]!r}" if value else f"`{name}`"

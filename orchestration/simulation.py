@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.error_budget import Once
@@ -20,6 +22,7 @@ from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
 from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System
@@ -35,14 +38,17 @@ def simulate(
     stop: str | float | None = None,
     step: str | float | None = None,
     *,
-    master: str = "jacobi",
+    parameters: Mapping[str, Written] | str | Path = MappingProxyType({}),
+    master: str = DEFAULT_MASTER,
     record: Sequence[str] | None = None,
 ) -> Result:
-    """Run a system of FMUs.
+    """Run a system of FMUs, or a single FMU.
 
     Parameters
     ----------
-    system : an SSP file from any tool, or a system that was read or made
+    system : an SSP or an FMU from any tool, or a system that was read or made
+    parameters : start values by full name, as `link.length`, in the variable's own unit or as `"400 mm"`; or
+        the path of a parameter set (SSV)
     stop, step : stop time and communication step size, `"1 h"` or in s; what the system proposes by default
     master : name of the algorithm
     record : variables to keep, as `link.elongation`; every output by default
@@ -57,6 +63,7 @@ def simulate(
     chosen = algorithm(master)
     with temporary_folder() as work:
         read = system if isinstance(system, System) else read_system(Path(system), work)
+        read = with_parameters(read, parameters)
         for told in read.remarks:
             remark(told)
         times = experiment_of(read, stop, step)
@@ -96,7 +103,9 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     proposed = system.default_experiment
     stop_time = proposed.stop_time if stop is None else positive(stop, "s", argument("stop"))
     if stop_time is None:
-        raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
+        raise InputError(
+            f'{system.name}: the system proposes no stop time; give one, as {argument("stop")} "1 h"'
+        )
     step_size = proposed.step_size if step is None else positive(step, "s", argument("step"))
     return stop_time, step_size or (stop_time - proposed.start_time) / DEFAULT_STEPS
 

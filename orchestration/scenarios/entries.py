@@ -42,14 +42,20 @@ def quantity(text: str | float, unit: str, where: str = "", *, difference: bool 
     that 5 degC are 5 K. InputError is raised if the text is no number with a unit, the number is not finite,
     or the unit does not fit.
     """
+    number, given = number_and_unit(text, unit, where)
+    return number if given in ("", unit) else converter(given, unit, where, difference=difference)(number)
+
+
+def number_and_unit(text: str | float, unit: str, where: str = "") -> tuple[float, str]:
+    """Number and unit of `"22 degC"`; the unit is empty where none is given. Raises as `quantity`."""
     found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
     place = f"{where}: " if where else ""
     if found is None:
-        raise InputError(f'{place}{shown(text)} is not a value; write it as "3.5 {unit}"')
-    number, given = float(found.group(1)), found.group(2) or unit
+        raise InputError(f'{place}{shown(text)} is not a value; write it as "{f"3.5 {unit}".strip()}"')
+    number = float(found.group(1))
     if not math.isfinite(number):
-        raise InputError(f"{place}{shown(text)} is not a finite number; give one in {unit}")
-    return number if given == unit else converter(given, unit, where, difference=difference)(number)
+        raise InputError(f"{place}{shown(text)} is not a finite number; give one in {unit or 'digits'}")
+    return number, found.group(2)
 
 
 def bare(text: str | float) -> float:

@@ -13,6 +13,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
@@ -29,7 +30,6 @@ _WORDS = ("about", "source", "family")
 DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
-DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
 NO_CONTROLLER = "none"
 

@@ -22,10 +22,11 @@ from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.mismatch import Mismatch
-from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import (
     COMPARED,
     Case,
