@@ -217,7 +217,8 @@ def run_scenario(
         ran = replace(ran, master=FOLLOWING)
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began
     coupling = 1e6 * largest if np.isfinite(largest) else None
-    return ClosedLoop(ran, fmus.kind, found.result, coupling, found.stopped, told, ideal, took)
+    stopped = found.result.reason or found.stopped  # an end that an FMU asks for is too early here
+    return ClosedLoop(ran, fmus.kind, found.result, coupling, stopped, told, ideal, took)
 
 
 def run(

@@ -20,8 +20,8 @@ Status = _OfFmi | Literal["not finite", "not converged", "crash", "time limit", 
 class SlaveError(Exception):
     """A slave could not do what was asked; the run ends there, and its results up to there are kept.
 
-    The status is FMI's, or what stands in its place; the time in s is that of the communication point. A slave
-    that asks to end the simulation has `ended` it, or `terminated` it if it complained of something.
+    The status is FMI's, or what stands in its place; the time in s is that of the communication point. A
+    slave that asks to end the simulation has `ended` it, or `terminated` it if it complained of something.
     """
 
     def __init__(
