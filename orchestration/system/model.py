@@ -193,6 +193,7 @@ class ModelInfo:
     outputs : names, in the order of ModelStructure
     dependencies : for each output the names it depends on; None where the FMU declares nothing: all
     accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
+    remarks : sentences on what is wrong with the file, but can be passed over
     """
 
     path: Path
@@ -210,6 +211,7 @@ class ModelInfo:
     arrays: dict[str, tuple[str, ...]] = field(default_factory=dict)
     log_categories: tuple[str, ...] = ()
     accepts_nan: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
 
     @property
     def own_step(self) -> float | None:

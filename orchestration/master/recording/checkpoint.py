@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import file_digest
 from warmlink.orchestration.files import stamped, unstamped, whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.recorder import Recorder, Values, writing
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"

@@ -20,6 +20,7 @@ from typing import Any
 from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
 from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
+from warmlink.orchestration.safe_text import printable
 from warmlink.orchestration.system.model import Value
 
 _CO_SIMULATION = 1  # fmi2Type
@@ -69,7 +70,7 @@ _LOG = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 def _log(environment: int | None, name: bytes, status: int, category: bytes, message: bytes) -> None:
     kept = FmuLog.open.get(environment or 0)
     if kept is None:
-        print(message.decode("utf-8", "replace"), file=sys.stderr)
+        print(printable(message.decode("utf-8", "replace")), file=sys.stderr)
     else:
         kept.add(status, message)
 
