@@ -97,8 +97,8 @@ def without_slips(
             unit = {"degC": "K", "degF": "degF"}.get(column.unit, column.unit)
             values[away] = np.nan
             remarks.append(
-                f"{sheet.name}: {_named(sheet, away)}: {column.name} leaps away and back by up to {by:.3g} {unit}, "
-                "as no heat does; taken for missing values, so look at its wiring"
+                f"{sheet.name}: {_named(sheet, away)}: {column.name} leaps away and back by up to {by:.3g} "
+                f"{unit}, as no heat does; taken for missing values, so look at its wiring"
             )
     return inputs, readings, remarks
 
