@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.safe_text import of_cell
 from warmlink.orchestration.scenarios.entries import converter, heading
 from warmlink.orchestration.system.units import Conversion, parse_unit
 from warmlink.orchestration.text_files import shown
@@ -202,7 +203,7 @@ def headers_of(
         header, below = found[-1], []
     written = next((row for row in below if _are_units(row)), [])
     units = [*(_bare(cell) or None for cell in written), *[None] * len(header)][: len(header)]
-    return ([cell.strip("\"' ") for cell in header], units), first
+    return ([of_cell(cell).strip("\"' ") for cell in header], units), first
 
 
 def _are_units(row: Sequence[str]) -> bool:
