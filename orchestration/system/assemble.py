@@ -174,4 +174,10 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
-    return System(name, components, connections, experiment, tuple(resolver.remarks))
+    without_effect = [
+        f"{each.target}: its start value {components[each.target_component].values[each.target_variable]} "
+        f"has no effect once the run has begun, since {each.source} feeds it; set what makes that"
+        for each in connections
+        if each.target_variable in components[each.target_component].values
+    ]
+    return System(name, components, connections, experiment, (*resolver.remarks, *without_effect))
