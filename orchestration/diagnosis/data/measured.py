@@ -34,6 +34,9 @@ MOST_DAYS = 100.0
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
 
+_MOST_NAMED = 8
+"""Variables that a sentence names."""
+
 _GAP = 3.0
 """Usual spacings of the rows from which on a pause counts as a gap."""
 
@@ -205,7 +208,7 @@ def read_run(
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)
-    _refuse_empty(sheet.name, found["reading"], assigned.unused)
+    _refuse_empty(sheet.name, found["reading"], assigned, rig)
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,
@@ -278,12 +281,12 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     return replace(first, inputs=inputs, readings=readings, covariates=covariates)
 
 
-def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:
-    known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
+def _refuse_empty(name: str, readings: Mapping[str, Array], assigned: Assignment, rig: Rig) -> None:
     if not readings:
+        known = f", and may be among {', '.join(map(repr, assigned.unused))}" if assigned.unused else ""
         raise InputError(
-            f"{name}: no measured column is known{known}; give at least one temperature or the elongation, "
-            'and say which is which with --map "COLUMN=base_temperature"'
+            f"{name}: no measured column is known{known}; give at least one of "
+            f"{', '.join(rig.measurable[:_MOST_NAMED])}, and say which is which with {assigned.offers()}"
         )
     most = max(int(np.isfinite(values).sum()) for values in readings.values())
     if most < FEWEST_ROWS:
