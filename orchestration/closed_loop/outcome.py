@@ -25,7 +25,8 @@ from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.mismatch import together
+from warmlink.orchestration.scenarios.quantities import positive, refuse_bare
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.simulation import in_turns, largest_step
 
@@ -101,7 +102,9 @@ class ClosedLoop(Answer):
         """What a reader should know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
         most, bound = self.scenario.coupling_tolerance, self.coupling_error_um
-        told = [*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None]
+        scenario = self.scenario
+        asked = *scenario.remarks, *together(scenario.differences), *scenario.duty.remarks
+        told = [*asked, *self.result.remarks, self.advice, IDEAL if flattering else None]
         if most is not None and bound is not None and bound > 1e6 * most:
             told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
@@ -219,7 +222,8 @@ def run_scenario(
         ran = replace(ran, master=FOLLOWING)
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began
     coupling = 1e6 * largest if np.isfinite(largest) else None
-    return ClosedLoop(ran, fmus.kind, found.result, coupling, found.stopped, told, ideal, took)
+    stopped = found.result.reason or found.stopped  # an end that an FMU asks for is too early here
+    return ClosedLoop(ran, fmus.kind, found.result, coupling, stopped, told, ideal, took)
 
 
 def run(
@@ -257,6 +261,8 @@ def run(
         If the run failed before its first communication point.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+    if isinstance(tolerance, str):
+        refuse_bare(tolerance, "m", argument("tolerance"))
     most = found.coupling_tolerance if tolerance is None else positive(tolerance, "m", argument("tolerance"))
     asked = replace(
         changed(found, controller, parameters, several(mismatches)),

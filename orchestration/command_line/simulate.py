@@ -49,6 +49,7 @@ def simulate(
     real_time: float | None = None,
     error_budget: bool | None = None,
     tolerance: str | None = None,
+    fmu_tolerance: str | None = None,
     replace: list[str] | None = None,
     map_: list[str] | None = None,
     watch: list[str] | None = None,
@@ -82,6 +83,8 @@ def simulate(
     real_time : Keep pace with the clock: 1 is real time, 10 is ten times as fast.
     error_budget : Bound the coupling error by repeating the run with half the communication step. Default:
         yes, unless --checkpoint, --resume or --real-time is given.
+    fmu_tolerance : Relative tolerance of the solvers inside the FMUs, such as 1e-6. Default: that which each
+        FMU proposes.
     watch : Variables whose coupling error is to be bounded, separated by commas. Repeatable. Default:
         every output.
     quiet : Print no table.
@@ -98,8 +101,12 @@ def simulate(
     from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
         experiment_of,
+        halvable,
         in_turns,
         largest_step,
+        own_steps,
+        relative_tolerance,
+        remarks_on_steps,
         tolerances_of,
         variables,
     )
@@ -128,7 +135,12 @@ def simulate(
         allowed: dict[str, float] = {}
         if tolerance is not None:
             allowed = tolerances_of(read, tolerance, watch)
-            step_size = largest_step(read, stop_time, step_size if step else None)
+            step_size = largest_step(read, stop_time, step_size if step or own_steps(read) else None)
+        for told in remarks_on_steps(read, stop_time, step_size, stop):
+            remark(told)
+        if repeats and not halvable(read, step_size):
+            repeats = False
+            remark(f"the coupling error is not bounded, for an FMU does not go on by {step_size / 2:g} s")
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
         written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
@@ -138,6 +150,7 @@ def simulate(
             read,
             stop_time,
             start_time=read.default_experiment.start_time,
+            fmu_tolerance=relative_tolerance(fmu_tolerance),
             isolation=_isolation(isolate, time_limit, memory_limit),
             stepping=stepping_named(stepping),
             unpacked=work,
@@ -213,7 +226,7 @@ def _late(system: System, unseen: Sequence[str]) -> list[str]:
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.scenarios.entries import positive
+    from warmlink.orchestration.scenarios.quantities import positive
 
     limits = {}
     for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):

@@ -29,7 +29,7 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.scenarios.entries import quantity
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.scenarios.scenario import materials
 
 RATES = np.geomspace(2e-5, 16.0, 9)

@@ -23,7 +23,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.entries import quantity
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.text_files import is_file
 
 Integers = NDArray[np.int64]

@@ -16,7 +16,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.safe_text import as_cell, of_cell
-from warmlink.orchestration.scenarios.entries import heading
+from warmlink.orchestration.scenarios.quantities import heading
 
 if TYPE_CHECKING:
     import pandas

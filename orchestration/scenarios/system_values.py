@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.entries import number_and_unit
+from warmlink.orchestration.scenarios.quantities import number_and_unit
 from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.check import checked_value, own_unit, variable_of
 from warmlink.orchestration.system.description import read_description

@@ -29,7 +29,7 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
 from warmlink.orchestration.studies.plants import plant_in, plant_of, with_values

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.safe_text import of_cell
-from warmlink.orchestration.scenarios.entries import converter, heading
+from warmlink.orchestration.scenarios.quantities import converter, heading
 from warmlink.orchestration.system.units import SPELLINGS, Conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shown
 
