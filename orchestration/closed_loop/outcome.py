@@ -23,7 +23,8 @@ from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.entries import positive, refuse_bare
+from warmlink.orchestration.scenarios.mismatch import together
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.simulation import in_turns, largest_step
 
@@ -99,7 +100,9 @@ class ClosedLoop(Answer):
         """What a reader should know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
         most, bound = self.scenario.coupling_tolerance, self.coupling_error_um
-        told = [*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None]
+        scenario = self.scenario
+        asked = *scenario.remarks, *together(scenario.differences), *scenario.duty.remarks
+        told = [*asked, *self.result.remarks, self.advice, IDEAL if flattering else None]
         if most is not None and bound is not None and bound > 1e6 * most:
             told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
@@ -256,6 +259,8 @@ def run(
         If the run failed before its first communication point.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
+    if isinstance(tolerance, str):
+        refuse_bare(tolerance, "m", "--tolerance")
     most = found.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
     asked = replace(
         changed(found, controller, parameters, mismatches),

@@ -52,6 +52,26 @@ def quantity(text: str | float, unit: str, where: str = "", *, difference: bool 
     return number if given == unit else converter(given, unit, where, difference=difference)(number)
 
 
+COLDEST_BARE = 150.0
+"""K, below which a temperature without a unit is more likely meant in degC."""
+
+
+def refuse_bare(value: str | float, unit: str, where: str = "") -> None:
+    """Raise InputError if a number has no unit and is hardly meant in the SI unit.
+
+    That is so of every length but 0, which people give in um, mm or m, and of temperatures below 150 K.
+    """
+    text = value.strip() if isinstance(value, str) else shown(value)
+    found = _QUANTITY.match(text)
+    if found is None or found.group(2):
+        return
+    number = float(found.group(1))
+    if (unit == "m" and number != 0) or (unit == "K" and number < COLDEST_BARE):
+        place, other = f"{where}: " if where else "", {"m": "um", "K": "degC"}[unit]
+        told = f'write "{text} {other}" or "{text} {unit}", whichever is meant'
+        raise InputError(f"{place}{text} has no unit; {told}")
+
+
 def bare(text: str | float) -> float:
     """Number that stands before the unit in what `quantity` takes."""
     found = _QUANTITY.match(str(text))
@@ -170,7 +190,7 @@ _WRITTEN = {
 
 @dataclass(frozen=True)
 class Quantity(Entry):
-    """A value with a unit, as `"20 min"`, or a bare number in the SI unit."""
+    """A value with a unit, as `"20 min"`, or a bare number in the SI unit, except for lengths."""
 
     unit: str
     positive: bool = False
@@ -179,6 +199,8 @@ class Quantity(Entry):
 
     def _read(self, value: Any) -> float:
         number, unit, least = quantity(value, self.unit, difference=self.difference), self.unit, self.least
+        if not self.difference:
+            refuse_bare(value, unit)
         if self.positive and number <= 0:
             raise InputError(not_positive(value, unit))
         if number < least:
@@ -189,9 +211,11 @@ class Quantity(Entry):
     def _schema(self) -> dict[str, Any]:
         least = f"at least {self.least:g}, " if self.least > -math.inf else ""
         bare = "" if self.unit == "1" else f" in {self.unit}"
-        about = f"{'above 0, ' if self.positive else least}with its unit, or a bare number{bare}"
+        about = f"{'above 0, ' if self.positive else least}with its unit"
+        about += "" if self.unit == "m" else f", or a bare number{bare}"
         written = _WRITTEN[f"{self.unit} apart" if self.difference else self.unit]
-        return {"type": ["string", "number"], "description": about, "examples": [written]}
+        kinds = "string" if self.unit == "m" and self.positive else ["string", "number"]
+        return {"type": kinds, "description": about, "examples": [written]}
 
 
 @dataclass(frozen=True)
@@ -207,6 +231,8 @@ class Quantities(Entry):
         if not isinstance(value, list) or len(value) != count:
             raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
         numbers = tuple(quantity(each, self.unit) for each in value)
+        for each in value:
+            refuse_bare(each, self.unit)
         for i, number in enumerate(numbers, start=1):
             if number < self.least:
                 raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")

@@ -81,6 +81,10 @@ def at_work(
                 client = stack.enter_context(connected(means.scheduler))
             if any(each.coupling_tolerance is not None for each in scenarios):
                 said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
+            twice = (
+                told for each in scenarios for wrong in mismatches for told in wrong.applied(each).remarks
+            )
+            said.extend(dict.fromkeys(twice))
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)

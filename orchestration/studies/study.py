@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.component import Component, limits
+from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller, controller_named
@@ -20,7 +20,7 @@ from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantity, Text, Value, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.scenarios.overrides import scalar, start_value
+from warmlink.orchestration.scenarios.overrides import refuse_fed, scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
@@ -113,15 +113,15 @@ class Axis:
         return sorted({float(round(value)) for value in spaced}) if self.integer else spaced
 
 
-def read_axis(
-    name: str, table: AxisTable, components: Mapping[str, Component], known: StartValues, where: str
-) -> Axis:
+def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValues, where: str) -> Axis:
     """Axis from its table in a study file, and start values that the study's scenario has without it.
 
-    InputError where it, or a bound, does not fit the component.
+    InputError where it, or a bound, does not fit the component, or it is an input that a wire feeds.
     """
+    components = scenario.declared
     found = scalar(name, components, where)
     place, unit = f"{where}: {name}", found.variable.unit
+    refuse_fed(name, scenario.setup.blueprint.fed, where)
     written = (table.min, table.max) if table.values is None else table.values
     values = [start_value(name, each, components, where) for each in written if each is not None]
     low, high = min(values), max(values)
@@ -287,7 +287,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
     duties = file.duty_cycles or (file.scenario or "",)
     scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in duties)
-    declared, known = scenarios[0].declared, scenarios[0].values()
+    known = scenarios[0].values()
     study = Study(
         name=name,
         title=name if file.title is None else file.title,
@@ -295,7 +295,9 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
-        axes=tuple(read_axis(key, table, declared, known, name) for key, table in file.parameters.items()),
+        axes=tuple(
+            read_axis(key, table, scenarios[0], known, name) for key, table in file.parameters.items()
+        ),
         objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,

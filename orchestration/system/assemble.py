@@ -177,4 +177,10 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
+    remarks += [
+        f"{each.target}: its start value {components[each.target_component].values[each.target_variable]} "
+        f"has no effect once the run has begun, since {each.source} feeds it; set what makes that"
+        for each in connections
+        if each.target_variable in components[each.target_component].values
+    ]
     return System(name, components, connections, experiment, tuple(dict.fromkeys(remarks)))
