@@ -84,6 +84,8 @@ def ours(ssp: Path, stop: float, step: float, work: Path) -> Ran:
     import pandas as pd
 
     frame = pd.read_parquet(table)
+    if len(frame) < 2 and done.returncode:
+        return Ran(None, said)
     return Ran({name.rpartition(" [")[0]: frame[name].tolist() for name in frame}, said)
 
 
