@@ -31,6 +31,12 @@ def test_outcomes(own: Ran, reference: Ran, outcome: str) -> None:
     assert (outcome in BAD) == outcome.isupper()
 
 
+def test_a_solver_inside_may_differ_by_its_tolerance() -> None:
+    own, reference = Ran({"y": [1.0, 2.0]}, ""), Ran({"y": [1.0, 2.0001]}, "")
+    assert judged(Path("x.fmu"), own, reference, 1e-4).outcome == "same to the FMU's tolerance"
+    assert judged(Path("x.fmu"), own, reference, 1e-5).outcome == "DIFFERS WITHOUT A WORD"
+
+
 def test_a_folder_of_files_is_run_by_both(tmp_path: Path) -> None:
     try:
         build_trivial_fmu(tmp_path)
