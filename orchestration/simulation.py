@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar, remark
 from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.error_budget import Once
@@ -19,7 +22,8 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.quantities import positive
+from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System
@@ -37,15 +41,18 @@ def simulate(
     stop: str | float | None = None,
     step: str | float | None = None,
     *,
-    master: str = "jacobi",
+    parameters: Mapping[str, Written] | str | Path = MappingProxyType({}),
+    master: str = DEFAULT_MASTER,
     record: Sequence[str] | None = None,
     fmu_tolerance: float | None = None,
 ) -> Result:
-    """Run a system of FMUs.
+    """Run a system of FMUs, or a single FMU.
 
     Parameters
     ----------
-    system : an SSP file from any tool, or a system that was read or made
+    system : an SSP or an FMU from any tool, or a system that was read or made
+    parameters : start values by full name, as `link.length`, in the variable's own unit or as `"400 mm"`; or
+        the path of a parameter set (SSV)
     stop, step : stop time and communication step size, `"1 h"` or in s; what the system proposes by default
     master : name of the algorithm
     record : variables to keep, as `link.elongation`; every output by default
@@ -61,6 +68,7 @@ def simulate(
     chosen = algorithm(master)
     with temporary_folder() as work:
         read = system if isinstance(system, System) else read_system(Path(system), work)
+        read = with_parameters(read, parameters)
         for told in read.remarks:
             remark(told)
         times = experiment_of(read, stop, step)
@@ -102,10 +110,12 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     InputError if there is no stop time, or a time is none.
     """
     proposed = system.default_experiment
-    stop_time = proposed.stop_time if stop is None else positive(stop, "s", "--stop")
+    stop_time = proposed.stop_time if stop is None else positive(stop, "s", argument("stop"))
     if stop_time is None:
-        raise InputError(f'{system.name}: the system proposes no stop time; give one, as --stop "1 h"')
-    step_size = proposed.step_size if step is None else positive(step, "s", "--step")
+        raise InputError(
+            f'{system.name}: the system proposes no stop time; give one, as {argument("stop")} "1 h"'
+        )
+    step_size = proposed.step_size if step is None else positive(step, "s", argument("step"))
     duration, own = stop_time - proposed.start_time, own_steps(system)
     if step_size is None and own:
         step_size = _common(own.values())
@@ -201,9 +211,11 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     outputs = (name for name, each in known.items() if is_recorded(each) and each.kind == "Real")
     for name in watched or outputs:
         with suppress(KeyError if watched else InputError):
-            found[name] = positive(tolerance, known[name].unit or "1", f"--tolerance of {name}")
+            found[name] = positive(tolerance, known[name].unit or "1", f"{argument('tolerance')} of {name}")
     if not found and not watched:
-        raise InputError(f"--tolerance {tolerance}: fits no output; give a value above 0 in the unit of one")
+        raise InputError(
+            f"{argument('tolerance', tolerance)}: fits no output; give a value above 0 in the unit of one"
+        )
     return found
 
 

@@ -235,7 +235,7 @@ def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> N
     from rich.text import Text
 
     from warmlink.orchestration.check.fmu import TIME_LIMIT, check_fmu
-    from warmlink.orchestration.scenarios.entries import positive
+    from warmlink.orchestration.scenarios.quantities import positive
 
     if file.is_dir():
         raise InputError(_folder(file))
