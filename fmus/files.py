@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 import threading
+import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -13,6 +14,9 @@ from pathlib import Path
 
 WRITING = ".writing-"
 """How the names of files begin that are not whole yet."""
+
+NEW_SECONDS = 60.0
+"""Within which whoever has made a folder has locked it, or is dead."""
 
 
 @contextmanager
@@ -77,8 +81,9 @@ def _locked(scratch: Path) -> int | None:
 def sweep(folder: Path, prefix: str) -> None:
     """Remove what killed processes left: files and folders of a prefix that nobody holds."""
     for path in folder.glob(f"{prefix}*"):
-        if path.name.startswith(f"{prefix}new-"):  # its owner is about to lock it
-            continue
+        with suppress(OSError):  # its owner is about to lock it
+            if path.name.startswith(f"{prefix}new-") and time.time() - path.stat().st_mtime < NEW_SECONDS:
+                continue
         handle, free = lock(path)
         if handle is not None and free:
             if path.is_dir():

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import loaded, settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.results import refuse_others
 
 if TYPE_CHECKING:
@@ -100,10 +101,12 @@ def diagnose(
 
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
-    elif whole_arm:
-        _diagnose_arm(data[0], folder, json)
-    else:
-        _diagnose_cell(data, measured, folder, json)
+        return
+    with locked_folder(folder):
+        if whole_arm:
+            _diagnose_arm(data[0], folder, json)
+        else:
+            _diagnose_cell(data, measured, folder, json)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
