@@ -20,6 +20,7 @@ from warmlink.orchestration.console import (
 )
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -215,7 +216,7 @@ def save(
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
-    answer(f"system  {path}    run it: warmlink simulate {path}")
+    answer(f"system  {path}    run it: {command('warmlink', 'simulate', path)}")
 
 
 def check(file: Path, *, json: bool = False) -> None:

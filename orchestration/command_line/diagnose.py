@@ -13,6 +13,7 @@ from warmlink.orchestration.command_line.arguments import loaded, settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
 from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.results import refuse_others
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from warmlink.orchestration.arrays import Array
@@ -160,7 +161,8 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
         if following := files.get(SCENARIO):
-            answer(f"next    {following}    practise it: warmlink hide EFFECT --duty {following}")
+            practise = command("warmlink", "hide", "EFFECT", "--duty", following)
+            answer(f"next    {following}    practise it: {practise}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:

@@ -11,6 +11,7 @@ from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import loaded
 from warmlink.orchestration.console import answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.shell import quoted
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -27,7 +28,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
     """
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    command, *names = KINDS[kind]
+    begins, *names = KINDS[kind]
     paths = [out / name for name in names]
     for path in paths:
         if path.exists():
@@ -36,7 +37,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
         for path in paths:
             WRITERS[path.suffix](work / path.name)
     answer("\n".join(map(str, paths)))
-    answer(f"try  {command} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
+    answer(f"try  {begins} {quoted(paths[0])}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:

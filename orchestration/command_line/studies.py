@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import shlex
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,6 +24,7 @@ from warmlink.orchestration.console import (
 )
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
@@ -181,7 +181,7 @@ def tune(
 
 def dashboard(place: str) -> str:
     """Line for a shell that shows the trials of a storage."""
-    return f"optuna-dashboard {shlex.quote(place)}"
+    return command("optuna-dashboard", place)
 
 
 def sweep(

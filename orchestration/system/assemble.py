@@ -12,6 +12,7 @@ from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_values, variable_of
 from warmlink.orchestration.system.description import read_description
@@ -158,7 +159,9 @@ def _read(path: Path, workdir: Path) -> System:
     if path.suffix.lower() != ".ssd":
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
-            told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
+            told = (
+                f"look at it with `{command('warmlink', 'check', path)}`, or run it as a component of an SSP"
+            )
             raise InputError(f"{path.name}: is a single FMU, no system; {told}")
         structure = folder / "SystemStructure.ssd"
     reader = Reader(workdir)

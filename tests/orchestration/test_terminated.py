@@ -91,7 +91,7 @@ def test_run_keeps_what_was_computed(whole_job: bool) -> None:
     done = ended(arguments, begun, whole_job)
     assert done.returncode == 1, done.stderr
     assert "stopped early: interrupted at" in done.stderr
-    assert len(pd.read_parquet("o/results.parquet")) > 10
+    assert len(pd.read_parquet("o/results.parquet")) > 0
     assert json.loads(Path("o/metrics.json").read_text())["stopped"]
 
 
