@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.files import WRITING, lock, sweep, unlock, whole_file
+from warmlink.fmus.files import TEMPORARY, WRITING, hold, let_go, lock, sweep, unlock, whole_file
 
-TEMPORARY = "warmlink-run-"
 WRITTEN = ".written-"
 """How the names of folders begin whose files are whole, and are about to take their places."""
 
@@ -41,17 +40,17 @@ def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Ite
     nothing came of it, and so does what a process that was killed left there. InputError if the folder cannot
     be written; NoRoomError where the disk is full.
     """
-    folder = folder.absolute()
-    with _made(folder):
+    shown, folder = folder, folder.absolute()
+    with _made(folder, shown):
         settle(folder)
         sweep(folder, WRITING)
-        with _owned(folder, WRITING, "choose another --out") as work:
+        with _owned(folder, WRITING, "choose another --out", shown) as work:
             try:
                 yield work
                 new = [path.relative_to(work) for path in sorted(work.rglob("*")) if path.is_file()]
                 for name in new:
                     if (folder / name).is_dir():
-                        raise InputError(f"{folder / name}: is a folder; choose another --out, or move it")
+                        raise InputError(f"{shown / name}: is a folder; choose another --out, or move it")
                 (work / _GOES).mkdir()
                 for path in old() if new else ():
                     (work / _GOES / path.name).touch()
@@ -59,9 +58,9 @@ def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Ite
                 if fault.errno not in FULL_DISK:
                     raise
                 told = os.strerror(fault.errno).lower()
-                raise NoRoomError(f"{folder}: cannot be written ({told}); free space there") from None
+                raise NoRoomError(f"{shown}: cannot be written ({told}); free space there") from None
             if new:
-                with _refused("{}: cannot be replaced ({}); choose another --out", folder):
+                with _refused("{}: cannot be replaced ({}); choose another --out", shown):
                     ready = work.rename(work.with_name(work.name.replace(WRITING, WRITTEN, 1)))
                     _take_places(ready)
 
@@ -221,11 +220,11 @@ def _refused(sentence: str, path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _made(folder: Path) -> Iterator[None]:
-    """Make a folder; those made go again where nothing came of it."""
+def _made(folder: Path, shown: Path | None = None) -> Iterator[None]:
+    """Make a folder, which may be shown otherwise; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        with _refused("{}: cannot be written ({}); choose another --out", folder):
+        with _refused("{}: cannot be written ({}); choose another --out", shown or folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
         yield
@@ -236,18 +235,14 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
+def _owned(parent: Path, prefix: str, remedy: str, shown: Path | None = None) -> Iterator[Path]:
     """Temporary folder that is locked as long as its owner lives, so that `sweep` can tell."""
-    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", parent):
-        made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
-    handle, _ = lock(made)
-    # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
-    work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))
+    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", shown or parent):
+        work, handle = hold(parent, prefix)
     try:
         yield work
     finally:
-        shutil.rmtree(work, ignore_errors=True)
-        unlock(handle)
+        let_go(work, handle)
 
 
 def _is_still(handle: int, folder: Path) -> bool:

@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.orchestration.check.cases import CASES, Outcome, Subject
 from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
@@ -54,8 +54,8 @@ def check_fmu(
     info = read_description(path)
     outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}
     chosen = list(CASES if cases is None else cases)
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        folder = unpack(path, Path(work))
+    with scratch_folder() as work:
+        folder = unpack(path, work)
         library = _library(folder, info)
         if library is None:
             outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))
