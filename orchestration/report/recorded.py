@@ -90,10 +90,12 @@ def columns_of(results: Any) -> Columns:
     # A run that writes as it goes has written after the results there: these are those of the run before.
     if is_file(values) and not any(_changed(place) >= _changed(values) for place in places):
         table = values_in(path)
-        if table is not None:
-            until = f"as far as {table.times[-1]:g} s" if len(table) else "which hold nothing"
-            remark(f"{path}: the last run there did not end; drawn are the values that it wrote, {until}")
+        if table is not None and len(table):
+            told = f"drawn are the values that it wrote, as far as {table.times[-1]:g} s"
+            remark(f"{path}: the last run there did not end; {told}")
             return _checked(table.to_frame(), str(values))
+        if places:
+            remark(f"{path}: the last run there did not come to a value; drawn is the run before")
     if not places:
         raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
     return _read(places[0])
