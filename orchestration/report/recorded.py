@@ -15,6 +15,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import settle
 from warmlink.orchestration.master.recording.recorder import VALUES, values_in
+from warmlink.orchestration.safe_text import of_cell
 from warmlink.orchestration.text_files import is_file, shown
 
 if TYPE_CHECKING:
@@ -116,6 +117,7 @@ def _read(path: Path) -> Columns:
             warnings.simplefilter("error", pandas.errors.ParserWarning)
             parquet = path.suffix == ".parquet"
             found = pandas.read_parquet(path) if parquet else pandas.read_csv(path, index_col=False)
+            found = found if parquet else found.rename(columns=of_cell)
     except (OSError, ValueError, LookupError, TypeError, NotImplementedError, Warning) as fault:
         told = (str(fault).splitlines() or [type(fault).__name__])[0]
         raise InputError(f"{path}: cannot be read ({told[:160]})") from None

@@ -15,6 +15,7 @@ import stat
 import struct
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -120,6 +121,17 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     return target
 
 
+def repeated_entries(path: Path) -> tuple[str, ...]:
+    """Give a remark on each entry that an archive holds more than once; raises as `extract` for the rest."""
+    with open_archive(path) as archive:
+        counts = Counter(info.filename for info in archive.infolist() if not info.is_dir())
+    return tuple(
+        f"{path.name}: holds {name[:80]!r} {'twice' if count == 2 else f'{count} times'}; the last one counts"
+        for name, count in counts.items()
+        if count > 1
+    )
+
+
 def _mend(path: Path, target: Path, without: Collection[str]) -> None:
     """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
     for folder, names, _ in os.walk(target):
@@ -151,8 +163,9 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
 
     Entries of the top-level folders named in `without` are looked at like all others, but not written.
-    InputError if the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
-    entries share a name, or the limits are exceeded.
+    Of entries of one name the last one counts. InputError if the archive is damaged, an entry would land
+    outside `target`, is a link or is encrypted, two entries that are spelt differently are the same file, or
+    the limits are exceeded.
     """
     with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -202,8 +215,8 @@ def _checked_members(
         _refuse_packing(path, info)
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
-        if name in members:
-            raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
+        if name in members and members[name].filename != info.filename:
+            raise InputError(f"{path.name}: holds {name!r} in two spellings; which one counts is not defined")
         members[name] = info
     return [(name, info) for name, info in members.items() if name.partition("/")[0] not in without]
 

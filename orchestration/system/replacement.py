@@ -190,7 +190,7 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     if not whole(target):
         found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
         files = {name: path.read_bytes() for name, path in found.items()}
-        root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
+        root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}", [])
         for element in root.find("ModelVariables").iter():
             if element.get("name") in names:
                 element.set("name", names[element.get("name")])

@@ -152,7 +152,11 @@ class Checkpoints:
 
 
 def fingerprint(
-    assembly: Assembly, names: Sequence[str], points: CommunicationPoints, algorithm: Algorithm
+    assembly: Assembly,
+    names: Sequence[str],
+    points: CommunicationPoints,
+    algorithm: Algorithm,
+    tolerance: float | None,
 ) -> str:
     """Give a digest of all that decides a run's values, and of what is recorded.
 
@@ -164,5 +168,5 @@ def fingerprint(
         for s in assembly.slaves
     ]
     values = sorted((name, sorted(given.items())) for name, given in assembly.values.items())
-    parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names))
+    parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names), tolerance)
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()
