@@ -11,6 +11,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
@@ -71,8 +72,9 @@ def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
     """Command that designs a law for a scenario's cell, of which so much is changed."""
     known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
     given = scenario.as_believed.parameters
-    settings = "".join(f' --set "{n}={given[n]}"' for n in changed if known.get(n) != given[n])
-    return f"warmlink design {scenario.file or CELL.name} --law {law}{settings} --out {law}.ssv"
+    settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]
+    words = scenario.file or CELL.name, "--law", law, *settings, "--out", f"{law}.ssv"
+    return command("warmlink", "design", *words)
 
 
 def _differing(scenario: Scenario, written: Mapping[str, str | float]) -> dict[str, float]:

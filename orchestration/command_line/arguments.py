@@ -113,8 +113,8 @@ def for_typer(command: Command) -> Command:
     def called(**values: Any) -> None:
         try:
             carry_out(command, values)
-        except KeyboardInterrupt:  # which typer would make an exit without a word
-            raise interrupted() from None
+        except KeyboardInterrupt as fault:  # which typer would make an exit without a word
+            raise interrupted(fault) from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

@@ -7,8 +7,8 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar
-from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.files import fresh_file, locked_folder
+from warmlink.orchestration.results import refuse_others, results_folder
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -96,7 +96,8 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
 
-    with results_folder(out, "reproduce") as target:
+    refuse_others(out, "reproduce")
+    with locked_folder(out), results_folder(out, "reproduce") as target:
         with progress_bar("The paper, reproduced") as progress:
             result = reproduce_paper(progress)
         write_report(result, target / "report.html")

@@ -19,6 +19,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import xml
+from warmlink.orchestration.text_files import shortened
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -125,7 +126,8 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise QuantityError(f"{source.name or '1'} does not convert to {target.name or '1'}")
+        names = (shortened(each.name or "1") for each in (source, target))
+        raise QuantityError(" does not convert to ".join(names))
     if (source.factor, source.offset) == (target.factor, target.offset):
         return IDENTITY
     factor = source.factor / target.factor

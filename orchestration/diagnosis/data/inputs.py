@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -65,7 +66,9 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     calibrated = {each.variable for each in experiment.calibrated}
     for name, text in settings.items():
         if name not in system.parameters:
-            raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
+            raise InputError(
+                f"--set {name}={text}: is an input; write --assume {quoted(name)}={quoted(text)}"
+            )
         if name in calibrated:
             raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
     known, runs = {**experiment.known, **given}, []
