@@ -67,12 +67,17 @@ SMALL_PLATFORMS = _by_name(
 BROWSER = Platform("wasm32-wasi", "", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
 
+_FEW_BRANCHES = ("-fno-gcse", "-fno-tree-vrp")
+"""Leaves out of an optimisation what finds next to nothing in this code, and takes long."""
+
 UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
-    "starting.c": ("-O1",),  # large, and run once for each instance: not worth a long optimisation
+    "starting.c": ("-O0",),  # large, and run once for each instance: not worth any optimisation
     # What one function stores number by number, another one would read in pairs, and wait for both.
-    "running.c": ("-fno-tree-slp-vectorize",),
+    "running.c": ("-fno-tree-slp-vectorize", *_FEW_BRANCHES),
+    "fmi2_cs.c": _FEW_BRANCHES,
+    "fmi3_cs.c": _FEW_BRANCHES,
 }
-"""Flags of generated units beside those of all."""
+"""Flags of units beside those of all."""
 
 
 @dataclass(frozen=True)

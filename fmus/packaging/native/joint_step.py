@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from warmlink.fmus.component.integrator import GAMMA
+from warmlink.fmus.component.join import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols
 from warmlink.fmus.packaging.native.kinds import Kind, Place
 from warmlink.fmus.packaging.native.micro_step import Elimination
@@ -143,7 +144,7 @@ class _Gradients:
 
     def _of_output(self, name: str) -> dict[int, Expression]:
         if name not in self._known:
-            key, own = self.plan.end(name)
+            key, own = split_name(name)
             number, at = self.plan.kinds[key].place[own]
             kind, first = self.plan.kinds[key], self.plan.places[key][2].start
             run, places = kind.gradient(number)

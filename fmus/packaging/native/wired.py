@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.component.join import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression
 from warmlink.fmus.packaging.native.kinds import Kind
 
@@ -47,12 +48,6 @@ class Plan:
         """States of each part from those of the whole."""
         return {key: x[place] for key, (_, _, place) in self.places.items()}
 
-    def end(self, name: str) -> tuple[str, str]:
-        """Part and its own name of a variable of the whole."""
-        scalar, bracket, element = name.partition("[")
-        key, _, own = scalar.rpartition(".")
-        return key, own + bracket + element
-
     @cached_property
     def feeds(self) -> dict[str, list[str | int]]:
         """For each part, by input, the output that feeds it, or the index of the whole's input that it is."""
@@ -79,7 +74,7 @@ class _ByPart:
 
     def output(self, name: str) -> Expression:
         """That of one output, by its full name."""
-        key, own = self.plan.end(name)
+        key, own = split_name(name)
         number, at = self.plan.kinds[key].place[own]
         return self.block(key, number)[at]
 
