@@ -58,6 +58,9 @@ from warmlink.fmus.component.arithmetic import (
     where,
 )
 
+STEADY = 0.04
+"""Tolerances a second by which the correction changes at most, some time after a start: no link grows faster."""
+
 HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""
 
@@ -169,6 +172,9 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
+    # After a start the correction has a long way to go; later no bound that comes or goes makes it leap.
+    reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
+    wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)
     suspected = offset.compared(
         x, filters, what.own_heat, sample.readings, sample.trust, sensors, verdict, told, p, step
     )
@@ -194,8 +200,8 @@ def settled(
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
-    row = stack(p.elongation_row, *[0.0] * HEATS)
-    return reported(x, filters_of(x), row, p)
+    row, filters = stack(p.elongation_row, *[0.0] * HEATS), filters_of(x)
+    return reported(x, filters, elongation(filters.quiet.mean, p), row, p)
 
 
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
@@ -258,14 +264,23 @@ def _carried_over(
 
 
 def reported(
-    x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0, watched: Number = 0.0
+    x: Record,
+    filters: Filters,
+    estimate: Number,
+    row: Number,
+    p: Record,
+    taught: Number = 0.0,
+    watched: Number = 0.0,
 ) -> dict[str, Number]:
-    """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence.
+    """The outputs, from the filter's elongation, its derivative by the state (`row`) and the camera's evidence.
+
+    By how much a bound holds the correction off that elongation, it may be wrong.
 
     While a camera watches (1) it shows what thermometers are off by; else (0) what they may be off by counts.
     """
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
+    variance = variance + (estimate - x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
     expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)

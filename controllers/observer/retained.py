@@ -122,8 +122,7 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     """Belief before any reading.
 
     Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
-    first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
-    with the temperature profiles that heat in the shaft leaves behind. Where all is recalled, the cell may
+    first readings: the largest distance of a reading from that is how warm the cell may be, with the temperature profiles that heat in the shaft leaves behind. Where all is recalled, the cell may
     have gone on: unknown heat (`disturbance_std`) may have flowed into the shaft all the time since.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
@@ -131,7 +130,7 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     modes = where(recalled.valid > 0, recalled.modes, cold)
     warmth: Number = 0.0
     for i in range(SENSORS):
-        beyond = absolute(readings[i] - temperature(i, modes, p)) - 3.0 * p.sensor_std[i]
+        beyond = absolute(readings[i] - temperature(i, modes, p))
         warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
     warmth = _warmest(recalled, warmth, p)
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2

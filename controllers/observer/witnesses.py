@@ -10,12 +10,13 @@ from typing import NamedTuple
 
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
-from warmlink.controllers.observer.readings import Compared, Shape, extremes, shape_of
+from warmlink.controllers.observer.readings import Compared, Shape, cools, extremes, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    clip,
     finite,
     maximum,
     minimum,
@@ -35,11 +36,15 @@ STATES = (
 )
 """Readings without their noise, and since when all agree."""
 
-KNOWN_TIME, AGREEMENT_TIME = 60.0, 600.0
+KNOWN_TIME, AGREEMENT_TIME = 50.0, 600.0
 """s for which all must agree after a start, and after a disagreement."""
 
 COLD_TIME = 10.0
-"""s for which readings must be as foreseen after a cold start: soon a pad would make them differ."""
+"""s for which readings must be as foreseen after a cold start, as soon a pad would make them differ, and for
+which they must look like a cell that was left warm before the correction begins to follow them."""
+
+BACK = 3.0
+"""How much faster the time counts back in which readings look like neither: noise may let one pass."""
 
 WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
@@ -133,7 +138,7 @@ def heard(
     shape = shape_of(sensors, already, early, x.heated, p)
     # While unknown heat flows, only what the first readings showed can be left of another.
     at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
-    warm = early * shape.falls * at_once
+    warm = early * cools(sensors, p) * at_once
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
     return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
@@ -143,14 +148,13 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = truth(total(used) - total(sensors.trusted) < 0.5)
-    excess, rise = sensors.excess, sensors.rise
+    excess, rise, whole = sensors.excess, sensors.rise, sensors.whole
     far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
     left_warm = whole * where(sensors.least > 0, 1.0 - near, 0.0) * warm
     pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
     pace = where(some > 0, pace, KNOWN_TIME * absolute(p.mode_rate[0]) / 3.0)
-    known_for = where(pace > 0, before.known_for + pace * step, 0.0)
+    known_for = maximum(before.known_for + where(pace > 0, pace, -BACK) * step, 0.0)
     warm = where(known_for >= KNOWN_TIME, left_warm, 0.0)
     return Known(where(unknown > 0, known_for, before.known_for), unknown * warm)
 
@@ -177,13 +181,16 @@ def _weighed(
     by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
     sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
     known = truth(after.known_for >= KNOWN_TIME)
+    # The longer readings look like a cell left warm, the further the duty's bound follows: nothing leaps.
+    shown = clip((after.known_for - COLD_TIME) / (KNOWN_TIME - COLD_TIME), 0.0, 1.0)
+    told = by_duty + (1.0 - known) * shown * (estimate - by_duty)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
     margin = 0.5 * p.tolerance
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     unsure = total(sensors.there - sensors.trusted) + 1.0 - known
-    low_d, high_d = _allowed(by_duty, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
+    low_d, high_d = _allowed(told, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
     # Until it is known how warm the cell is, no thermometer outvotes another.
     largest, least = extremes(by_duty + p.growth_by_one * excess, sensors.there)
     low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)

@@ -121,8 +121,9 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     filters, camera = filters_of(x), Camera(*(getattr(x, f"camera_{name}") for name in Camera._fields))
-    row = elongation_row(filters.quiet.mean, p)
-    return observer.reported(x, filters, row, p, camera.evidence, watching(camera, p))
+    mean = filters.quiet.mean
+    row = elongation_row(mean, p)
+    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, watching(camera, p))
 
 
 def update_from_camera(
