@@ -122,15 +122,17 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     """Belief before any reading.
 
     Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
-    first readings: the largest distance of a reading from that is how warm the cell may be, with the temperature profiles that heat in the shaft leaves behind. Where all is recalled, the cell may
-    have gone on: unknown heat (`disturbance_std`) may have flowed into the shaft all the time since.
+    first readings: the largest distance of a reading from that, less twice its noise, both squared, is how warm
+    the cell may be, with the temperature profiles that heat in the motor leaves behind. Where all is recalled,
+    the cell may have gone on: unknown heat (`disturbance_std`) may have flowed into the shaft all the time since.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
     cold = p.uniform_profile * (start - p.linearisation_temperature)
     modes = where(recalled.valid > 0, recalled.modes, cold)
     warmth: Number = 0.0
     for i in range(SENSORS):
-        beyond = absolute(readings[i] - temperature(i, modes, p))
+        apart = readings[i] - temperature(i, modes, p)
+        beyond = maximum(apart**2 - (2.0 * p.sensor_std[i]) ** 2, 0.0) ** 0.5
         warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
     warmth = _warmest(recalled, warmth, p)
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2

@@ -149,7 +149,9 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
     excess, rise, whole = sensors.excess, sensors.rise, sensors.whole
-    far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
+    # What all of them are off by matters where it makes more growth than the tolerance.
+    slight = maximum(2.5 * p.sensor_std, p.tolerance / p.elongation_per_kelvin)
+    far = where(absolute(excess) > slight + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
     left_warm = whole * where(sensors.least > 0, 1.0 - near, 0.0) * warm
     pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
