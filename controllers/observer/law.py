@@ -8,6 +8,7 @@ this heat and the other less, see `filters.py`. Readings enter one after the oth
 out. See README.md.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -59,7 +60,7 @@ from warmlink.fmus.component.arithmetic import (
 )
 
 STEADY = 0.04
-"""Tolerances a second by which the correction changes at most, some time after a start: no link grows faster."""
+"""Tolerances a second by which the correction changes at most, some time after a start: links grow slower."""
 
 HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""
@@ -107,7 +108,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     seen = evidence(x.evidence, sample.filters, HEAT, p, sample.heard)
     filters = led(sample.filters, seen, sample.again, p)
     wanted, states = settled(x, sample, filters, elongation(filters.quiet.mean, p), p, step)
-    return {**named(filters, sample.trust, seen), **states, "elongation": wanted}
+    later = {**named(filters, sample.trust, seen), **states, "elongation": wanted}
+    return begun_again(begin, later, sample, x, u, p, step)
 
 
 class Sample(NamedTuple):
@@ -131,6 +133,21 @@ class Sample(NamedTuple):
     again: Number
     heard: Number
     doubted: Number
+
+
+def begun_again(
+    begin: Callable[[Record, Record], Values],
+    later: Values,
+    sample: Sample,
+    x: Record,
+    u: Record,
+    p: Record,
+    step: Number,
+) -> Values:
+    """States after a sample; those of a start where a first reading was wrong, except the correction."""
+    kept = {name: later[name] for name in ("correction", "waited")}
+    again = fail_safe.begins_again(x.waited, x.trust_last, sample.readings, p, step)
+    return fail_safe.begun_again(begin, later, u, p, again) | kept
 
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
@@ -188,7 +205,7 @@ def settled(
         "lagged": sensors.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
-        "waited": x.waited + step,
+        "waited": fail_safe.waited_on(x.waited, sample.readings, p, step),
         **suspected,
         "doubt": where(what.wild > 0, 2.0, maximum(maximum(doubted, unconfirmed), silent)),
         "duty_modes": verdict.duty_modes,
@@ -272,7 +289,7 @@ def reported(
     taught: Number = 0.0,
     watched: Number = 0.0,
 ) -> dict[str, Number]:
-    """The outputs, from the filter's elongation, its derivative by the state (`row`) and the camera's evidence.
+    """The outputs, from the filter's elongation, its derivative (`row`) and the camera's evidence.
 
     By how much a bound holds the correction off that elongation, it may be wrong.
 

@@ -22,9 +22,6 @@ from warmlink.fmus.component.arithmetic import (
 SMOOTHING = 10.0
 """s over which noise is taken out of the readings."""
 
-FASTEST = 0.05
-"""K/s, somewhat more than the pad's largest power does to the shaft: no reading is followed faster."""
-
 FLATTEST = 0.94
 """Largest rise of an outer over that of an inner thermometer where heat comes from the shaft."""
 
@@ -94,7 +91,7 @@ def compared(
 ) -> Compared:
     """Compare the readings, without most of their noise and without leaps, with what the duty explains."""
     share = step / (step + SMOOTHING)
-    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
+    toward = clip(share * (readings - x.seen), -fail_safe.FASTEST * step, fail_safe.FASTEST * step)
     seen = where(finite(readings), x.seen + toward, x.seen)
     used = truth(p.sensor_std > 0)
     there = used * fail_safe.present(readings)
@@ -119,9 +116,9 @@ INWARDS = (0, *range(2, SENSORS))
 def cools(sensors: Compared, p: Record) -> Number:
     """1 where readings look like a cell that heat in the shaft has left warm, else 0.
 
-    The longest rest leaves the slowest mode. From the innermost to the outermost thermometer readings must fall
-    at least `FALL` times as much as that does, which a shift of all of them does not, and they must reach out, which
-    that of one alone does not. Of what the duty explains a sixth may be wrong.
+    The longest rest leaves the slowest mode. From the innermost to the outermost thermometer readings must
+    fall at least `FALL` times as much as that does, as a shift of all of them does not, and they must reach out,
+    as that of one alone does not. Of what the duty explains a sixth may be wrong.
     """
     slowest = matrix(p.sensor_rows, SENSORS)[:, 0]
     fits: Number = 1.0

@@ -108,7 +108,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     shown = maximum(valid * absolute(camera.last), absolute(learnt) / LARGEST_LEARNT)
     off = truth(shown > p.tolerance)
     distrusted = maximum(states["distrusted"], doubtful(camera, filters.quiet, u, p))
-    return {
+    later = {
         **observer.named(filters, sample.trust, seen),
         **_named(camera._replace(free_for=free, evidence=camera_seen)),
         **states,
@@ -116,6 +116,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
         "doubt": maximum(maximum(states["doubt"], distrusted), off),
         "distrusted": distrusted,
     }
+    return observer.begun_again(begin, later, sample, x, u, p, step)
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
