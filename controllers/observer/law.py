@@ -68,12 +68,16 @@ HEAT = (0, HEATS)
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
-    filters, states = begun(u, p, STATES)
-    return {**states, "elongation": elongation(filters.quiet.mean, p)}
+    return begun(u, p, STATES, elongation)
 
 
-def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
-    """Both filters after the first readings, and the start values of all states except the elongation."""
+def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Number]) -> dict[str, Number]:
+    """States of the observer after the first readings.
+
+    Parameters
+    ----------
+    grown : elongation in m by the state of a filter, of `size` elements, and the parameters
+    """
     told, readings = first_believed(u, p), sensed(u)
     recalled = retained.recalled(told, p)
     start = retained.first_belief(recalled, told, readings, p, size)
@@ -82,7 +86,9 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
         together(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
     )
     duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
-    return filters, {
+    # Where bounds held the correction back before a restart, they still do.
+    held = recalled.valid * (1.0 - recalled.known)
+    return {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
@@ -98,6 +104,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
         "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
+        "elongation": where(held > 0, recalled.correction, grown(filters.quiet.mean, p)),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 

@@ -117,8 +117,8 @@ def cools(sensors: Compared, p: Record) -> Number:
     """1 where readings look like a cell that heat in the shaft has left warm, else 0.
 
     The longest rest leaves the slowest mode. From the innermost to the outermost thermometer readings must
-    fall at least `FALL` times as much as that does, as a shift of all of them does not, and they must reach out,
-    as that of one alone does not. Of what the duty explains a sixth may be wrong.
+    fall at least `FALL` times as much as that does, as a shift of all of them does not, and they must reach
+    out, as that of one alone does not. Of what the duty explains a sixth may be wrong.
     """
     slowest = matrix(p.sensor_rows, SENSORS)[:, 0]
     fits: Number = 1.0

@@ -87,9 +87,8 @@ CAMERA_UNITS = Camera(
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start: those of the observer, and no reading of the camera yet."""
-    filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
-    return {**states, **_named(Camera(drift, *[0.0] * 8)), "elongation": elongation(filters.quiet.mean, p)}
+    return {**observer.begun(u, p, STATES, elongation), **_named(Camera(drift, *[0.0] * 8))}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
