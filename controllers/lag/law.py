@@ -6,20 +6,25 @@ time_constant dE/dt = gain P - E,   P = R I^2 + c_fe w^2 + (t_c + b_v |w|) |w|, 
 from warmlink.controllers.fail_safe import limited, reported
 from warmlink.controllers.interface import error_std
 from warmlink.fmus.component import Record, Values
-from warmlink.fmus.component.arithmetic import Number, absolute, exp, finite, where
+from warmlink.fmus.component.arithmetic import Number, absolute, exp, truth, where
+
+
+PLAUSIBLE = 10.0
+"""Largest corrections that a loss may make in the end; duty signals that make more, or are NaN, are none."""
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample; exact for losses held over it, and while they are unknown for the last ones."""
     told = loss(u, p)
-    held = where(finite(told), told, x.loss)
+    well = truth(absolute(p.gain * told) <= PLAUSIBLE * p.correction_limit)
+    held = where(well > 0, told, x.loss)
     final = p.gain * held
     elongation = final + (x.elongation - final) * exp(-step / p.time_constant)
     return {
         "loss": held,
         "elongation": elongation,
         "correction": limited(x.correction, elongation, p, step),
-        "distrusted": where(finite(told), 0.0, 1.0),
+        "distrusted": 1.0 - well,
     }
 
 
