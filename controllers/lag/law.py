@@ -8,7 +8,6 @@ from warmlink.controllers.interface import error_std
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, truth, where
 
-
 PLAUSIBLE = 10.0
 """Largest corrections that a loss may make in the end; duty signals that make more, or are NaN, are none."""
 
