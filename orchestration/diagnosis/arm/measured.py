@@ -26,8 +26,8 @@ from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps, read_run
+from warmlink.orchestration.diagnosis.data.outliers import row_noise
 from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
-from warmlink.orchestration.diagnosis.data.thinning import row_noise
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
@@ -100,7 +100,7 @@ def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experim
                 raise InputError(
                     f"{run.name}: column {column.header!r} is empty; axis {number} needs its readings"
                 )
-            scatter[name] = row_noise(readings)
+            scatter[name] = row_noise(run.time, readings)
             filled = np.interp(run.time, run.time[read], readings[read])
             inputs[name] = over_steps(smoothed(run.time, filled, changes))
             columns.append(replace(column, variable=name))

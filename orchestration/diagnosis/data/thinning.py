@@ -1,4 +1,4 @@
-"""Measured rows made ready for statistics: spikes removed, dense rows averaged."""
+"""Measured rows made ready for statistics: spikes count for nothing, dense rows are averaged."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.outliers import row_noise, spikes_of
 from warmlink.orchestration.diagnosis.data.signals import Rows, quantum
 
 MOST_ROWS = 400
@@ -17,11 +18,6 @@ MOST_ROWS = 400
 
 SHORTEST = 5.0
 """s; rows that follow faster are averaged."""
-
-SPIKE = 6.0
-"""Robust standard deviations from the running median at which a reading is a spike."""
-
-_WINDOW = 7
 
 _FEWEST_POINTS = 6
 """Fewest times at which a block of many rows is simulated; in a long block they are `SHORTEST` apart."""
@@ -74,12 +70,13 @@ class Thinned:
 
 
 def thinned(run: Run, variables: Sequence[str]) -> Thinned:
-    """Remove spikes from a run and average its rows where they are dense."""
+    """Readings of a run without its spikes, averaged where rows are dense."""
     table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
     quanta = np.array([quantum(column) for column in table.T])
-    for column, step in zip(table.T, quanta, strict=True):
-        column[spike_rows(column, step)] = np.nan
-    scatter = np.array([row_noise(column) for column in table.T])
+    spikes = spikes_of(run)
+    for column, variable in zip(table.T, variables, strict=True):
+        column[spikes.get(variable, [])] = np.nan
+    scatter = np.array([row_noise(run.time, column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
@@ -136,49 +133,3 @@ def _points(
     all_of_them = (count > most)[:, None, None] | ~read.any(axis=1, keepdims=True)
     used = np.where(all_of_them, used, read)
     return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
-
-
-def spike_rows(values: Array, step: float) -> Rows:
-    """Rows of isolated readings far from the running median of their neighbours, and from their slope.
-
-    The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
-    out the neighbours of a spike on a steep course do not look wild as well.
-    """
-    import pandas as pd
-
-    rows = np.flatnonzero(np.isfinite(values))
-    if rows.size < 3 * _WINDOW:
-        return rows[:0]
-    filled = values[rows]
-    half = _WINDOW // 2
-    course = pd.Series(filled).rolling(_WINDOW, center=True).median().to_numpy(copy=True)
-    course[:half], course[-half:] = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
-    away = np.abs(filled - course)
-    limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
-    inner = np.flatnonzero(away[half:-half] > limit)
-    near = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)[inner]
-    slope = np.median(np.diff(near, axis=1), axis=1)
-    straight = np.median(near - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
-    away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))
-    suspects = np.flatnonzero(away > limit)
-    # A course that really jumps stays away: a spike's neighbours do not.
-    lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
-    return rows[np.array(lonely, dtype=np.int64)]
-
-
-def _line(values: Array) -> Array:
-    """Line through the ends of a run, where no median has neighbours on both sides (Theil and Sen)."""
-    place = np.arange(values.size)
-    a, b = np.triu_indices(values.size, 1)
-    slope = float(np.median((values[b] - values[a]) / (b - a)))
-    return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
-
-
-def row_noise(values: Array) -> float:
-    """White noise of a slow signal from its second differences, whose variance is six times as large."""
-    filled = values[np.isfinite(values)]
-    if filled.size <= 3:
-        return 0.0
-    bend = np.abs(np.diff(filled, 2))
-    trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
