@@ -7,8 +7,11 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from itertools import count
 from typing import TYPE_CHECKING, Any
+
+from warmlink.orchestration.safe_text import printable
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -25,17 +28,17 @@ class Answer:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return self.summary()
+        return printable(self.summary())
 
     def _repr_html_(self) -> str:
         import html
 
-        return f"<pre>{html.escape(self.summary())}</pre>"
+        return f"<pre>{html.escape(printable(self.summary()))}</pre>"
 
 
 def answer(text: str) -> None:
     """Print an answer."""
-    print(text)
+    print(printable(text))
 
 
 def answer_json(value: Any) -> None:
@@ -45,7 +48,13 @@ def answer_json(value: Any) -> None:
 
 def remark(text: str) -> None:
     """Print a remark, which is not part of the answer, on standard error."""
-    print(f"warmlink: {text}", file=sys.stderr)
+    print(f"warmlink: {printable(text)}", file=sys.stderr)
+
+
+@cache
+def remark_once(text: str) -> None:
+    """Print a remark unless this process has done so."""
+    remark(text)
 
 
 def interrupted() -> SystemExit:
@@ -63,7 +72,7 @@ def _notebook_line() -> Iterator[Callable[[str], None]]:
         nonlocal last
         if notebook and time.monotonic() - last > 0.2:
             last = time.monotonic()
-            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+            print(f"\r{printable(text):<79.79}", end="", file=sys.stderr, flush=True)
 
     notebook = "ipykernel" in sys.modules
     try:
@@ -87,10 +96,11 @@ def progress_bar(what: str) -> Iterator[Callable[..., None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     done, left = TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn()
-    columns = TextColumn(what), BarColumn(), done, left, TextColumn("{task.fields[note]}")
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0, note="")
-        yield lambda share, note="": bar.update(task, completed=share, note=note)
+    name, noted = (TextColumn(f"{{task.{each}}}", markup=False) for each in ("description", "fields[note]"))
+    columns = name, BarColumn(), done, left, noted
+    with Progress(*columns, console=Console(stderr=True, emoji=False), transient=True) as bar:
+        task = bar.add_task(printable(what), total=1.0, note="")
+        yield lambda share, note="": bar.update(task, completed=share, note=printable(note))
 
 
 @contextmanager
@@ -101,9 +111,10 @@ def spinner(what: str) -> Iterator[Callable[[str], None]]:
             yield lambda doing: write(f"{what}: {doing}")
         return
     from rich.console import Console
+    from rich.text import Text
 
-    with Console(stderr=True).status(what) as status:
-        yield lambda doing: status.update(f"{what}: {doing}")
+    with Console(stderr=True).status(Text(printable(what))) as status:
+        yield lambda doing: status.update(Text(printable(f"{what}: {doing}")))
 
 
 def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
@@ -129,16 +140,29 @@ def print_table(
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
+    table = Table(title=printable(title), title_justify="left", box=None, show_header=bool(headings))
     for i, heading in enumerate(headings):
         is_text = texts is None or i < texts
-        table.add_column(heading, justify="left" if is_text else "right", no_wrap=bool(texts) and is_text)
+        table.add_column(
+            printable(heading), justify="left" if is_text else "right", no_wrap=bool(texts) and is_text
+        )
     if not headings:
         table.title_style = "bold"
         table.add_column(style="cyan", no_wrap=True)
     for row in rows:
-        table.add_row(*row)
-    console = Console(markup=False)  # which takes the unit in "speed [rad/s]" for a style
-    (console if console.is_terminal or width is None else Console(width=width, markup=False)).print(table)
+        table.add_row(*map(_printable_cell, row))
+    # Markup would take the unit in "speed [rad/s]" for a style.
+    console = Console(markup=False, emoji=False)
+    if not (console.is_terminal or width is None):
+        console = Console(width=width, markup=False, emoji=False)
+    console.print(table)
     if not headings:
         console.print()
+
+
+def _printable_cell(cell: str | Text) -> str | Text:
+    """Give a cell of a table; styles of parts of it are lost where something in it had to be replaced."""
+    if isinstance(cell, str):
+        return printable(cell)
+    plain = printable(cell.plain)
+    return cell if plain == cell.plain else type(cell)(plain, cell.style)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.master.assembly import open_slave
-from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import Experiment, SlaveError
 from warmlink.orchestration.system.model import ModelInfo, Variable
 
 Outcome = tuple[str, str]
@@ -74,7 +74,8 @@ class Instance:
     def __init__(self, subject: Subject, name: str = "checked") -> None:
         self.subject = subject
         self.slave = open_slave(name, subject.info, subject.folder)
-        self.slave.enter_initialization(subject.start_time, None)
+        self.slave.setup(Experiment(subject.start_time))
+        self.slave.enter_initialization()
         self.put(subject.excitation(0))
         self.slave.exit_initialization()
 

@@ -148,7 +148,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
         found = diagnose_experiment(measured(), progress)
-    for each in found.experiment.remarks:
+    for each in found.remarks:
         remark(each)
     with _answered(json, lambda: json_content(found, SSV, SSP), lambda: summary(found), folder):
         rig, none = found.experiment.rig, controller("none").name

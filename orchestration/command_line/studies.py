@@ -16,6 +16,7 @@ from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
+from warmlink.orchestration.safe_text import write_frame
 
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
@@ -159,7 +160,7 @@ def tune(
     refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
     with interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
-        found.to_frame().to_csv(target / "trials.csv", index=False, lineterminator="\n")
+        write_frame(found.to_frame(), target / "trials.csv")
         if found.best is not None:
             write_winner(asked, found.best.point, target)
         if report:

@@ -151,7 +151,7 @@ def diagnose(
         progress("reading")
         experiment = read(sources, assumed, {**known, **parameters})
         found = Found(diagnose_experiment(experiment, progress))
-    for each in found.diagnosis.experiment.remarks:
+    for each in found.diagnosis.remarks:
         remark(each)
     return found
 

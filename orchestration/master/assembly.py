@@ -15,11 +15,10 @@ from typing import cast
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
-from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -95,21 +94,21 @@ def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     return (Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave)(name, info, folder)
 
 
-def initialize(
-    network: Network, points: CommunicationPoints, values: Mapping[str, Mapping[str, Value]]
-) -> None:
-    """Set start values, settle the connected values, leave initialization mode.
+def initialize(network: Network, experiment: Experiment, values: Mapping[str, Mapping[str, Value]]) -> None:
+    """Set up the experiment, set start values, settle the connected values, leave initialization mode.
 
-    The values are in the variables' own units, by slave and variable. SlaveError where a slave refuses, a
-    value is not finite, or a loop does not settle.
+    The values are in the variables' own units, by slave and variable. They are set when the experiment is set
+    up, for some FMUs then begin with their own. SlaveError where a slave refuses, a value is not finite, or a
+    loop does not settle.
     """
-    network.time = points.start_time
+    network.time = experiment.start_time
     for slave in network.slaves:
+        slave.setup(experiment)
         given = values.get(slave.name)
         if given:
             slave.set(tuple(given), tuple(given.values()))
     for slave in network.slaves:
-        slave.enter_initialization(points.start_time, points.stop_time)
+        slave.enter_initialization()
     settle(network)
     for slave in network.slaves:
         slave.exit_initialization()

@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
+from warmlink.orchestration.safe_text import as_cell, of_cell
 from warmlink.orchestration.scenarios.entries import heading
 
 if TYPE_CHECKING:
@@ -107,6 +108,8 @@ def frame_of(results: Any) -> pandas.DataFrame:
                 table = read(place)
             except (OSError, ValueError) as fault:
                 raise InputError(f"{place}: cannot be read ({str(fault).splitlines()[0]})") from None
+            if place.suffix != ".parquet":
+                table = table.rename(columns=of_cell)
             if TIME not in table:
                 raise InputError(f"{place}: has no column {TIME!r}; give results of run or simulate")
             return table
@@ -143,21 +146,26 @@ def series_writers(
     headings = ["time [s]", *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]
     kind = pyarrow.float64()
-    schema = pyarrow.schema([(heading, kind) for heading in headings])
 
-    def write(writer: Any) -> None:
+    def schema(named: Sequence[str]) -> Any:
+        return pyarrow.schema([(heading, kind) for heading in named])
+
+    def write(writer: Any, named: Sequence[str]) -> None:
         with writer:
             for block in _blocks(table, columns):
                 # From buffers, since anything else would load pandas first.
                 buffers = [[None, pyarrow.py_buffer(column)] for column in np.ascontiguousarray(block)]
                 arrays = [pyarrow.Array.from_buffers(kind, block.shape[1], each) for each in buffers]
-                writer.write_table(pyarrow.Table.from_arrays(arrays, names=headings))
+                writer.write_table(pyarrow.Table.from_arrays(arrays, names=named))
 
     writers: dict[str, Callable[[Path], object]] = {
-        "results.parquet": lambda path: write(parquet.ParquetWriter(path, schema, use_dictionary=False))
+        "results.parquet": lambda path: write(
+            parquet.ParquetWriter(path, schema(headings), use_dictionary=False), headings
+        )
     }
     if csv:
-        writers["results.csv"] = lambda path: write(pyarrow.csv.CSVWriter(path, schema))
+        cells = [as_cell(heading) for heading in headings]
+        writers["results.csv"] = lambda path: write(pyarrow.csv.CSVWriter(path, schema(cells)), cells)
     return writers
 
 

@@ -14,6 +14,7 @@ from warmlink.orchestration.scenarios.entries import bare, converter, quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
+from warmlink.orchestration.system.units import meaning
 
 _TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
 
@@ -122,7 +123,7 @@ def parameters_of(path: Path) -> dict[str, float]:
     found = {}
     for name, parameter in read_ssv(path).items():
         full = name if "." in name else f"{COMPENSATOR}.{name}"
-        value, unit = parameter.value, parameter.unit
+        value, unit = parameter.value, None if parameter.unit is None else meaning(parameter.unit)
         if isinstance(value, str):
             raise InputError(f"{path.name}: {name}: {value!r} is not a number; leave it out of the file")
         found[full] = float(value) if unit is None else unit.factor * float(value) + unit.offset

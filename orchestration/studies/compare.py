@@ -19,6 +19,7 @@ from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.console import Answer, progress_bar
+from warmlink.orchestration.safe_text import write_frame
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
@@ -223,9 +224,8 @@ class Comparison(Answer):
 
     def summary(self) -> str:
         """Largest error in um of each controller, a line for each duty cycle and mismatch."""
-        table = self.to_frame().pivot_table(
-            "max_abs_um", ["duty_cycle", "mismatch"], "controller", sort=False, dropna=False
-        )
+        keys = ["duty_cycle", "mismatch"]
+        table = self.to_frame().pivot_table("max_abs_um", keys, "controller", sort=False, dropna=False)
         return f"largest error in um\n{table.round(1).to_string()}"
 
     def records(self) -> list[dict[str, Any]]:
@@ -317,4 +317,4 @@ def run_comparison(cases: Sequence[Case], workers: Workers, progress: Callable[[
 
 def write_csv(comparison: Comparison, path: Path) -> None:
     """Write `compare.csv`, one row for each run; unknown values are left empty."""
-    comparison.to_frame()[[*COLUMNS]].round(6).to_csv(path, index=False, lineterminator="\n")
+    write_frame(comparison.to_frame()[[*COLUMNS]].round(6), path)

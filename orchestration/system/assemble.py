@@ -154,18 +154,21 @@ def _kept(path: Path) -> Path:
 
 
 def _read(path: Path, workdir: Path) -> System:
-    structure = path
+    structure, remarks = path, list[str]()
     if path.suffix.lower() != ".ssd":
+        remarks += archive.repeated_entries(path)
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
             told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
             raise InputError(f"{path.name}: is a single FMU, no system; {told}")
         structure = folder / "SystemStructure.ssd"
-    reader = Reader(workdir)
+    reader = Reader(workdir, remarks=remarks)
     name, experiment = reader.read(structure)
     if not reader.net.components:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
-    resolver = Resolver(reader.net, reader.bindings)
+    for element in reader.net.components.values():
+        remarks += element.info.remarks if element.info else ()
+    resolver = Resolver(reader.net, reader.bindings, remarks)
     connectors = {place: resolver.connectors(place) for place in reader.net.components}
     connections = tuple(resolver.connections())
     values = resolver.start_values()
@@ -174,4 +177,4 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
-    return System(name, components, connections, experiment, tuple(resolver.remarks))
+    return System(name, components, connections, experiment, tuple(dict.fromkeys(remarks)))

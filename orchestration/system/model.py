@@ -95,11 +95,12 @@ class Connection:
 
 @dataclass(frozen=True)
 class DefaultExperiment:
-    """Times in s that the system proposes for itself; None where it proposes nothing."""
+    """Times in s and relative tolerance that a system or an FMU proposes; None if it proposes nothing."""
 
     start_time: float = 0.0
     stop_time: float | None = None
     step_size: float | None = None
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,6 +189,7 @@ class ModelInfo:
     outputs : names, in the order of ModelStructure
     dependencies : for each output the names it depends on; None where the FMU declares nothing: all
     accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
+    remarks : sentences on what is wrong with the file, but can be passed over
     """
 
     path: Path
@@ -205,6 +207,7 @@ class ModelInfo:
     arrays: dict[str, tuple[str, ...]] = field(default_factory=dict)
     log_categories: tuple[str, ...] = ()
     accepts_nan: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
 
     def with_causality(self, causality: str) -> tuple[str, ...]:
         """Give the names of the variables of one causality, in the FMU's order."""

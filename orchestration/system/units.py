@@ -49,6 +49,7 @@ _WRITTEN = re.compile(
     r"(?:\s*+(?:[^\W\d]\w*+|°\w++|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
 )
 _PLAIN_NUMBER = ("", "1", "-")
+_IN_BRACKETS = re.compile(r"\s*\[([^][]*)\]\s*")
 _LONGEST_NAME = 80
 # pint's names for the dimensions of BASE_UNITS.
 _DIMENSIONS = tuple(
@@ -72,6 +73,11 @@ class Unit:
     exponents: tuple[int, ...] | None = None
     factor: float = 1.0
     offset: float = 0.0
+
+    @property
+    def dash(self) -> bool:
+        """Whether it is an undefined "-", which some write for a number and others for no unit."""
+        return self.exponents is None and self.name.strip() == "-"
 
 
 @dataclass(frozen=True)
@@ -139,6 +145,21 @@ def definitions_of_units(root: Any, where: str, holder: str = "Units") -> dict[s
     """Give the units, by name, that the elements `Unit` in the holder of a document of FMI or SSP define."""
     found = (read_unit(each, where) for each in root.iterfind(f"{{*}}{holder}/{{*}}Unit"))
     return {unit.name: unit for unit in found}
+
+
+def named_unit(name: str | None, known: dict[str, Unit], where: str, remarks: list[str]) -> Unit | None:
+    """Give the unit of a value or connector, which a document defines or only names; None if it has none.
+
+    A name in brackets, as `[m]`, joins the document's `known` units, so that it is remarked upon once.
+    """
+    if not name:
+        return None
+    bare = _IN_BRACKETS.fullmatch(name)
+    if name not in known and bare:
+        inside = bare[1].strip() or "1"
+        known[name] = known.get(inside, Unit(inside))
+        remarks.append(f"{where}: the unit {name} is read as {inside} throughout")
+    return known.get(name, Unit(name))
 
 
 @lru_cache(maxsize=512)

@@ -96,9 +96,8 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     remarks += _paused(experiment)
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
-        remarks.append(
-            f'not used: {listed(unused)}; say what a column is with --map "COLUMN=base_temperature"'
-        )
+        example = next(iter(experiment.rig.measurable), "VARIABLE")
+        remarks.append(f'not used: {listed(unused)}; say what a column is with --map "COLUMN={example}"')
     return replace(experiment, remarks=tuple(remarks))
 
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.signals import quantum
+from warmlink.orchestration.diagnosis.data.signals import quantum, row_noise
 from warmlink.orchestration.scenarios.logged.cells import Rows
 
 SPIKE = 6.0
@@ -27,23 +26,7 @@ _AT_ONCE = 0.8
 """Share of three spikes' height by which readings leap, and leap back, from one row to the next."""
 
 
-def spikes_of(run: Run) -> dict[str, Rows]:
-    """Rows of a run's spikes by output, where there are any.
-
-    Three spikes in a row that begin as an input leaps may be its doing.
-    """
-    leaps = np.zeros(run.time.size, dtype=bool)
-    for signal in run.inputs.values():
-        leaps[1:] |= np.diff(np.nan_to_num(signal, nan=-1.0)) != 0
-    found = {variable: outliers(run.time, values) for variable, values in run.readings.items()}
-    kept = {
-        variable: rows[[not (len(group) == _LONGEST and leaps[group].any()) for group in _groups_of(rows)]]
-        for variable, rows in found.items()
-    }
-    return {variable: rows for variable, rows in kept.items() if rows.size}
-
-
-def outliers(times: Array, values: Array) -> Rows:
+def outliers(times: Array, values: Array, driven: Rows | None = None) -> Rows:
     """Rows of isolated readings, at most three in a row, far from the running median of their neighbours.
 
     The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
@@ -53,6 +36,7 @@ def outliers(times: Array, values: Array) -> Rows:
     ----------
     times : s, rising, shape (n,)
     values : readings in any unit, shape (n,); NaN where there is none
+    driven : rows in which an input leaps; three spikes in a row that begin with one may be its doing
     """
     import pandas as pd
 
@@ -72,40 +56,22 @@ def outliers(times: Array, values: Array) -> Rows:
     straight = np.median(near - slope[:, None] * (when - when[:, [half]]), axis=1)
     away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))
     suspects = np.flatnonzero(away > limit)
-    suspects = suspects[[away[i] > _MOVES * _moves_beside(at, filled, i, suspects) for i in suspects]]
+    suspects = suspects[
+        [away[i] > _MOVES * _moves_beside(at, filled, i, suspects) for i in suspects.tolist()]
+    ]
     # A course that really jumps stays away: a spike's neighbours do not.
     near_each = np.sum(np.abs(suspects[:, None] - suspects) <= 2, axis=1)
     lonely = set(suspects[near_each < _LONGEST].tolist())
     for group in _groups(suspects):
-        if len(group) == _LONGEST and _leaps_back(filled, group[0], group[-1]):
+        may_be = driven is None or not np.isin(rows[group], driven).any()
+        if len(group) == _LONGEST and may_be and _leaps_back(filled, group[0], group[-1]):
             lonely.update(group)
     return rows[np.array(sorted(lonely), dtype=np.int64)]
-
-
-def row_noise(times: Array, values: Array) -> float:
-    """White noise of a slow signal from row to row: how far readings lie from the line between neighbours.
-
-    It owes nothing to any model, shape (n,) each, NaN where there is no reading.
-    """
-    there = np.isfinite(values)
-    at, filled = times[there], values[there]
-    if filled.size <= 3:
-        return 0.0
-    share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
-    off = filled[1:-1] - (1 - share) * filled[:-2] - share * filled[2:]
-    bend = np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2)
-    trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
 
 
 def _groups(rows: Rows) -> Iterator[list[int]]:
     """Rows that follow one another."""
     yield from (each.tolist() for each in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if each.size)
-
-
-def _groups_of(rows: Rows) -> list[list[int]]:
-    """Of each row those that follow one another with it."""
-    return [group for group in _groups(rows) for _ in group]
 
 
 def _moves_beside(at: Array, values: Array, row: int, suspects: Rows) -> float:

@@ -1,4 +1,4 @@
-"""Readings that only repeat or lie between jumps: sensors that stick, and the step they are rounded to."""
+"""Readings of a column: their noise, the step they are rounded to, and sensors that stick."""
 
 from __future__ import annotations
 
@@ -44,6 +44,22 @@ def quantum(values: Array) -> float:
     whole = np.round(steps / step)
     on_lattice = np.abs(steps / step - whole) < 0.02
     return step if on_lattice.mean() > 0.95 and np.mean(whole == 1) > 0.5 else 0.0
+
+
+def row_noise(times: Array, values: Array) -> float:
+    """White noise of a slow signal from row to row: how far readings lie from the line between neighbours.
+
+    It owes nothing to any model, shape (n,) each, NaN where there is no reading.
+    """
+    there = np.isfinite(values)
+    at, filled = times[there], values[there]
+    if filled.size <= 3:
+        return 0.0
+    share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
+    off = filled[1:-1] - (1 - share) * filled[:-2] - share * filled[2:]
+    bend = np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2)
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
 
 
 def repeats(values: Array) -> Rows:

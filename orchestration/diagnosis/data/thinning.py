@@ -1,4 +1,4 @@
-"""Measured rows made ready for statistics: spikes count for nothing, dense rows are averaged."""
+"""Measured rows made ready for statistics: dense rows are averaged, and their scatter is told."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.outliers import row_noise, spikes_of
-from warmlink.orchestration.diagnosis.data.signals import Rows, quantum
+from warmlink.orchestration.diagnosis.data.signals import Rows, quantum, row_noise
 
 MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
@@ -70,12 +69,9 @@ class Thinned:
 
 
 def thinned(run: Run, variables: Sequence[str]) -> Thinned:
-    """Readings of a run without its spikes, averaged where rows are dense."""
+    """Average a run's rows where they are dense."""
     table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
     quanta = np.array([quantum(column) for column in table.T])
-    spikes = spikes_of(run)
-    for column, variable in zip(table.T, variables, strict=True):
-        column[spikes.get(variable, [])] = np.nan
     scatter = np.array([row_noise(run.time, column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))

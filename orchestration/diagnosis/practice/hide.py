@@ -15,6 +15,7 @@ from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.safe_text import as_cell
 from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -134,7 +135,7 @@ def write_csv(columns: Mapping[str, Array], path: Path) -> None:
     written = {name: pd.Series(values) for name, values in columns.items()}
     written["time [s]"] = written["time [s]"].map("{:.10g}".format)  # two rows of a long run stay two
     with fresh_file(path) as scratch:
-        pd.DataFrame(written).to_csv(scratch, index=False, float_format="%.6g")
+        pd.DataFrame(written).rename(columns=as_cell).to_csv(scratch, index=False, float_format="%.6g")
 
 
 def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:

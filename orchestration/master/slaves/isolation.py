@@ -199,7 +199,9 @@ class IsolatedSlave:
     def _ask(self, method: str, *arguments: Any) -> Any:
         if self._failure is not None:
             raise self._failure
-        if method in ("enter_initialization", "step"):
+        if method == "setup":
+            self._time = arguments[0].start_time
+        elif method == "step":
             self._time = arguments[0]
         return self._answer(method, self.isolation.time_limit, (method, arguments))
 

@@ -18,6 +18,7 @@ from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
+from warmlink.orchestration.safe_text import printable_json
 from warmlink.orchestration.scenarios.overrides import settable
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -86,7 +87,7 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         kind="live",
         lead="This page needs a browser of 2024 or later with JavaScript switched on.",
         known=known,
-        content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
+        content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tests.shared_data import given
-from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.outliers import outliers, row_noise, spikes_of
+from warmlink.orchestration.diagnosis.data.outliers import outliers
+from warmlink.orchestration.diagnosis.data.signals import row_noise
 
 
 def test_spikes_are_found_and_slow_heat_is_not() -> None:
@@ -36,12 +36,8 @@ def test_three_spikes_in_a_row_are_found_and_a_short_pulse_of_the_input_is_left(
     readings[300:303] += 34.0
     readings[350] += 34.0
     assert outliers(time, readings).tolist() == [300, 301, 302, 350]
-    steady, pulse = np.zeros(400), np.where((np.arange(400) >= 300) & (np.arange(400) < 303), 5.0, 0.0)
-    for current, rows in ((steady, [300, 301, 302, 350]), (pulse, [350])):
-        run = Run("run", time, {"motor.current": current}, {"motor.winding_temperature": readings})
-        assert {name: found.tolist() for name, found in spikes_of(run).items()} == {
-            "motor.winding_temperature": rows
-        }
+    assert outliers(time, readings, driven=np.array([300])).tolist() == [350]
+    assert outliers(time, readings, driven=np.array([350])).tolist() == [300, 301, 302, 350]
 
 
 def test_a_level_of_four_readings_a_step_and_a_slow_pulse_are_no_spikes() -> None:
@@ -50,7 +46,7 @@ def test_a_level_of_four_readings_a_step_and_a_slow_pulse_are_no_spikes() -> Non
     level, step, pulse = (300 + noise for _ in range(3))
     level[100:104] += 34.0
     step[100:] += 34.0
-    pulse += np.clip(30 - 5.0 * np.abs(np.arange(300) - 100), 0, None)
+    pulse += 3 * np.clip(10 - np.abs(np.arange(300) - 100), 1, 8)
     bend = 300 + np.cumsum(np.where(np.arange(300) < 100, -0.3, 1.5)) + noise
     assert [outliers(time, each).tolist() for each in (level, step, pulse, bend)] == [[], [], [], []]
 
