@@ -22,7 +22,7 @@ from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 def summary(diagnosis: Diagnosis) -> str:
     """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated."""
-    if not diagnosis.experiment.catalogue:
+    if diagnosis.experiment.only_calibrated or not diagnosis.experiment.catalogue:
         return _calibrated(diagnosis)
     lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", *_slip_lines(diagnosis)]
     lines.append(_verdict_line(diagnosis))
