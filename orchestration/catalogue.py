@@ -5,13 +5,13 @@ A class or a Component in a Python file becomes an FMU like the shipped ones.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import importlib
 import sys
-import tempfile
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,13 +23,15 @@ from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import whole
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, read_stored
 from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+    from warmlink.orchestration.fmu_store import FmuStore
 
 _SHIM = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute} as law
@@ -66,23 +68,18 @@ class Controller:
             return {}
         name, own = self.component.name, Path("own") / self.digest
         path = store.file(own / f"{name}.fmu")
-        return {name: path if is_file(path) else self._built(store.kind, store.folder / own)}
+        return {name: path if whole(path) else self._built(store, store.folder / own)}
 
-    def _built(self, kind: FmuKind, folder: Path) -> Path:
-        from warmlink.fmus.packaging.native.fmu import build_native_fmus
-        from warmlink.fmus.packaging.python.fmu import build_python_fmus
-
-        entry = Entry(self.component, self.module)
+    def _built(self, store: FmuStore, folder: Path) -> Path:
         try:
-            if kind == "python":
-                return build_python_fmus([entry], folder)[0]
-            _check_symbolic(self.component)
-            return build_native_fmus([entry], folder)[0]
+            if store.kind == "native":
+                _check_symbolic(self.component)
+            return store.build([Entry(self.component, self.module)], folder)[0]
         except InputError:
             raise
         except Exception as fault:
             raise InputError(
-                f"{self.place}: does not become a {kind} FMU ({type(fault).__name__}: {_line(fault)}); "
+                f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
                 "write the law in plain arithmetic with warmlink.fmus.component.arithmetic, "
                 "where() instead of if"
             ) from fault
@@ -161,7 +158,7 @@ def load_own_law(place: str) -> Controller:
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:
     """Import the file inside a package of its own, whose name no other module has."""
-    folder = Path(tempfile.mkdtemp(prefix="warmlink-own-"))
+    folder = _own_laws()
     home = folder / package
     home.mkdir()
     (home / "__init__.py").write_bytes(b"")
@@ -184,6 +181,14 @@ def _import(package: str, source: bytes, attribute: str, place: str) -> None:
         importlib.import_module(f"{package}.component")
     finally:
         sys.path.remove(str(folder))
+
+
+@cache
+def _own_laws() -> Path:
+    """Folder for the modules of laws that are not warmlink's, which goes with the process."""
+    held = ExitStack()
+    atexit.register(held.close)
+    return held.enter_context(scratch_folder())
 
 
 def _is_law(found: object) -> bool:

@@ -2,19 +2,55 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import sys
 import time
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from warmlink.orchestration.safe_text import printable
 
 if TYPE_CHECKING:
+    from rich.table import Table
     from rich.text import Text
 
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-"""Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C."""
+FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+"""Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C; SIGTERM."""
+
+_PLAIN = {"µ": "u", "·": "-", "±": "+-", "°": "deg", "σ": "sigma", "→": "->", "–": "-", "…": "...", "•": "*"}
+"""What is printed where a terminal's encoding lacks a character."""
+
+
+class Terminated(KeyboardInterrupt):  # noqa: N818: as the exception that it stands beside
+    """The process was told to end (SIGTERM), as by docker stop, SLURM or systemd: the same as Ctrl-C."""
+
+
+def end_as_interrupted(number: int, frame: FrameType | None) -> NoReturn:
+    """Handler of SIGTERM in commands."""
+    raise Terminated
+
+
+def print_plainly() -> None:
+    """Print on standard output and standard error what their encodings lack in other characters."""
+    codecs.register_error("plainly", _plainly)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not stream.encoding.lower().startswith("utf"):
+            stream.reconfigure(errors="plainly")
+
+
+def _plainly(fault: UnicodeError) -> tuple[str, int]:
+    if not isinstance(fault, UnicodeEncodeError):
+        raise fault
+    lacking = fault.object[fault.start : fault.end]
+    plain = (_PLAIN.get(each) or unicodedata.normalize("NFKD", each) for each in lacking)
+    return "".join(text if text.isascii() else "?" for text in plain), fault.end
 
 
 class Answer:
@@ -25,17 +61,17 @@ class Answer:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return self.summary()
+        return printable(self.summary())
 
     def _repr_html_(self) -> str:
         import html
 
-        return f"<pre>{html.escape(self.summary())}</pre>"
+        return f"<pre>{html.escape(printable(self.summary()))}</pre>"
 
 
 def answer(text: str) -> None:
     """Print an answer."""
-    print(text)
+    print(printable(text))
 
 
 def answer_json(value: Any) -> None:
@@ -45,13 +81,19 @@ def answer_json(value: Any) -> None:
 
 def remark(text: str) -> None:
     """Print a remark, which is not part of the answer, on standard error."""
-    print(f"warmlink: {text}", file=sys.stderr)
+    print(f"warmlink: {printable(text)}", file=sys.stderr)
 
 
-def interrupted() -> SystemExit:
-    """Say that Ctrl-C came before there was anything to keep, and give what ends the process."""
-    remark("interrupted; there are no results")
-    return SystemExit(INTERRUPTED)
+@cache
+def remark_once(text: str) -> None:
+    """Print a remark unless this process has done so."""
+    remark(text)
+
+
+def interrupted(fault: KeyboardInterrupt, told: str = "there are no results") -> SystemExit:
+    """Say that Ctrl-C or SIGTERM came, and what of it; give what ends the process."""
+    remark(f"interrupted; {told}")
+    return SystemExit(TERMINATED if isinstance(fault, Terminated) else INTERRUPTED)
 
 
 @contextmanager
@@ -63,7 +105,7 @@ def _notebook_line() -> Iterator[Callable[[str], None]]:
         nonlocal last
         if notebook and time.monotonic() - last > 0.2:
             last = time.monotonic()
-            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+            print(f"\r{printable(text):<79.79}", end="", file=sys.stderr, flush=True)
 
     notebook = "ipykernel" in sys.modules
     try:
@@ -87,10 +129,11 @@ def progress_bar(what: str) -> Iterator[Callable[..., None]]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     done, left = TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn()
-    columns = TextColumn(what), BarColumn(), done, left, TextColumn("{task.fields[note]}")
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0, note="")
-        yield lambda share, note="": bar.update(task, completed=share, note=note)
+    name, noted = (TextColumn(f"{{task.{each}}}", markup=False) for each in ("description", "fields[note]"))
+    columns = name, BarColumn(), done, left, noted
+    with Progress(*columns, console=Console(stderr=True, emoji=False), transient=True) as bar:
+        task = bar.add_task(printable(what), total=1.0, note="")
+        yield lambda share, note="": bar.update(task, completed=share, note=printable(note))
 
 
 @contextmanager
@@ -101,9 +144,10 @@ def spinner(what: str) -> Iterator[Callable[[str], None]]:
             yield lambda doing: write(f"{what}: {doing}")
         return
     from rich.console import Console
+    from rich.text import Text
 
-    with Console(stderr=True).status(what) as status:
-        yield lambda doing: status.update(f"{what}: {doing}")
+    with Console(stderr=True).status(Text(printable(what))) as status:
+        yield lambda doing: status.update(Text(printable(f"{what}: {doing}")))
 
 
 def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
@@ -127,18 +171,50 @@ def print_table(
     no terminal; there is no edge to keep within in a file.
     """
     from rich.console import Console
+
+    # Markup would take the unit in "speed [rad/s]" for a style.
+    console = Console(markup=False, emoji=False)
+    wide = console
+    if not (console.is_terminal or width is None):
+        wide = Console(width=width, markup=False, emoji=False)
+    wide.print(_table(title, headings, rows, texts))
+    if not headings:
+        console.print()
+
+
+def table_text(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], width: int = 160) -> str:
+    """A table as text, at most so many characters wide."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    text = StringIO()
+    Console(file=text, width=width, markup=False, emoji=False).print(_table(title, headings, rows, None))
+    return text.getvalue().rstrip()
+
+
+def _table(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str | Text]], texts: int | None
+) -> Table:
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=None, show_header=bool(headings))
+    table = Table(title=printable(title), title_justify="left", box=None, show_header=bool(headings))
     for i, heading in enumerate(headings):
         is_text = texts is None or i < texts
-        table.add_column(heading, justify="left" if is_text else "right", no_wrap=bool(texts) and is_text)
+        table.add_column(
+            printable(heading), justify="left" if is_text else "right", no_wrap=bool(texts) and is_text
+        )
     if not headings:
         table.title_style = "bold"
         table.add_column(style="cyan", no_wrap=True)
     for row in rows:
-        table.add_row(*row)
-    console = Console(markup=False)  # which takes the unit in "speed [rad/s]" for a style
-    (console if console.is_terminal or width is None else Console(width=width, markup=False)).print(table)
-    if not headings:
-        console.print()
+        table.add_row(*map(_printable_cell, row))
+    return table
+
+
+def _printable_cell(cell: str | Text) -> str | Text:
+    """Give a cell of a table; styles of parts of it are lost where something in it had to be replaced."""
+    if isinstance(cell, str):
+        return printable(cell)
+    plain = printable(cell.plain)
+    return cell if plain == cell.plain else type(cell)(plain, cell.style)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.packaging.cache import kept
+from warmlink.orchestration.safe_text import printable, printable_json
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -66,9 +67,15 @@ def rendered(template: str, **content: Any) -> str:
     from jinja2 import Environment, PackageLoader, select_autoescape
 
     loader = PackageLoader("warmlink.orchestration", "report")
-    environment = Environment(loader=loader, autoescape=select_autoescape(default=True))
+    escaping = select_autoescape(default=True)
+    environment = Environment(loader=loader, autoescape=escaping, finalize=_printable)
     environment.filters["with_code"] = _with_code
     return environment.get_template(template).render(content)
+
+
+def _printable(value: object) -> object:
+    """Give what stands in a page, without marks that turn the direction of writing."""
+    return type(value)(printable(value)) if isinstance(value, str) else value
 
 
 def _with_code(text: object) -> Markup:
@@ -92,7 +99,8 @@ def _packed(sections: Sequence[Section]) -> str:
     """Plotly's library and the figures by the number of their section, compressed; empty without figures."""
     from plotly.offline import get_plotlyjs
 
-    drawn = [f"{i}:{each.figure.to_json()}" for i, each in enumerate(sections, 1) if each.figure is not None]
+    figures = {i: each.figure for i, each in enumerate(sections, 1) if each.figure is not None}
+    drawn = [f"{i}:{printable_json(figure.to_json())}" for i, figure in figures.items()]
     if not drawn:
         return ""
     library, script = get_plotlyjs().encode(), f"\nconst figures = {{{','.join(drawn)}}};".encode()

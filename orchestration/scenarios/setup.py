@@ -24,8 +24,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.overrides import DUTY
 from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
@@ -128,9 +130,6 @@ def merged(*parts: StartValues) -> dict[str, dict[str, Value]]:
     return values
 
 
-DUTY = "duty"
-"""Instance that drives the inputs named in the roles."""
-
 DRIVER = "DutyCycle"
 
 Driven = Annotated[tuple[str, ...], Names("motor.speed", single=True)]
@@ -161,6 +160,8 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     if roles is None:
         raise InputError(f"{where} is missing; write [roles] and below it score = {Scored.example!r}")
     system = read_system(path)
+    for told in system.remarks:
+        remark_once(told)
     for name in roles.controller:
         if name not in system.components:
             known = instead(name, system.components)

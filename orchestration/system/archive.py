@@ -7,20 +7,20 @@ link or fills the disk; whatever is wrong with a file becomes one `InputError` t
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import io
 import os
 import re
 import shutil
 import stat
 import struct
-import tempfile
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.files import file_digest, hold, let_go, sweep, whole_file
 from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
@@ -39,6 +39,9 @@ _ZIP_FAULTS = (
 )
 
 _CHUNK = 1 << 20
+
+UNPACKING = ".unpacking-"
+"""How the names of folders begin that are not wholly unpacked yet."""
 
 # How much an archive may hold, counted in what really comes out of it rather than in what it claims: entries,
 # unpacked bytes of one and of all, and unpacked over packed size of one entry. Small files of equal bytes
@@ -106,44 +109,80 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     """Unpack an archive as `extract` does into a folder of its own under `workdir`, and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
-    another one of the same name does not mix with it.
+    another one of the same name does not mix with it. Where it is there already, each file is compared with
+    the archive's checksum of it, and written anew where it differs.
     """
     _check_there(path)
     target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
-    if not target.is_dir():
+    if target.is_dir():
+        _mend(path, target, without)
+    else:
         extract(path, target, without)
     return target
 
 
-def file_digest(path: Path) -> str:
-    """Give the SHA-256 digest of a file's bytes."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def repeated_entries(path: Path) -> tuple[str, ...]:
+    """Give a remark on each entry that an archive holds more than once; raises as `extract` for the rest."""
+    with open_archive(path) as archive:
+        counts = Counter(info.filename for info in archive.infolist() if not info.is_dir())
+    return tuple(
+        f"{path.name}: holds {name[:80]!r} {'twice' if count == 2 else f'{count} times'}; the last one counts"
+        for name, count in counts.items()
+        if count > 1
+    )
+
+
+def _mend(path: Path, target: Path, without: Collection[str]) -> None:
+    """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
+    for folder, names, _ in os.walk(target):
+        if "__pycache__" in names:  # nothing tells whether byte code is whole
+            shutil.rmtree(Path(folder) / "__pycache__", ignore_errors=True)
+    with open_archive(path) as archive:
+        used = [info for info in archive.infolist() if info.filename.partition("/")[0] not in without]
+        if all(info.is_dir() or _is_as_packed(f"{target}/{info.filename}", info) for info in used):
+            return
+        for name, info in _checked_members(path, archive, without):
+            file = target / name
+            if not _is_as_packed(file, info):
+                with _room_in(file.parent, path):
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    with whole_file(file) as scratch:  # another process may have the old one loaded
+                        scratch.unlink()
+                        _write_member(path, archive, info, scratch, TOTAL_BYTES)
+
+
+def _is_as_packed(file: str | Path, info: zipfile.ZipInfo) -> bool:
+    """Whether a file has the size and the checksum of an entry."""
+    with contextlib.suppress(OSError, ValueError), open(file, "rb") as stream:  # noqa: PTH123
+        held = stream.read(info.file_size + 1)
+        return len(held) == info.file_size and zlib.crc32(held) == info.CRC
+    return False
 
 
 def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """Unpack an archive into `target`, which must not exist; on failure nothing is left behind.
 
     Entries of the top-level folders named in `without` are looked at like all others, but not written.
-    InputError if the archive is damaged, an entry would land outside `target`, is a link or is encrypted, two
-    entries share a name, or the limits are exceeded.
+    Of entries of one name the last one counts. InputError if the archive is damaged, an entry would land
+    outside `target`, is a link or is encrypted, two entries that are spelt differently are the same file, or
+    the limits are exceeded.
     """
     with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
+        sweep(target.parent, UNPACKING)
+        scratch, handle = hold(target.parent, UNPACKING)
     try:
         with open_archive(path) as archive:
             left = TOTAL_BYTES
-            for name, info in _checked_members(path, archive):
-                if name.partition("/")[0] not in without:
-                    left -= _write_member(path, archive, info, scratch / name, left)
+            for name, info in _checked_members(path, archive, without):
+                left -= _write_member(path, archive, info, scratch / name, left)
         # Another process may have unpacked the same archive meanwhile: then its result stands.
         with contextlib.suppress(OSError):
             scratch.replace(target)
         if not target.is_dir():
             raise InputError(f"{target}: cannot be created; choose another working folder")
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        let_go(scratch, handle)
 
 
 def safe_relative(name: str) -> str | None:
@@ -157,7 +196,10 @@ def safe_relative(name: str) -> str | None:
     return "/".join(kept)
 
 
-def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zipfile.ZipInfo]]:
+def _checked_members(
+    path: Path, archive: zipfile.ZipFile, without: Collection[str]
+) -> list[tuple[str, zipfile.ZipInfo]]:
+    """Entries of an archive that are files, by path, but for those of some top-level folders."""
     infos = archive.infolist()
     if len(infos) > MOST_MEMBERS:
         raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {MOST_MEMBERS} allowed")
@@ -173,10 +215,10 @@ def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zi
         _refuse_packing(path, info)
         if info.is_dir() or info.filename.endswith("\\") or not name:
             continue
-        if name in members:
-            raise InputError(f"{path.name}: holds {name!r} twice; which one counts is not defined")
+        if name in members and members[name].filename != info.filename:
+            raise InputError(f"{path.name}: holds {name!r} in two spellings; which one counts is not defined")
         members[name] = info
-    return list(members.items())
+    return [(name, info) for name, info in members.items() if name.partition("/")[0] not in without]
 
 
 def _write_member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, left: int) -> int:

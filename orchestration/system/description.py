@@ -63,8 +63,15 @@ def _read_cached(fmu: Path, _facts: tuple[int, int, int]) -> ModelInfo:
     text = archive.read_member(fmu, "modelDescription.xml")
     # By what it says alone: FMUs of a system are unpacked into another folder for each run.
     said = hashlib.sha256(text).hexdigest()
-    info = remembered("descriptions", said, lambda: parse_description(xml.parse_xml(text, where), fmu, where))
-    return replace(info, path=fmu)
+    info = remembered("descriptions", said, lambda: _parsed(text, fmu, where))
+    remarks = *(f"{where}: {each}" for each in info.remarks), *archive.repeated_entries(fmu)
+    return replace(info, path=fmu, remarks=remarks)
+
+
+def _parsed(text: bytes, fmu: Path, where: str) -> ModelInfo:
+    remarks: list[str] = []
+    found = parse_description(xml.parse_xml(text, where, remarks), fmu, where)
+    return replace(found, remarks=tuple(remarks))
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
@@ -96,11 +103,14 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
-        capabilities=Capabilities(**flags),
+        capabilities=Capabilities(
+            **flags, internal_step=xml.optional(slave, "fixedInternalStepSize", xml.number, where)
+        ),
         default_experiment=DefaultExperiment(
             xml.optional(experiment, "startTime", xml.number, where) or 0.0,
             xml.optional(experiment, "stopTime", xml.number, where),
             xml.optional(experiment, "stepSize", xml.number, where),
+            xml.optional(experiment, "tolerance", xml.number, where),
         ),
         units=definitions_of_units(root, where, "UnitDefinitions"),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),

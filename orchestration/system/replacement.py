@@ -16,7 +16,8 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.packaging.cache import cache_folder, vouch, whole
+from warmlink.orchestration.shell import command, quoted
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
@@ -88,9 +89,10 @@ class Replacements:
         ]
         if problems:
             told = "; ".join(f"{name} {fault}" for name, fault in problems)
+            example = f"--map {quoted(f'{instance}.{problems[0][0]}')}=NAME"
             raise InputError(
-                f"--replace {instance}={path}: {told}. Where it has another name, say --map "
-                f"{instance}.{problems[0][0]}=NAME; see `warmlink list interface {interface}`"
+                f"--replace {instance}={path}: {told}. Where it has another name, say {example}; see "
+                f"`{command('warmlink', 'list', 'interface', interface)}`"
             )
         renamed = {other: name for name, other in own.items() if name != other}
         return _renamed(path, renamed) if renamed else path
@@ -185,12 +187,13 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     folder = unpack(fmu, cache_folder() / "renamed")
     key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
     target = folder.with_name(f"{folder.name}-{key}") / fmu.name
-    if not target.is_file():
+    if not whole(target):
         found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
         files = {name: path.read_bytes() for name, path in found.items()}
-        root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}")
+        root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}", [])
         for element in root.find("ModelVariables").iter():
             if element.get("name") in names:
                 element.set("name", names[element.get("name")])
         write_archive(target, {**files, DESCRIPTION: to_bytes(root)})
+        vouch(target)
     return target

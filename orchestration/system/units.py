@@ -19,6 +19,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import xml
+from warmlink.orchestration.text_files import shortened
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -33,6 +34,17 @@ _SPELLINGS = {
     "µrad": "uplane_rad",
     **{angle: f"plane_{angle}" for angle in ("rad", "deg", "rev", "rpm")},
 }
+_MEANT = {
+    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
+    "degF": "F",
+    "N.m": "Nm|NM",
+    "mN.m": "mNm",
+    "rpm": "1/min|U/min|r/min",
+    "rad/s": "rad_s|rad_per_s|rads",
+    "s": "S|Sec|seconds|hh:mm:ss",
+}
+SPELLINGS = {spelling: unit for unit, each in _MEANT.items() for spelling in each.split("|")}
+"""Spellings that would mean something else, or nothing, where a unit of this quantity is due."""
 _PLANE_ANGLES = (
     "plane_rad = [angle]",
     "plane_deg = 0.017453292519943295 * plane_rad",
@@ -49,6 +61,7 @@ _WRITTEN = re.compile(
     r"(?:\s*+(?:[^\W\d]\w*+|°\w++|1(?!\d)|/|\(|\)|\*(?!\*)|\*\*\s*(?:\(-?\d{1,2}\)|-?\d{1,2}(?!\d))(?!\s*\*\*)))*\s*"
 )
 _PLAIN_NUMBER = ("", "1", "-")
+_IN_BRACKETS = re.compile(r"\s*\[([^][]*)\]\s*")
 _LONGEST_NAME = 80
 # pint's names for the dimensions of BASE_UNITS.
 _DIMENSIONS = tuple(
@@ -72,6 +85,11 @@ class Unit:
     exponents: tuple[int, ...] | None = None
     factor: float = 1.0
     offset: float = 0.0
+
+    @property
+    def dash(self) -> bool:
+        """Whether it is an undefined "-", which some write for a number and others for no unit."""
+        return self.exponents is None and self.name.strip() == "-"
 
 
 @dataclass(frozen=True)
@@ -108,11 +126,20 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise QuantityError(f"{source.name or '1'} does not convert to {target.name or '1'}")
+        names = (shortened(each.name or "1") for each in (source, target))
+        raise QuantityError(" does not convert to ".join(names))
     if (source.factor, source.offset) == (target.factor, target.offset):
         return IDENTITY
     factor = source.factor / target.factor
     return Conversion(factor, 0.0 if difference else (source.offset - target.offset) / target.factor)
+
+
+def spelled(given: str, unit: str) -> str:
+    """How warmlink spells a unit that people write otherwise, where a unit like the second one is due."""
+    with contextlib.suppress(InputError):
+        conversion(parse_unit(given), parse_unit(unit))
+        return given
+    return SPELLINGS.get(given, given)
 
 
 def meaning(unit: Unit) -> Unit:
@@ -139,6 +166,21 @@ def definitions_of_units(root: Any, where: str, holder: str = "Units") -> dict[s
     """Give the units, by name, that the elements `Unit` in the holder of a document of FMI or SSP define."""
     found = (read_unit(each, where) for each in root.iterfind(f"{{*}}{holder}/{{*}}Unit"))
     return {unit.name: unit for unit in found}
+
+
+def named_unit(name: str | None, known: dict[str, Unit], where: str, remarks: list[str]) -> Unit | None:
+    """Give the unit of a value or connector, which a document defines or only names; None if it has none.
+
+    A name in brackets, as `[m]`, joins the document's `known` units, so that it is remarked upon once.
+    """
+    if not name:
+        return None
+    bare = _IN_BRACKETS.fullmatch(name)
+    if name not in known and bare:
+        inside = bare[1].strip() or "1"
+        known[name] = known.get(inside, Unit(inside))
+        remarks.append(f"{where}: the unit {name} is read as {inside} throughout")
+    return known.get(name, Unit(name))
 
 
 @lru_cache(maxsize=512)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -40,11 +40,12 @@ _SSP_NAMESPACE = re.compile(r"^\{http://ssp-standard\.org/SSP[12]/SystemStructur
 _VERSION = re.compile(r"^[12]\.\d+(-.*)?$")
 
 
-def parse_xml(data: bytes, where: str) -> Any:
+def parse_xml(data: bytes, where: str, remarks: list[str] | None = None) -> Any:
     """Give the root of an XML document, without comments and processing instructions.
 
     It must declare no document type, so that there is no entity to expand or fetch. `where` is how an error
-    names it, such as `cell.ssp: SystemStructure.ssd`.
+    names it, such as `cell.ssp: SystemStructure.ssd`. A prefix that the document does not declare is refused
+    without `remarks`; with them it has the standard's meaning, and the remark does not repeat `where`.
     """
     from lxml import etree
 
@@ -59,15 +60,41 @@ def parse_xml(data: bytes, where: str) -> Any:
     # Before parsing, for every encoding in which the characters are one or two bytes wide.
     if b"<!DOCTYPE" in data.replace(b"\0", b"").upper():
         raise InputError(f"{where}: declares a document type, which could hold entities; remove the DOCTYPE")
-    off = dict.fromkeys(("resolve_entities", "load_dtd", "huge_tree"), False)
-    parser = etree.XMLParser(no_network=True, remove_comments=True, remove_pis=True, **off)
+    parser = _parser()
     try:
         root = etree.fromstring(data, parser)
-    except (etree.XMLSyntaxError, ValueError) as fault:
+    except etree.XMLSyntaxError as fault:
+        faults = list(parser.error_log)
+        if remarks is None or any(
+            each.type != etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE for each in faults
+        ):
+            raise InputError(f"{where}: not well-formed XML ({brief(fault)}); make it anew") from fault
+        root = etree.fromstring(data, _parser(recover=True))
+        remarks += _declared(root, faults[0].line)
+    except ValueError as fault:
         raise InputError(f"{where}: not well-formed XML ({brief(fault)}); make it anew") from fault
     if root is None or root.getroottree().docinfo.internalDTD is not None:
         raise InputError(f"{where}: empty, or declares a document type, which could hold entities")
     return root
+
+
+def _parser(recover: bool = False) -> Any:
+    from lxml import etree
+
+    off = dict.fromkeys(("resolve_entities", "load_dtd", "huge_tree"), False)
+    return etree.XMLParser(no_network=True, remove_comments=True, remove_pis=True, recover=recover, **off)
+
+
+def _declared(root: Any, line: int) -> Iterator[str]:
+    """Give elements with undeclared prefixes the namespaces that these stand for, and a remark on each."""
+    found: dict[str, None] = {}
+    for each in root.iter():
+        prefix, colon, name = str(each.tag).partition(":")
+        if colon and not prefix.startswith("{"):
+            found[prefix] = None
+            each.tag = f"{{{PREFIXES.get(prefix, f'urn:undeclared:{prefix}')}}}{name}"
+    names = ", ".join(found) or "of an attribute"
+    yield f"the prefix {names} is not declared (from line {line} on) and is read as the standard's"
 
 
 def required(element: Any, name: str, where: str) -> str:
@@ -132,21 +159,30 @@ def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> No
             )
 
 
-def root_of_file(path: Path, expected: str, where: str) -> Any:
+def root_of_file(path: Path, expected: str, where: str, remarks: list[str]) -> Any:
     """Parse an SSP document of the expected kind that is a file of its own, and give its root."""
     if not is_file(path):
         raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
     with path.open("rb") as stream:
         # One more byte than the limit, so that the parser sees and says that it is exceeded.
-        root = parse_xml(stream.read(XML_LIMIT_BYTES + 1), where)
-    check_root(root, expected, where)
+        found: list[str] = []
+        root = parse_xml(stream.read(XML_LIMIT_BYTES + 1), where, found)
+    remarks += [f"{where}: {each}" for each in found]
+    check_root(root, expected, where, remarks)
     return root
 
 
-def check_root(root: Any, expected: str, where: str) -> None:
-    """Check the name, namespace and version of a document's root, which may stand inside another document."""
-    if local(root) != expected or not _SSP_NAMESPACE.match(str(root.tag)):
+def check_root(root: Any, expected: str, where: str, remarks: list[str]) -> None:
+    """Check the name and version of a document's root, which may stand inside another document.
+
+    A namespace that is not the standard's is a remark.
+    """
+    if local(root) != expected:
         raise InputError(f"{where}: its root is {local(root)}, not {expected} of SSP 1.0 or 2.0")
+    if not _SSP_NAMESPACE.match(str(root.tag)):
+        space = str(root.tag)[1:].rpartition("}")[0] if str(root.tag).startswith("{") else ""
+        told = f"is in the namespace {space[:80]!r}" if space else "is in no namespace"
+        remarks.append(f"{where}: {expected} {told}, not in that of SSP; it is read as if it were")
     version = root.get("version", "")
     if not _VERSION.match(version):
         raise InputError(f"{where}: version {version!r} is not supported; use SSP 1.0 or 2.0")

@@ -13,7 +13,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.console import remark
+from warmlink.orchestration.console import remark, remark_once
 from warmlink.orchestration.diagnosis.causes.declared import AddsTable
 from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
@@ -41,6 +41,8 @@ def rig_of(
     changed = replaced or NOTHING_REPLACED
     if name.lower().endswith((".ssp", ".ssd")):
         base = read_system(folder / name)
+        for told in base.remarks:
+            remark_once(told)
     elif paths or looped or changed.fmus:
         base = shipped_system(rig(name))
     else:

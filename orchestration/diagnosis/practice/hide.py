@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -15,6 +16,7 @@ from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.safe_text import as_cell
 from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -66,7 +68,9 @@ def duty_of(name: str) -> tuple[Segment, ...]:
     """
     duty = load_scenario(name).duty
     if not isinstance(duty, Duty):
-        raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
+        raise InputError(
+            f"{name}: is a program of the arm; give a duty cycle, or {argument('axis')} with the program"
+        )
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
     if any(segment.pad_mode == PAD_POWER for segment in duty.segments):
@@ -134,7 +138,7 @@ def write_csv(columns: Mapping[str, Array], path: Path) -> None:
     written = {name: pd.Series(values) for name, values in columns.items()}
     written["time [s]"] = written["time [s]"].map("{:.10g}".format)  # two rows of a long run stay two
     with fresh_file(path) as scratch:
-        pd.DataFrame(written).to_csv(scratch, index=False, float_format="%.6g")
+        pd.DataFrame(written).rename(columns=as_cell).to_csv(scratch, index=False, float_format="%.6g")
 
 
 def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:

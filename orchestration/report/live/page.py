@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import resources
-from pathlib import Path
 
 from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
@@ -18,6 +17,7 @@ from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
+from warmlink.orchestration.safe_text import printable_json
 from warmlink.orchestration.scenarios.overrides import settable
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -41,8 +41,8 @@ def usual_laws(scenario: Scenario) -> list[Controller]:
     return [law for law in laws if law is scenario.controller or given <= settable(law.component).keys()]
 
 
-def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> None:
-    """Write the page of a scenario with some controllers beside each other; `asked` is how it was named.
+def live_page(scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> str:
+    """The page of a scenario with some controllers beside each other; `asked` is how it was named.
 
     Each system is compiled once, without start values, for all scenarios that share it.
 
@@ -57,11 +57,11 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
         whole = one.joined({})
         module = kept(MODULES, _made_from(one), partial(browser_module, whole))
         systems.append(Whole(one, whole, module))
-    path.write_text(_page(systems, asked), encoding="utf-8")
+    return _page(systems, asked)
 
 
 def kept_live_page(scenario: Scenario, asked: Asked) -> str:
-    """The page of a scenario whose system `write_live_page` has compiled before; empty where it has not.
+    """The page of a scenario whose system `live_page` has compiled before; empty where it has not.
 
     Of the laws that `warmlink live` shows, those are on it whose systems are compiled.
     """
@@ -86,7 +86,7 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         kind="live",
         lead="This page needs a browser of 2024 or later with JavaScript switched on.",
         known=known,
-        content=json.dumps(known, allow_nan=False).replace("<", "\\u003c"),
+        content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),

@@ -116,6 +116,13 @@ class Net:
         return found
 
     @cached_property
+    def connected(self) -> frozenset[Node]:
+        """Ends of all connections."""
+        return frozenset(
+            node for each in self.elements.values() for edge in each.connections for node in edge.ends
+        )
+
+    @cached_property
     def into(self) -> dict[Node, Edge]:
         """The one edge into each connector that is driven.
 

@@ -8,11 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.files import whole_file
 from warmlink.orchestration.system import xml
 from warmlink.orchestration.system.model import TYPES, Value
 from warmlink.orchestration.system.ssp.net import Edge, Node
-from warmlink.orchestration.system.units import Conversion, Unit, definitions_of_units, unit_elements
+from warmlink.orchestration.system.units import (
+    Conversion,
+    Unit,
+    definitions_of_units,
+    named_unit,
+    unit_elements,
+)
 
 
 @dataclass(frozen=True)
@@ -29,8 +36,12 @@ class Parameter:
 
 
 def read_ssv(path: Path) -> dict[str, Parameter]:
-    """Parameters of an SSV file by name; InputError if it is absent, none, or holds what is not supported."""
-    return parameter_set(xml.root_of_file(path, "ParameterSet", path.name), path.name)
+    """Parameters of an SSV file by name; InputError if it is absent, no SSV, or not supported."""
+    remarks: list[str] = []
+    found = parameter_set(xml.root_of_file(path, "ParameterSet", path.name, remarks), path.name, remarks)
+    for told in remarks:
+        remark_once(told)
+    return found
 
 
 def write_ssv(values: Mapping[str, Value | Parameter], path: Path, name: str = "parameters") -> None:
@@ -40,20 +51,23 @@ def write_ssv(values: Mapping[str, Value | Parameter], path: Path, name: str = "
         scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values)))
 
 
-def parameter_set(root: Any, where: str) -> dict[str, Parameter]:
+def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, Parameter]:
     """Give the parameters of an `ssv:ParameterSet` element by name; what does not fit is an InputError."""
     xml.refuse_other_children(root, ("Parameters", "Enumerations", "Units"), where)
     units = definitions_of_units(root, where)
     parameters: dict[str, Parameter] = {}
     for child in root.iterfind("{*}Parameters/{*}Parameter"):
         name = xml.required(child, "name", where)
-        if name in parameters:
+        found = _parameter(name, child, units, f"{where}: {name}", remarks)
+        before = parameters.setdefault(name, found)
+        if before != found:
             raise InputError(f"{where}: gives the parameter {name} twice; keep one")
-        parameters[name] = _parameter(name, child, units, f"{where}: {name}")
+        if before is not found:
+            remarks.append(f"{where}: gives the parameter {name} twice, with the same value")
     return parameters
 
 
-def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> Parameter:
+def _parameter(name: str, entry: Any, units: dict[str, Unit], where: str, remarks: list[str]) -> Parameter:
     typed = [child for child in entry if xml.local(child) not in ("Annotations", "MetaData")]
     if len(typed) != 1:
         raise InputError(f"{where}: needs one value, not {len(typed)}; arrays are not supported")
@@ -67,8 +81,7 @@ def _parameter(name: str, entry: Any, units: Mapping[str, Unit], where: str) -> 
     value: Value = text
     if kind in readers:
         value = readers[kind](text, f"{where}: value" if kind == "Boolean" else where)
-    known = units.get(unit, Unit(unit)) if unit and kind == "Real" else None
-    return Parameter(name, kind, value, known)
+    return Parameter(name, kind, value, named_unit(unit, units, where, remarks) if kind == "Real" else None)
 
 
 def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:

@@ -32,9 +32,11 @@ class Binding:
 class _Carried:
     """A value under way: its unit by now, None where it is not known, and what has become of it so far.
 
-    `where` and `remedy` are for an error; the zeros of scales do not apply to a `difference`.
+    `where` and `remedy` are for an error, `remarks` for what is passed over; the zeros of scales do not apply
+    to a `difference`.
     """
 
+    remarks: list[str]
     where: str
     remedy: str
     unit: Unit | None
@@ -49,7 +51,11 @@ class _Carried:
                 step = conversion(self.unit, unit, self.difference)
             except InputError as fault:
                 remedy = f"; {self.remedy}" if isinstance(fault, QuantityError) else ""
-                raise InputError(f"{self.where}: {fault}{remedy}") from None
+                if not (self.unit.dash or unit.dash):
+                    raise InputError(f"{self.where}: {fault}{remedy}") from None
+                other = self.unit if unit.dash else unit
+                self.remarks.append(f"{self.where}: the unit - is read as none, beside {other.name}")
+                step, unit = IDENTITY, other
             so_far = so_far.then(step.factor, step.offset)
         if edge is None or edge.transformation is None:
             return replace(self, unit=unit or self.unit, so_far=so_far)
@@ -71,14 +77,22 @@ class Resolver:
     remarks: list[str] = field(default_factory=list)
 
     def connectors(self, path: Path) -> dict[str, Connector]:
-        """Give a component's connectors by name, checked against its FMU in name, kind, type and unit."""
-        found = {}
+        """Give a component's connectors by name, checked against its FMU in name, kind, type and unit.
+
+        One that is no variable of the FMU is left out where nothing is connected to it.
+        """
+        found, info = {}, self.net.info(Node(path, ""))
+        assert info is not None
         for name, declared in self.net.elements[path].connectors.items():
             for node in self._scalars(Node(path, name), declared.sizes):
+                if node.connector not in info.variables and node not in self.net.connected:
+                    told = f"declared as a connector, but no variable of {info.path.name}; it is left out"
+                    self.remarks.append(f"{node}: {told}")
+                    continue
                 variable, unit = self.variable(node)
                 kind = check_connector(variable, declared.kind, declared.type, str(node))
                 remedy = "declare the connector in a unit of its variable"
-                _Carried(str(node), remedy, unit, variable.relative).into(declared.unit)
+                _Carried(self.remarks, str(node), remedy, unit, variable.relative).into(declared.unit)
                 found[node.connector] = Connector(declared.kind, kind, unit)
         return found
 
@@ -116,15 +130,12 @@ class Resolver:
         for edge in edges if binding.mapping is None else binding.mapping:
             name, told = edge.target.connector, edge.source.connector
             if told not in binding.parameters:
-                self.remarks.append(f"{binding.where}: its mapping names {told}, which has no value")
+                self.remarks.append(f"{binding.where}: its mapping names {told!r}, which has no value")
                 continue
             nodes = list(self._named(binding.path, name))
-            if not nodes and binding.mapping is not None:
-                raise InputError(
-                    f"{binding.where}: its mapping names {name}, which does not exist; correct it"
-                )
             if not nodes:
-                self.remarks.append(f"{binding.where}: {name} is the name of no variable and has no effect")
+                told = name if binding.mapping is None else f"{name}, to which its mapping leads,"
+                self.remarks.append(f"{binding.where}: {told} is the name of no variable and has no effect")
             for node in nodes:
                 yield binding.parameters[told], replace(edge, source=node, target=node)
 
@@ -162,7 +173,7 @@ class Resolver:
                 "give a value of that type"
             )
         remedy = "give the value in a unit of its variable"
-        carried = _Carried(str(node), remedy, parameter.unit, variable.relative)
+        carried = _Carried(self.remarks, str(node), remedy, parameter.unit, variable.relative)
         # A binding that names the variable itself does so whatever unit its connector shows.
         change = carried.into(own, way[0]).so_far if len(way) == 1 else self._carry(carried, way)
         value = parameter.value
@@ -215,7 +226,9 @@ class Resolver:
             raise InputError(f"{between}: {kinds}; connect variables of one type")
         remedy = "connect variables of one quantity"
         found = [
-            self._carry(_Carried(between, remedy, unit, difference).into(self._shown_unit(source)), way)
+            self._carry(
+                _Carried(self.remarks, between, remedy, unit, difference).into(self._shown_unit(source)), way
+            )
             for difference in (giving.relative, taking.relative)
         ]
         if found[0] != found[1]:

@@ -20,7 +20,7 @@ from warmlink.orchestration.system.ssp.parameter_values import (
     with_transformation,
 )
 from warmlink.orchestration.system.ssp.resolve import Binding
-from warmlink.orchestration.system.units import Unit, definitions_of_units
+from warmlink.orchestration.system.units import Unit, definitions_of_units, named_unit
 from warmlink.orchestration.text_files import is_file
 
 FMU_TYPE = "application/x-fmu-sharedlibrary"
@@ -41,6 +41,7 @@ class Reader:
     workdir: File
     net: Net = field(default_factory=Net)
     bindings: list[Binding] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
     path: File = File()
     units: dict[str, Unit] = field(default_factory=dict)
     enclosing: tuple[File, ...] = ()
@@ -52,7 +53,7 @@ class Reader:
             raise InputError(f"{where}: holds itself as a component; take it out")
         if len(self.enclosing) > _DEEPEST:
             raise InputError(f"{where}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
-        root = xml.root_of_file(path, "SystemStructureDescription", where)
+        root = xml.root_of_file(path, "SystemStructureDescription", where, self.remarks)
         xml.refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
         top = root.find("{*}System")
         if top is None:
@@ -113,6 +114,7 @@ class Reader:
         path = self._file(address, where)
         if kind == PACKAGE_TYPE:
             inside = _relative(fragment, where) or "SystemStructure.ssd"
+            self.remarks.extend(archive.repeated_entries(path))
             path = archive.unpack(path, self.workdir) / inside
         elif fragment:
             raise InputError(f"{where}: source {source} refers to a part of a document; name the document")
@@ -139,7 +141,7 @@ class Reader:
                 xml.integer(xml.required(d, "size", where), where) for d in child.iterfind("{*}Dimension")
             )
             named = typed[0].get("unit") if typed else None
-            unit = self.units.get(named, Unit(named)) if named else None
+            unit = named_unit(named, self.units, where, self.remarks)
             found[name] = Connector(kind, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
 
@@ -148,8 +150,11 @@ class Reader:
         for end in ("start", "end"):
             owner = element.get(f"{end}Element")
             connector = xml.required(element, f"{end}Connector", self._where(at))
-            ends.append(Node(at if owner is None else (*at, owner), connector))
+            ends.append(Node((*at, owner) if owner else at, connector))
         edge = Edge(ends[0], ends[1])
+        for end in ("start", "end"):
+            if element.get(f"{end}Element") == "":
+                self.remarks.append(f"{edge}: its {end}Element is empty and is read as the system itself")
         for name in ("startIndices", "endIndices"):
             if element.get(name) is not None:
                 raise InputError(f"{edge}: {name} is not supported; connect scalars")
@@ -164,7 +169,9 @@ class Reader:
         xml.refuse_other_children(element, ("ParameterValues", "ParameterMapping"), where)
         values, where = self._content(element, "{*}ParameterValues/{*}ParameterSet", where)
         prefix = element.get("prefix", "")
-        parameters = {prefix + name: each for name, each in parameter_set(values, where).items()}
+        parameters = {
+            prefix + name: each for name, each in parameter_set(values, where, self.remarks).items()
+        }
         mapping = element.find("{*}ParameterMapping")
         entries = None
         if mapping is not None:
@@ -183,11 +190,11 @@ class Reader:
             raise InputError(f"{where}: sourceBase {base} is not supported; move it to the SSP")
         if source:
             there = f"{where}: {source}"
-            return xml.root_of_file(self._file(source, where), root, there), there
+            return xml.root_of_file(self._file(source, where), root, there, self.remarks), there
         held = holder.find(way)
         if held is None:
             raise InputError(f"{where}: a parameter binding has neither a source nor a {root} inside")
-        xml.check_root(held, root, where)
+        xml.check_root(held, root, where, self.remarks)
         return held, f"{where}: {root}"
 
     def _file(self, source: str, where: str) -> File:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import csv
 import json
 import math
+import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+import warmlink as wl
 from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.studies.design import plant_in
+from warmlink.orchestration.studies.plants import plant_in
 from warmlink.orchestration.system.assemble import component, connected, read_system
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
@@ -211,6 +212,21 @@ def test_an_observer_needs_no_thermometer_at_the_shaft(warmlink: Warmlink) -> No
     write_chain(wire for wire in WIRES if "[1]" not in f"{wire}")
     found = wl.design("chain.toml").parameters
     assert all(math.isfinite(value) for value in found.values())
+
+
+def test_what_is_passed_over_in_a_system_is_told_once(
+    warmlink: Warmlink, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with zipfile.ZipFile("chain.ssp") as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    odd = b'<ssd:Connector name="_u_start" kind="parameter"/></ssd:Connectors>'
+    structure = entries["SystemStructure.ssd"].replace(b"</ssd:Connectors>", odd, 1)
+    with zipfile.ZipFile("chain.ssp", "w") as archive:
+        for name, content in {**entries, "SystemStructure.ssd": structure}.items():
+            archive.writestr(name, content)
+    for _ in range(2):
+        load_scenario("chain.toml")
+    assert capsys.readouterr().err.count("_u_start: declared as a connector, but no variable of") == 1
 
 
 def test_the_chain_joins_into_one_component(warmlink: Warmlink) -> None:

@@ -230,11 +230,6 @@ CASES = [
         "tip: takes no start value, being output; set an input or parameter",
     ),
     Case(
-        "mapping_target",
-        cell(link=mapped(entry("L", "lenght"), "L:Real:1")),
-        "link: ParameterSet: its mapping names lenght, which does not exist; correct it",
-    ),
-    Case(
         "mapping_integer",
         cell(link=mapped(entry("n", "cells", LINEAR), "n:Integer:10")),
         "link.cells: a linear transformation needs a Real, this is Integer; remove it",

@@ -103,7 +103,9 @@ CASES = [
     ),
     Case(
         "unknown_connector",
-        alone(connector("heat", "input")),
+        cell(connection("motor.heat_flow", "link.heat")).replace(
+            'name="heat_flow" kind="input"', 'name="heat" kind="input"'
+        ),
         "link.heat: Link.fmu has no variable heat; did you mean heat_flow?",
     ),
     Case(
