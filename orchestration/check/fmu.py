@@ -8,13 +8,13 @@ import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.check.cases import CASES, Outcome, Subject
-from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
+from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -108,6 +108,8 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
             process.answer(START_LIMIT)
             for _ in remaining:
                 outcomes.append(process.answer(time_limit))
+        except DamagedError:
+            outcomes.append(("fail", "it writes to descriptors that are not its own"))
         except TimeoutError:
             outcomes.append(("fail", f"no answer within {time_limit:g} s"))
         except ProcessEndedError as ended:
@@ -121,7 +123,7 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
     return outcomes
 
 
-def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> None:
+def _make_checks(pipe: Frames, subject: Subject, names: list[str], told: Path) -> None:
     """Answer with verdict and detail of each check; what the FMU prints goes to a file."""
     with told.open("wb") as file:
         os.dup2(file.fileno(), 1)

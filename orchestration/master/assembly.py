@@ -71,7 +71,9 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
             slaves.append(
-                opened() if isolation is None else cast(Slave, IsolatedSlave(name, opened, isolation))
+                opened()
+                if isolation is None
+                else cast(Slave, IsolatedSlave(name, infos[name], opened, isolation))
             )
         for slave in slaves:
             if isinstance(slave, IsolatedSlave):
