@@ -95,6 +95,7 @@ class _Guard:
     _begun: Result | None = None
     _file: Path | None = None
     _result: Result | None = None
+    _over: bool = False
     _ended: bool = False
     _pressed: int = 0
     _death: str = "ended"
@@ -114,7 +115,7 @@ class _Guard:
         name, call = self.status.described()
         how = f"did not end within {ENDING_SECONDS:g} s" if hangs else self._death
         doing = f"in {call}" if call != "ending" else "while the FMUs were freed"
-        told = f"{name}: its process {how} {doing}, after the run; the values are complete"
+        told = f"{name or 'the run'}: its process {how} {doing}, after the run; the values are complete"
         return replace(self._result, remarks=(*self._result.remarks, told))
 
     def _follow(self) -> bool:
@@ -133,9 +134,9 @@ class _Guard:
             except DamagedError:
                 self._kill()
                 self._reap(wait=True)
-                self._death = "was ended, since the FMU writes to descriptors that are not its own"
+                self._death = "sent what is no answer (the FMU writes to descriptors that are not its own)"
                 return True
-            if self._result is not None:
+            if self._over:
                 give_up = min(give_up, time.monotonic() + ENDING_SECONDS)
         return True
 
@@ -147,7 +148,8 @@ class _Guard:
         elif kind == "progress" and self.progress is not None:
             self.progress(*content)
         elif kind == "result":
-            self._result = self._filled(*content)
+            bare, rows, self._over = content
+            self._result = self._filled(bare, rows)
         elif kind == "ended":
             self._ended = True
 
@@ -229,10 +231,14 @@ class Line:
         """Tell how far the run is."""
         self._pipe.send(("progress", (done, count)))
 
-    def keep(self, result: Result) -> None:
-        """Hand over the result; whatever happens to this process now, it is safe."""
+    def keep(self, result: Result, over: bool = True) -> None:
+        """Hand over the result, in place of one before; whatever happens to this process now, it is safe.
+
+        Where all is `over` but the freeing of FMUs, the guard does not wait for long.
+        """
         none = np.empty((0, len(result.table.names)))
-        self._pipe.send(("result", (replace(result, table=result.table.holding(none)), len(result.table))))
+        bare = replace(result, table=result.table.holding(none))
+        self._pipe.send(("result", (bare, len(result.table), over)))
 
 
 def serve(

@@ -6,11 +6,11 @@ import math
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
+from typing import Literal, cast
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
@@ -27,7 +27,7 @@ from warmlink.orchestration.master.recording.result import Balance, Result, Stat
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import Isolation
-from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, TimedSlave
 from warmlink.orchestration.master.slaves.under_way import interruption
 from warmlink.orchestration.system.model import System
@@ -124,13 +124,22 @@ def simulate(
         clock = None if pacing is None else Clock(pacing)
         compiled = compiled and hindrance is None
         run = Run(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled)
-        found = run.result(check_stability=check_stability and pacing is None)
-        result = replace(found, balances=tuple(balances))
-        network.end_copies()
-        if line is not None:
-            line.keep(result)
+
+        def keep(found: Result, over: bool) -> Result:
+            kept = replace(found, balances=tuple(balances))
+            network.end_copies()
+            if line is not None:
+                line.keep(kept, over)
+            return kept
+
+        found = run.result(lambda found: keep(found, False), check_stability and pacing is None)
+        # Isolated FMUs cannot harm this process when they end, and may take the time that they have for it.
+        result = keep(found, isolation is None)
         network.release()
-        return result
+        assembly.close()
+        ended = (told for slave in network.slaves for told in slave.remarks)
+        new = tuple(told for told in ended if told not in result.remarks)
+        return keep(replace(result, remarks=(*result.remarks, *new)), True) if isolation or new else result
     finally:
         assembly.close()
 
@@ -153,8 +162,8 @@ class Run:
     compiled: bool
     _loop: CompiledLoop | None = None
 
-    def result(self, *, check_stability: bool) -> Result:
-        """Do the run and say how it went."""
+    def result(self, keep: Callable[[Result], object], check_stability: bool) -> Result:
+        """Do the run and say how it went; before its stability is checked, its result is kept."""
         recorder, network, stepper, schedule = self.recorder, self.network, self.stepper, self.schedule
         fault: SlaveError | None = None
         reason: str | None = None
@@ -192,24 +201,34 @@ class Run:
             slaves=tuple(deepcopy(timed)),
             memory_bytes=_memory(),
         )
-        remarks = stepper.remarks
-        if start and schedule and (reason is None or (fault and fault.status == "not finite")):
-            name, (first, memory) = "Jacobi" if schedule.at_once else "GaussSeidel", start
+        status: Literal["completed", "stopped"] = "completed" if reason is None else "stopped"
+        done = Result(recorder.table(), status, reason, fault, statistics=statistics)
 
-            def rewind() -> None:
-                network.rewind(first)
-                stepper.recall(memory)
+        def told(*more: str) -> Result:
+            conduct = [told for slave in network.slaves for told in slave.remarks]
+            return replace(done, remarks=(*conduct, *stepper.remarks, *more))
 
-            remarks += instability(name, network, recorder.points, rewind, self._fill)
-        conduct = tuple(told for slave in network.slaves for told in slave.remarks)
-        return Result(
-            recorder.table(),
-            "completed" if reason is None else "stopped",
-            reason,
-            fault,
-            remarks=(*conduct, *remarks),
-            statistics=statistics,
-        )
+        if (
+            start is None
+            or schedule is None
+            or not (reason is None or (fault and fault.status == "not finite"))
+        ):
+            return told()
+        keep(told())
+        return told(*self._stability(schedule, *start))
+
+    def _stability(self, schedule: Schedule, first: Snapshot, memory: object) -> tuple[str, ...]:
+        """Say whether the run was unstable, or why that cannot be said; `first` is its beginning."""
+
+        def rewind() -> None:
+            self.network.rewind(first)
+            self.stepper.recall(memory)
+
+        name = "Jacobi" if schedule.at_once else "GaussSeidel"
+        try:
+            return instability(name, self.network, self.recorder.points, rewind, self._fill)
+        except SlaveError as failure:
+            return (f"whether these steps are stable is not known: {failure}",)
 
     def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""

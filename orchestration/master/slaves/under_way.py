@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-# Places of figures. The compiled loop has the first three, what failed, which slave, its status, and BATCH.
-CALL, ROWS, ASKED, BATCH = 3, 4, 5, 6
-CELLS = 7
+# Places of figures. The compiled loop has the first three, what failed, which slave, its status, BATCH, and
+# TURNED: from 1 on, the slave that has changed how all calculate.
+CALL, ROWS, ASKED, BATCH, TURNED = 3, 4, 5, 6, 7
+CELLS = 8
 NAMES_FROM = 8 * CELLS
 SIZE = 1 << 16
 
