@@ -7,7 +7,7 @@ gain whose largest error is smallest. The law becomes a native FMU, so it must s
 from pathlib import Path
 from tempfile import mkdtemp
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 LAW = '''
 from warmlink.controllers.own import Law

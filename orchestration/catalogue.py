@@ -24,12 +24,13 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.cache import whole
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, read_stored
 from warmlink.orchestration.text_files import is_file
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.fmu_store import FmuKind, FmuStore
+    from warmlink.orchestration.fmu_store import FmuStore
 
 _SHIM = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute} as law
@@ -66,23 +67,18 @@ class Controller:
             return {}
         name, own = self.component.name, Path("own") / self.digest
         path = store.file(own / f"{name}.fmu")
-        return {name: path if is_file(path) else self._built(store.kind, store.folder / own)}
+        return {name: path if whole(path) else self._built(store, store.folder / own)}
 
-    def _built(self, kind: FmuKind, folder: Path) -> Path:
-        from warmlink.fmus.packaging.native.fmu import build_native_fmus
-        from warmlink.fmus.packaging.python.fmu import build_python_fmus
-
-        entry = Entry(self.component, self.module)
+    def _built(self, store: FmuStore, folder: Path) -> Path:
         try:
-            if kind == "python":
-                return build_python_fmus([entry], folder)[0]
-            _check_symbolic(self.component)
-            return build_native_fmus([entry], folder)[0]
+            if store.kind == "native":
+                _check_symbolic(self.component)
+            return store.build([Entry(self.component, self.module)], folder)[0]
         except InputError:
             raise
         except Exception as fault:
             raise InputError(
-                f"{self.place}: does not become a {kind} FMU ({type(fault).__name__}: {_line(fault)}); "
+                f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
                 "write the law in plain arithmetic with warmlink.fmus.component.arithmetic, "
                 "where() instead of if"
             ) from fault

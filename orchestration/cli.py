@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
-from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
+from warmlink.orchestration.command_line.arguments import Command, carry_out, for_typer, plain_values
 from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.threads import one_thread_from_the_start
@@ -60,7 +60,7 @@ def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> 
         command = command_named(given[0])
         values = plain_values(command, given[1:])
         if values is not None:
-            command(**values)
+            carry_out(command, values)
             raise SystemExit(0)  # as typer does
     application(given)(given, prog_name=prog_name)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from warmlink.orchestration.safe_text import printable
 
 if TYPE_CHECKING:
+    from rich.table import Table
     from rich.text import Text
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -138,6 +139,31 @@ def print_table(
     no terminal; there is no edge to keep within in a file.
     """
     from rich.console import Console
+
+    # Markup would take the unit in "speed [rad/s]" for a style.
+    console = Console(markup=False, emoji=False)
+    wide = console
+    if not (console.is_terminal or width is None):
+        wide = Console(width=width, markup=False, emoji=False)
+    wide.print(_table(title, headings, rows, texts))
+    if not headings:
+        console.print()
+
+
+def table_text(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], width: int = 160) -> str:
+    """A table as text, at most so many characters wide."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    text = StringIO()
+    Console(file=text, width=width, markup=False, emoji=False).print(_table(title, headings, rows, None))
+    return text.getvalue().rstrip()
+
+
+def _table(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str | Text]], texts: int | None
+) -> Table:
     from rich.table import Table
 
     table = Table(title=printable(title), title_justify="left", box=None, show_header=bool(headings))
@@ -151,13 +177,7 @@ def print_table(
         table.add_column(style="cyan", no_wrap=True)
     for row in rows:
         table.add_row(*map(_printable_cell, row))
-    # Markup would take the unit in "speed [rad/s]" for a style.
-    console = Console(markup=False, emoji=False)
-    if not (console.is_terminal or width is None):
-        console = Console(width=width, markup=False, emoji=False)
-    console.print(table)
-    if not headings:
-        console.print()
+    return table
 
 
 def _printable_cell(cell: str | Text) -> str | Text:

@@ -7,17 +7,21 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
-from zipfile import is_zipfile
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
     cache_folder,
     source_digest,
+    unfit,
     used,
+    vouch,
     wanted_cache_folder,
+    whole,
 )
+from warmlink.fmus.packaging.trust import others_may_write
 from warmlink.orchestration.catalogue import Entry, entries
 
 FmuKind = Literal["native", "python"]
@@ -47,7 +51,7 @@ class FmuStore:
     def file(self, name: str | Path) -> Path:
         """Where a file is, or is to be made."""
         held = self._shared / name
-        return held if is_zipfile(held) else self.folder / name
+        return held if whole(held) else self.folder / name
 
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
@@ -57,41 +61,50 @@ class FmuStore:
         """
         wanted = {name: self.file(f"{name}.fmu") for name in names}
         used(self.folder)
-        # A computer that loses its power may leave files without their content.
-        missing = [entries()[name] for name, path in wanted.items() if not is_zipfile(path)]
+        # A computer that loses its power may leave files without their content, a disk flips bits.
+        missing = [entries()[name] for name, path in wanted.items() if not whole(path)]
         if missing and remark is not None:
             if self.folder != self._shared and self._shared.is_dir():
                 remark(_elsewhere())
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
         if missing:
-            self._build(missing)
+            self.build(missing, self.folder)
         return wanted
 
-    def _build(self, missing: Sequence[Entry]) -> None:
+    def build(self, missing: Sequence[Entry], folder: Path) -> list[Path]:
+        """Build components' FMUs into a folder of the store; raises as `files`."""
         from warmlink.fmus.packaging.native.fmu import build_native_fmus
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
         try:
-            (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, self.folder)
+            built = (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, folder)
+            for path in built:
+                vouch(path)
+            return built
         except OSError as fault:
             told = f"cannot be written ({fault.strerror}); free space there, or name another folder in"
-            raise NoRoomError(f"{self.folder}: {told} {CACHE_VARIABLE}") from None
+            raise NoRoomError(f"{folder}: {told} {CACHE_VARIABLE}") from None
 
 
 def kind_named(name: str | None) -> FmuKind | None:
     """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
     if name not in (None, *FMU_KINDS):
-        raise InputError(f"--fmus {name}: no such kind; {instead(str(name), FMU_KINDS)}")
+        raise InputError(f"{argument('fmus', name)}: no such kind; {instead(str(name), FMU_KINDS)}")
     return name
 
 
-def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
-    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
-    if cache_folder() != wanted_cache_folder() and not (wanted_cache_folder() / source_digest()).is_dir():
+def store(kind: str | None, names: Iterable[str], remark: Remark) -> FmuStore:
+    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles.
+
+    InputError if there is no such kind.
+    """
+    asked = kind_named(kind)
+    filled = wanted_cache_folder() / source_digest()
+    if cache_folder() != wanted_cache_folder() and (others_may_write(filled) or not filled.is_dir()):
         remark(_elsewhere())
-    if kind is not None:
-        return FmuStore(kind)
+    if asked is not None:
+        return FmuStore(asked)
     native = FmuStore("native")
     try:
         native.files(names, remark)
@@ -106,6 +119,6 @@ def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStor
 def _elsewhere() -> str:
     """Where FMUs go that cannot go where it is wanted."""
     return (
-        f"{wanted_cache_folder()}: cannot be written; built FMUs go to {cache_folder()}; "
+        f"{wanted_cache_folder()}: {unfit()}; built FMUs go to {cache_folder()}; "
         f"to keep them, name a folder in {CACHE_VARIABLE}"
     )

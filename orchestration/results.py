@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.text_files import is_file
@@ -32,8 +33,8 @@ def refuse_others(folder: Path, command: str) -> None:
         for path in _held(folder, other):
             if path not in own:
                 raise InputError(
-                    f"{folder}: holds {path.name} of warmlink {other}; choose another --out, or remove that, "
-                    "so that results of two commands do not mix"
+                    f"{folder}: holds {path.name} of warmlink {other}; choose another "
+                    f"{argument('out')}, or remove that, so that results of two commands do not mix"
                 )
 
 

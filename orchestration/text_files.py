@@ -37,6 +37,21 @@ def read_text(path: Path, remedy: str) -> str:
         raise InputError(f"{path.name}: line {line} is not text in UTF-8; save the file as UTF-8") from None
 
 
+_OTHER_FORMATS = {
+    b"MATLAB ": 'a MATLAB file; export its table there, as with writetable(t, "run.csv")',
+    b"\x89HDF": "an HDF5 file, as MATLAB 7.3 and LabVIEW write; export the signals as columns of a CSV file",
+    b"TDSm": "a TDMS file of LabVIEW; export it as CSV",
+    b"PK\x03\x04": "a zip archive or a workbook; unpack it, or give the workbook its ending .xlsx",
+    b"\xd0\xcf\x11\xe0": "an old Office file; give the workbook its ending .xls",
+    b"PAR1": "a Parquet file; give it its ending .parquet",
+    b"\x1f\x8b": "compressed with gzip; unpack it",
+    b"SQLite format 3": "an SQLite database; export its table as CSV",
+    b"\x93NUMPY": 'an array of NumPy; write it as CSV with numpy.savetxt(..., delimiter=",")',
+    b"MDF ": "an MDF file; export the signals as columns of a CSV file",
+}
+"""What files are that are no text, by their first bytes, and how their content becomes text."""
+
+
 def measured_text(path: Path) -> str:
     """Text of a file of measurements in UTF-8, UTF-16 with its mark, or else Latin-1, as spreadsheets write.
 
@@ -46,6 +61,9 @@ def measured_text(path: Path) -> str:
         content = path.read_bytes()
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror}); give the path of a file") from None
+    for mark, told in _OTHER_FORMATS.items():
+        if content.startswith(mark) and b"\0" in content:
+            raise InputError(f"{path.name}: is {told}")
     marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = content.decode("utf-16" if marked else "utf-8-sig")

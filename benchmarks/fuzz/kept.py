@@ -20,7 +20,7 @@ from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.recording.checkpoint import FILE, LongRun
 from warmlink.orchestration.master.recording.recorder import VALUES
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError
 from warmlink.orchestration.studies import at_work as ledger
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.system.model import Component, System
@@ -101,7 +101,8 @@ def stamped_checkpoint(random: Random, content: bytes) -> bytes:
 @cache
 def _slave() -> Slave:
     slave = assemble(system(), unpacked=_workshop()).slaves[0]
-    slave.enter_initialization(0.0, float(STEPS))
+    slave.setup(Experiment(0.0, float(STEPS)))
+    slave.enter_initialization()
     slave.exit_initialization()
     slave.step(0.0, 3.0)
     return slave

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.files import lock, unlock, whole_file
+from warmlink.fmus.files import file_digest, lock, unlock, whole_file
+from warmlink.fmus.packaging.trust import others_may_write
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
 """Environment variable that names the folder for built FMUs."""
@@ -91,7 +92,10 @@ def kept_before(folder: str, made_from: object) -> bytes | None:
     """What `kept` has made from the same things before; None where it has not, or its file is damaged."""
     with suppress(InputError):
         place = _place(folder, made_from)
-        for path in (place, wanted_cache_folder() / folder / place.name):  # which may be read-only
+        for root in (cache_folder(), wanted_cache_folder()):  # which may be read-only
+            path = root / folder / place.name
+            if others_may_write(root, path.parent):  # what lies there may be a stranger's code
+                continue
             with suppress(OSError):
                 file = path.read_bytes()
                 digest, content = file[:_DIGEST], file[_DIGEST:]
@@ -99,6 +103,28 @@ def kept_before(folder: str, made_from: object) -> bytes | None:
                     used(path)
                     return content
     return None
+
+
+def vouch(file: Path) -> None:
+    """Keep the digest of a file that is whole beside it, by which `whole` tells whether it still is."""
+    with whole_file(_digest_of(file)) as scratch:
+        scratch.write_text(file_digest(file), encoding="ascii")
+
+
+def whole(file: Path) -> bool:
+    """Whether a file in the cache is what was written there, bit for bit, and nobody else may change it.
+
+    It is read once in a process, as long as it does not change.
+    """
+    roots = (root for root in (wanted_cache_folder(), *file.parents) if file.is_relative_to(root))
+    with suppress(OSError, ValueError):
+        if not others_may_write(next(roots), file.parent):
+            return _digest_of(file).read_bytes() == file_digest(file).encode()
+    return False
+
+
+def _digest_of(file: Path) -> Path:
+    return file.with_name(f"{file.name}.sha256")
 
 
 def used(path: Path) -> None:
@@ -159,7 +185,7 @@ def _alone(folder: str, made_from: object) -> int | None:
 
 
 def cache_folder() -> Path:
-    """Folder for built FMUs: the one wanted, or where that cannot be written, one among temporary files.
+    """Folder for built FMUs: the one wanted, or where that will not do, one among temporary files.
 
     What a cache holds that was filled before and is read-only is used all the same.
     InputError if the other folder cannot be made either, or belongs to somebody else.
@@ -167,8 +193,8 @@ def cache_folder() -> Path:
     wanted = wanted_cache_folder()
     with suppress(OSError):
         if not wanted.is_dir():  # asked first, since that costs a twentieth
-            wanted.mkdir(parents=True, exist_ok=True)
-    if wanted.is_dir() and os.access(wanted, os.W_OK):
+            wanted.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if unfit() is None:
         return wanted
     import tempfile
 
@@ -176,9 +202,21 @@ def cache_folder() -> Path:
     other = Path(tempfile.gettempdir()) / f"warmlink-cache-{own}"
     with suppress(OSError):
         other.mkdir(mode=0o700, exist_ok=True)
-        if not other.is_symlink() and other.stat().st_uid == own:
+        if not other.is_symlink() and other.stat().st_uid == own and not others_may_write(other):
             return other
-    raise InputError(f"{wanted}: cannot be written; name a folder for built FMUs in {CACHE_VARIABLE}")
+    raise InputError(f"{wanted}: {unfit()}; name a folder for built FMUs in {CACHE_VARIABLE}")
+
+
+def unfit() -> str | None:
+    """Why nothing is kept in the folder that is wanted; None where it is."""
+    wanted = wanted_cache_folder()
+    if not wanted.is_dir() or not os.access(wanted, os.W_OK):
+        return "cannot be written"
+    return (
+        "others may write to it, and code from there would run with your rights"
+        if others_may_write(wanted)
+        else None
+    )
 
 
 def wanted_cache_folder() -> Path:

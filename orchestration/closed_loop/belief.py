@@ -18,6 +18,9 @@ PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
 SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
 
+REAL_CELLS = 1e-3
+"""Share to which nobody knows the parameters of a real cell; one that is closer to its design is ideal."""
+
 _COUNTED_FROM = "reference_temperature"
 
 _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
@@ -43,7 +46,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     told = f"differs in {listed(changed)}" if changed else "is the nominal one"
     if design_file(law).is_file():  # its parameters come from a design, which is not loaded to find out
         noisy = scenario.in_use.noise is not None or any(name.startswith(THERMOMETERS) for name in real)
-        ideal = not noisy and _suits(scenario, real)
+        ideal = not noisy and _suits(scenario, real, REAL_CELLS)
         if _suits(scenario, known):
             return None, ideal
         return (
@@ -96,12 +99,12 @@ def _facts(law: str, differing: Mapping[str, float]) -> dict[str, float]:
     return by_scalar(PLANT_FACTS[law](cell_plant(motor, link)))
 
 
-def _suits(scenario: Scenario, differing: Mapping[str, float]) -> bool:
-    """Whether a law that can be designed was designed for a cell that differs so."""
+def _suits(scenario: Scenario, differing: Mapping[str, float], share: float = 1e-6) -> bool:
+    """Whether a law that can be designed was designed for a cell that differs so, to within a share."""
     if not any(name.startswith((*PLANT, LAW)) for name in differing):
         return True
     law = scenario.controller.component
     held = dict(zip(law.p.names, law.start_values()[0].tolist(), strict=True))
     held |= {name.removeprefix(LAW): value for name, value in differing.items()}
     facts = _facts(scenario.controller.name, differing).items()
-    return all(math.isclose(held[name], fact, rel_tol=1e-6, abs_tol=1e-12) for name, fact in facts)
+    return all(math.isclose(held[name], fact, rel_tol=share, abs_tol=1e-12) for name, fact in facts)

@@ -125,7 +125,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
     if table.get("system") == ARM:
         from warmlink.orchestration.arm.program import scenario_of
 
-        return scenario_of(table, name)
+        return scenario_of(table, name, folder)
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
     setup = CELL
@@ -139,4 +139,4 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
-    return read.applied(Scenario(name, title, drive.reason, drive, setup))
+    return read.applied(Scenario(name, title, drive.reason, drive, setup), folder)

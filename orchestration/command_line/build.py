@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,7 +39,12 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
-_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
+_SIGNS = {
+    "pass": ("pass", "green"),
+    "fail": ("FAIL", "red"),
+    "skip": ("skip", "yellow"),
+    "remark": ("note", "yellow"),
+}
 
 
 def build(
@@ -218,18 +224,23 @@ def save(
     answer(f"system  {path}    run it: warmlink simulate {path}")
 
 
-def check(file: Path, *, json: bool = False) -> None:
+def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
 
     Parameters
     ----------
     file : An .fmu or .ssp file from any tool.
+    time_limit : Longest time that one check of an FMU may take. Default: "30 s".
     """
     from rich.text import Text
 
-    from warmlink.orchestration.check.fmu import check_fmu
+    from warmlink.orchestration.check.fmu import TIME_LIMIT, check_fmu
+    from warmlink.orchestration.scenarios.quantities import positive
 
-    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
+    if file.is_dir():
+        raise InputError(_folder(file))
+    limit = TIME_LIMIT if time_limit is None else positive(time_limit, "s", "--time-limit")
+    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file, limit)
     failed = sum(result.verdict == "fail" for result in results)
     if json:
         answer_json([asdict(result) for result in results])
@@ -239,6 +250,23 @@ def check(file: Path, *, json: bool = False) -> None:
         answer(f"{len(results) - failed} of {len(results)} checks found no fault")
     if failed:
         raise SystemExit(FAILED)
+
+
+_NAMED = 5
+"""Files of a folder, at most, that a sentence names."""
+
+
+def _folder(folder: Path) -> str:
+    """Say what a folder holds that can be checked."""
+    if (folder / "modelDescription.xml").is_file():
+        return f"{folder}: is an unpacked FMU; pack it into a zip archive named .fmu"
+    files = sorted(path for kind in ("fmu", "ssp") for path in folder.rglob(f"*.{kind}"))
+    if not files:
+        return f"{folder}: is a folder without .fmu or .ssp files; give the path of one"
+    names = ", ".join(str(path.relative_to(folder)) for path in files[:_NAMED])
+    more = f" and {len(files) - _NAMED} more" if len(files) > _NAMED else ""
+    one = shlex.quote(str(files[0]))
+    return f"{folder}: is a folder, which holds {names}{more}; check one of them: warmlink check {one}"
 
 
 def _check_system(path: Path) -> list[CheckResult]:
@@ -262,4 +290,4 @@ def _check_system(path: Path) -> list[CheckResult]:
         except SlaveError as fault:
             return [*results, CheckResult("runs", "fail", str(fault))]
     done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
-    return [*results, CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)]
+    return [*results, CheckResult("runs", "fail" if run.stopped else "pass", run.stopped or done)]

@@ -198,15 +198,15 @@ def sweep(
     ----------
     out : Folder for results. Default: out/STUDY/sweep.
     """
-    from warmlink.orchestration.studies.points import swept, write_parquet
     from warmlink.orchestration.studies.study import load_study
+    from warmlink.orchestration.studies.sweep import swept
 
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
     refuse_others(folder, "sweep")
     means = _means(fmus, jobs, scheduler, exact)
     with interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
-        write_parquet(asked, searched.found, target / "sweep.parquet")
+        searched.write(target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
 

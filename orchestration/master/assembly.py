@@ -15,11 +15,10 @@ from typing import cast
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
-from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation
+from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -27,6 +26,9 @@ from warmlink.orchestration.system.model import Connection, System, Value
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
+_here: set[tuple[str, str]] = set()
+"""FMUs, by identifier and GUID, of which this process has had the one instance that it may have."""
+
 TOLERANCE = 1e-12
 SWEEPS = 200
 
@@ -57,7 +59,8 @@ class Assembly:
 def assemble(system: System, isolation: Isolation | None = None, unpacked: Path | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system, in the folder `unpacked` where it is to be kept.
 
-    With an isolation every FMU gets a process of its own. InputError where a file is not an FMU that can run
+    With an isolation every FMU gets a process of its own; without one, those that a process may hold once get
+    one from their second instance on. InputError where a file is not an FMU that can run
     here, SlaveError where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
@@ -70,10 +73,9 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
         for name, fmu in files.items():
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
+            limits = isolation or (UNLIMITED if _is_here(infos[name]) else None)
             slaves.append(
-                opened()
-                if isolation is None
-                else cast(Slave, IsolatedSlave(name, infos[name], opened, isolation))
+                opened() if limits is None else cast(Slave, IsolatedSlave(name, infos[name], opened, limits))
             )
         for slave in slaves:
             if isinstance(slave, IsolatedSlave):
@@ -82,6 +84,16 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
         found.close()
         raise
     return found
+
+
+def _is_here(info: ModelInfo) -> bool:
+    """Tell whether this process has, or had, the one instance that it may have of an FMU; it now has."""
+    if not info.capabilities.once_per_process:
+        return False
+    fmu = info.model_identifier, info.guid
+    known = fmu in _here
+    _here.add(fmu)
+    return known
 
 
 def _home(fmu: Path, other: Path) -> Path:
@@ -97,21 +109,21 @@ def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     return (Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave)(name, info, folder)
 
 
-def initialize(
-    network: Network, points: CommunicationPoints, values: Mapping[str, Mapping[str, Value]]
-) -> None:
-    """Set start values, settle the connected values, leave initialization mode.
+def initialize(network: Network, experiment: Experiment, values: Mapping[str, Mapping[str, Value]]) -> None:
+    """Set up the experiment, set start values, settle the connected values, leave initialization mode.
 
-    The values are in the variables' own units, by slave and variable. SlaveError where a slave refuses, a
-    value is not finite, or a loop does not settle.
+    The values are in the variables' own units, by slave and variable. They are set when the experiment is set
+    up, for some FMUs then begin with their own. SlaveError where a slave refuses, a value is not finite, or a
+    loop does not settle.
     """
-    network.time = points.start_time
+    network.time = experiment.start_time
     for slave in network.slaves:
+        slave.setup(experiment)
         given = values.get(slave.name)
         if given:
             slave.set(tuple(given), tuple(given.values()))
     for slave in network.slaves:
-        slave.enter_initialization(points.start_time, points.stop_time)
+        slave.enter_initialization()
     settle(network)
     for slave in network.slaves:
         slave.exit_initialization()

@@ -54,7 +54,7 @@ class Attempt:
     Attributes
     ----------
     bounds : by variable, in its unit; none where there was no second run, infinite where that ended early
-    broken : why the run at half the step, or a later attempt, ended early; None where none did
+    broken : why the run at half the step, or a later attempt, was interrupted; None if none was
     missed : variables whose bounds exceed their tolerances
     unseen : variables whose bounds may be too small, see `unseen_in`
     """
@@ -68,8 +68,8 @@ class Attempt:
 
     @property
     def stopped(self) -> str | None:
-        """Why one of the two runs ended early."""
-        return self.result.reason or self.broken
+        """Why one of the two runs ended early, but by a slave that asked for it."""
+        return self.result.stopped or self.broken
 
     def told(self, *remarks: str) -> Attempt:
         """Give the same with more remarks on the result."""
@@ -101,27 +101,36 @@ def attempted(
                 if not found:
                     raise
                 return found[-1].told(f"no smaller steps were tried: {fault}")
-            if found and result.reason and not found[-1].result.reason:
+            if found and result.stopped and not found[-1].result.stopped:
                 if result.error is not None:
                     continue
                 # Ctrl-C, or a full disk
                 return replace(found[-1], broken=f"{result.reason} in a run with smaller steps")
             names, bounds, broken = watched or result.table.names, dict[str, float](), None
             unseen: list[str] = []
-            if result.reason is None:
+            if not result.stopped:
                 try:
                     fine = once(whole.at_half_the_step(), True)
-                    bounds, broken = coupling_error(result, fine, whole.order, names), fine.reason
+                    if fine.stopped and fine.error is not None:
+                        raise fine.error
+                    bounds, broken = coupling_error(result, fine, whole.order, names), fine.stopped
                     before = found[-1].bounds if found else {}
                     # Shorter steps still would be those of an FMU's own again.
                     still = [name for name, bound in bounds.items() if bound == 0.0 < before.get(name, 0.0)]
                     unseen = [*dict.fromkeys([*unseen_in(fine, names), *still])]
-                except (KeyboardInterrupt, SlaveError) as fault:  # before the second run's first value
-                    bounds, broken = dict.fromkeys(names, np.inf), str(fault) or "interrupted"
+                except KeyboardInterrupt:  # before the second run's first value
+                    bounds, broken = dict.fromkeys(names, np.inf), "interrupted"
+                except SlaveError as fault:
+                    bounds = dict.fromkeys(names, np.inf)
+                    told = f"the coupling error is not bounded, for the run at half the step failed: {fault}"
+                    if tolerances:
+                        broken = str(fault)
+                    else:
+                        result = replace(result, remarks=(*result.remarks, told))
             missed = [name for name, bound in bounds.items() if bound > tolerances.get(name, np.inf)]
             broken = broken and f"{broken} in the run at half the step"
             found.append(Attempt(whole, result, bounds, broken, missed, unseen))
-            if broken or not (missed or result.error):
+            if broken or not (missed or result.stopped):
                 break
     return found[-1]
 
@@ -150,12 +159,12 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
     holds for that part, in which a warm-up has its largest coupling errors. Where one stopped early, bounds
     are infinite.
     """
-    if not coarse.status == fine.status == "completed":
+    if coarse.stopped or fine.stopped:
         return dict.fromkeys(variables, np.inf)
     factor, found = whole_error(order), {}
     for name in variables:
-        halved = fine[name][::2]
-        found[name] = factor * float(np.max(np.abs(coarse[name][: len(halved)] - halved)))
+        both = min(len(coarse[name]), len(fine[name][::2]))  # as a slave may end them
+        found[name] = factor * float(np.max(np.abs(coarse[name][:both] - fine[name][::2][:both])))
     return found
 
 

@@ -220,7 +220,6 @@ class Line:
         os.ftruncate(self._memory, 8 * max(size, 1))  # nothing cannot be mapped
         block = np.frombuffer(mmap.mmap(self._memory, 0), count=size).reshape(rows, columns)
         block[:] = np.nan
-        os.close(self._memory)  # which an FMU could write to
         return block
 
     def began(self, bare: Result, file: Path | None) -> None:

@@ -46,7 +46,7 @@ SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report
 def write_report(diagnosis: Diagnosis, path: Path) -> None:
     """Write the page; it opens from disk without a network."""
     title, lead, *lines = summary(diagnosis).splitlines()
-    remarks = "\n".join(diagnosis.experiment.remarks)
+    remarks = "\n".join(diagnosis.remarks)
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.safe_text import as_cell, of_cell
-from warmlink.orchestration.scenarios.entries import heading
+from warmlink.orchestration.scenarios.quantities import heading
 
 if TYPE_CHECKING:
     import pandas
@@ -121,7 +122,7 @@ def refuse_unmatched(patterns: Sequence[str], names: Sequence[str]) -> None:
     for pattern in patterns:
         if not any(_matches(name, pattern) for name in names):
             raise InputError(
-                f"--record {pattern}: nothing of this name is recorded; {instead(pattern, names)}"
+                f"{argument('record', pattern)}: nothing of this name is recorded; {instead(pattern, names)}"
             )
 
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.studies.at_work import Means, at_work
-from warmlink.orchestration.studies.case import METRICS, Case, Outcome
-from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
+from warmlink.orchestration.console import Answer
+from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
 
 AT_ONCE = 1000
@@ -188,70 +184,3 @@ def latin_hypercube(study: Study, count: int) -> list[Point]:
     return [
         {axis.name: axis.at(float(at)) for axis, at in zip(study.axes, row, strict=True)} for row in shares
     ]
-
-
-def points_of(study: Study) -> list[Point]:
-    """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
-    if study.sweep.kind != "grid":
-        return latin_hypercube(study, study.sweep.points)
-    levels = [axis.levels(study.sweep.points) for axis in study.axes]
-    count = math.prod(len(level) for level in levels)
-    if count > MOST_POINTS:
-        raise InputError(
-            f"{study.name}: a grid of {count} points; give fewer points for each parameter, "
-            "or a latin_hypercube"
-        )
-    names = [axis.name for axis in study.axes]
-    return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
-
-
-def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Judged]:
-    """Run the points; gives what each came to in their order."""
-    found: list[Judged] = []
-    for first in range(0, len(points), AT_ONCE):
-        for judged in evaluate(study, points[first : first + AT_ONCE], workers, first):
-            found.append(judged)
-            progress(len(found))
-    return sorted(found, key=lambda judged: judged.number)
-
-
-@contextmanager
-def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
-    """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
-    points = points_of(study)
-    with at_work(study.scenarios, study.mismatches, means, out) as work:
-        with progress_bar(study.title) as progress:
-            found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
-        yield Searched(study, found)
-
-
-def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
-    """Write a row for each run: point, values, duty cycle, mismatch, figures, objectives, reason.
-
-    Figures that a run does not have are null; an objective is that of all runs of the point.
-    """
-    import pyarrow
-    from pyarrow import parquet
-
-    figures = [*(name for name in METRICS if name != "outside_tolerance_min"), "within_tolerance_min"]
-    text, number = pyarrow.string(), pyarrow.float64()
-    columns = {
-        "point": pyarrow.int64(),
-        **{axis.heading: number for axis in study.axes},
-        **{"duty_cycle": text, "mismatch": text},
-        **dict.fromkeys([*figures, *OBJECTIVES[: len(study.objectives)]], number),
-        **{"feasible": pyarrow.bool_(), "reason": text},
-    }
-    rows = [
-        {
-            "point": each.number,
-            **{axis.heading: each.point[axis.name] for axis in study.axes},
-            **{"duty_cycle": duty, "mismatch": mismatch},
-            **(each.outcomes[k].to_dict() if each.outcomes else {}),
-            **each.to_dict(),
-        }
-        for each in found
-        for k, (duty, mismatch) in enumerate(study.runs)
-    ]
-    with path.open("wb") as stream:
-        parquet.write_table(pyarrow.Table.from_pylist(rows, pyarrow.schema(list(columns.items()))), stream)

@@ -14,6 +14,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
@@ -133,7 +134,7 @@ def tune(
             if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
                 raise InputError(
                     f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this "
-                    "version of Optuna; choose another --out or storage"
+                    f"version of Optuna; choose another {argument('out')} or storage"
                 )
         for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
             batch.append(trial)

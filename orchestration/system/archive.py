@@ -7,7 +7,6 @@ link or fills the disk; whatever is wrong with a file becomes one `InputError` t
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import io
 import os
 import re
@@ -22,6 +21,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.files import file_digest, whole_file
 from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
@@ -107,11 +107,14 @@ def unpack(path: Path, workdir: Path, without: Collection[str] = ()) -> Path:
     """Unpack an archive as `extract` does into a folder of its own under `workdir`, and give that folder.
 
     The folder's name follows from the archive's bytes, so that the same archive is unpacked once and
-    another one of the same name does not mix with it.
+    another one of the same name does not mix with it. Where it is there already, each file is compared with
+    the archive's checksum of it, and written anew where it differs.
     """
     _check_there(path)
     target = workdir / f"{path.stem}-{file_digest(path)[:16]}"
-    if not target.is_dir():
+    if target.is_dir():
+        _mend(path, target, without)
+    else:
         extract(path, target, without)
     return target
 
@@ -127,10 +130,31 @@ def repeated_entries(path: Path) -> tuple[str, ...]:
     )
 
 
-def file_digest(path: Path) -> str:
-    """Give the SHA-256 digest of a file's bytes."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def _mend(path: Path, target: Path, without: Collection[str]) -> None:
+    """Write those files anew that are no longer what the archive holds, as an FMU's library may be."""
+    for folder, names, _ in os.walk(target):
+        if "__pycache__" in names:  # nothing tells whether byte code is whole
+            shutil.rmtree(Path(folder) / "__pycache__", ignore_errors=True)
+    with open_archive(path) as archive:
+        used = [info for info in archive.infolist() if info.filename.partition("/")[0] not in without]
+        if all(info.is_dir() or _is_as_packed(f"{target}/{info.filename}", info) for info in used):
+            return
+        for name, info in _checked_members(path, archive, without):
+            file = target / name
+            if not _is_as_packed(file, info):
+                with _room_in(file.parent, path):
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    with whole_file(file) as scratch:  # another process may have the old one loaded
+                        scratch.unlink()
+                        _write_member(path, archive, info, scratch, TOTAL_BYTES)
+
+
+def _is_as_packed(file: str | Path, info: zipfile.ZipInfo) -> bool:
+    """Whether a file has the size and the checksum of an entry."""
+    with contextlib.suppress(OSError, ValueError), open(file, "rb") as stream:  # noqa: PTH123
+        held = stream.read(info.file_size + 1)
+        return len(held) == info.file_size and zlib.crc32(held) == info.CRC
+    return False
 
 
 def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
@@ -147,9 +171,8 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     try:
         with open_archive(path) as archive:
             left = TOTAL_BYTES
-            for name, info in _checked_members(path, archive):
-                if name.partition("/")[0] not in without:
-                    left -= _write_member(path, archive, info, scratch / name, left)
+            for name, info in _checked_members(path, archive, without):
+                left -= _write_member(path, archive, info, scratch / name, left)
         # Another process may have unpacked the same archive meanwhile: then its result stands.
         with contextlib.suppress(OSError):
             scratch.replace(target)
@@ -170,7 +193,10 @@ def safe_relative(name: str) -> str | None:
     return "/".join(kept)
 
 
-def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zipfile.ZipInfo]]:
+def _checked_members(
+    path: Path, archive: zipfile.ZipFile, without: Collection[str]
+) -> list[tuple[str, zipfile.ZipInfo]]:
+    """Entries of an archive that are files, by path, but for those of some top-level folders."""
     infos = archive.infolist()
     if len(infos) > MOST_MEMBERS:
         raise InputError(f"{path.name}: holds {len(infos)} entries, more than the {MOST_MEMBERS} allowed")
@@ -189,7 +215,7 @@ def _checked_members(path: Path, archive: zipfile.ZipFile) -> list[tuple[str, zi
         if name in members and members[name].filename != info.filename:
             raise InputError(f"{path.name}: holds {name!r} in two spellings; which one counts is not defined")
         members[name] = info
-    return list(members.items())
+    return [(name, info) for name, info in members.items() if name.partition("/")[0] not in without]
 
 
 def _write_member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, to: Path, left: int) -> int:

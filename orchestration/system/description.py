@@ -103,11 +103,14 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
-        capabilities=Capabilities(**flags),
+        capabilities=Capabilities(
+            **flags, internal_step=xml.optional(slave, "fixedInternalStepSize", xml.number, where)
+        ),
         default_experiment=DefaultExperiment(
             xml.optional(experiment, "startTime", xml.number, where) or 0.0,
             xml.optional(experiment, "stopTime", xml.number, where),
             xml.optional(experiment, "stepSize", xml.number, where),
+            xml.optional(experiment, "tolerance", xml.number, where),
         ),
         units=definitions_of_units(root, where, "UnitDefinitions"),
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),

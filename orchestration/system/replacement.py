@@ -16,7 +16,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import cache_folder
+from warmlink.fmus.packaging.cache import cache_folder, vouch, whole
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
@@ -185,7 +185,7 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     folder = unpack(fmu, cache_folder() / "renamed")
     key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
     target = folder.with_name(f"{folder.name}-{key}") / fmu.name
-    if not target.is_file():
+    if not whole(target):
         found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
         files = {name: path.read_bytes() for name, path in found.items()}
         root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}", [])
@@ -193,4 +193,5 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
             if element.get("name") in names:
                 element.set("name", names[element.get("name")])
         write_archive(target, {**files, DESCRIPTION: to_bytes(root)})
+        vouch(target)
     return target

@@ -125,6 +125,11 @@ class Diagnosis:
         found = doubts(problem, problem.values_by_run(null.freed, null.theta))
         return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
 
+    @cached_property
+    def remarks(self) -> tuple[str, ...]:
+        """What the reader should know of how the data were read and used."""
+        return (*self.experiment.remarks, *self.scores.idle_adaptions(self.adopted))
+
     @property
     def adopted(self) -> Predicted:
         """The model to use from now on: the uncorrected one unless causes were found."""

@@ -80,7 +80,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
-        "remarks": list(experiment.remarks),
+        "remarks": list(diagnosis.remarks),
     }
 
 

@@ -14,6 +14,7 @@ import pandas as pd
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
+from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
@@ -154,10 +155,24 @@ class Scores:
                     squares.append(_typical(error[there, i] / scale[there, i]) ** 2)
         return HeldOut(over_band, float(np.sqrt(np.mean(squares)))) if squares else None
 
+    def idle_adaptions(self, predicted: Predicted) -> tuple[str, ...]:
+        """Sentences on runs whose `adapt` changes nothing, by a model."""
+        return tuple(
+            f"{run.name}: adapt = {run.adapt:g} s changes nothing, as no number of the model is this run's "
+            'own; start from measurements (initial = "measured"), or calibrate one with per = "run"'
+            for i, run in enumerate(self.problem.experiment.runs)
+            if run.adapt > 0 and run.heldout and not self._own(i, predicted.model)
+        )
+
+    @staticmethod
+    def _own(run: int, model: Carried) -> list[Freed]:
+        """Numbers of a model that belong to one run alone and were not fitted."""
+        fitted = {(f.variable, f.group) for f in model.fit.freed}
+        return [f for f in model.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
+
     def _adapted(self, run: int, model: Carried) -> Array:
         """Slots of a run; the numbers that belong to a held-out one alone are fitted to its first part."""
-        z, fitted = model.values[run].copy(), {(f.variable, f.group) for f in model.fit.freed}
-        own = [f for f in model.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
+        z, own = model.values[run].copy(), self._own(run, model)
         measured, data = self.problem.experiment.runs[run], self.problem.data[run]
         rows = data.time <= measured.adapt
         for _ in range(4 if own and measured.heldout and measured.adapt > 0 else 0):

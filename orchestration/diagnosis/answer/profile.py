@@ -8,15 +8,18 @@ curvature it shows where a bound, or another cause, ends what the data can say.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
+from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 """Standard deviations at which a strength is held."""
@@ -31,8 +34,9 @@ _ALIKE = 0.95
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibrated number in SI, its interval within its bounds; its name has the label that it belongs to.
+    """A calibrated number, its interval within its bounds; its name has the label that it belongs to.
 
+    It is in the SI unit, an absolute temperature in degC (its standard deviation in K).
     `at_bound`: the data would have it beyond a bound; `unknown`: the interval covers all between the
     bounds; `alike`: others with which it is correlated so much that only a combination is known.
     """
@@ -55,6 +59,13 @@ def interval(freed: Freed, value: float, std: float, per_si: float = 1.0) -> dic
     return {name: each * per_si for name, each in known.items()}
 
 
+def _read_in(rig: Rig, variable: str, known: dict[str, float]) -> dict[str, Any]:
+    """A number with its interval in the unit in which people read it, and that unit."""
+    if not rig.variables[variable].is_temperature:
+        return {**known, "unit": rig.unit(variable)}
+    return {**{name: each - ZERO_CELSIUS * (name != "std") for name, each in known.items()}, "unit": "degC"}
+
+
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order."""
     fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
@@ -68,8 +79,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     return [
         Calibrated(
             names[i],
-            **interval(freed, float(fit.theta[i]), float(spreads[i])),
-            unit=rig.unit(freed.variable),
+            **_read_in(rig, freed.variable, interval(freed, float(fit.theta[i]), float(spreads[i]))),
             at_bound=fit.at_bound[i],
             unknown=bool(2 * INTERVAL * spreads[i] > freed.span),
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),

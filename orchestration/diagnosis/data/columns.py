@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -51,7 +52,7 @@ def said(
     """What `--unit`, `--map` and `--decimal` say; raises InputError where one does not have its form."""
     for text in names:
         if "=" not in text:
-            raise InputError(f'--map {text}: no name; write --map "{text}=base_temperature"')
+            raise InputError(f'--map {text}: no name; write --map "{text}=VARIABLE"')
     common = [text.strip() for text in units if "=" not in text]
     of_columns = _stripped(text.partition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
@@ -118,10 +119,50 @@ class Assignment:
             return time, date
         if date is not None:
             return date, None
-        raise InputError(
-            f"{self._sheet.name}: there is no time column; head it as 'time [s]', or say which it is with "
-            f'--map "{next(iter(self._sheet.headers), "clock")}=time"'
-        )
+        rising = [name for i, (name, _) in enumerate(self._headings) if self._may_be_time(i)]
+        told = "add the times of the rows, headed 'time [s]'"
+        if rising:
+            told = f"head it as 'time [s]', or say which it is with --map \"{rising[0]}=time\""
+        raise InputError(f"{self._sheet.name}: there is no time column; {told}")
+
+    def _may_be_time(self, column: int) -> bool:
+        """Whether a column that is nothing else may hold times: in no unit but of time, and rising."""
+        import pandas as pd
+
+        unit = self._headings[column][1] or self._sheet.units[column]
+        if (unit and not converts(unit, "s")) or column in [place.column for place in self._used.values()]:
+            return False
+        cells: Any = self._sheet.cells[column]
+        if cells.dtype.kind in "mM":
+            return True
+        numbers = pd.to_numeric(cells, errors="coerce")
+        if numbers.isna().all():
+            return any(map(layout.is_value, cells.dropna().astype(str).head(20)))
+        return len(cells) > 1 and bool(numbers.is_monotonic_increasing and numbers.is_unique)
+
+    def offers(self) -> str:
+        """Options by which columns that nothing is made of may be mapped, by their units and words."""
+        inputs = [self._rig.column_of(each) for group in self._rig.driven_by for each in group]
+        free = dict.fromkeys([*self._rig.measurable, *inputs])
+        for place in self._used.values():
+            free.pop(self._rig.column_of(place.variable), None)
+        maps = []
+        for column in (list(self._sheet.headers).index(header) for header in self.unused):
+            name, unit = self._headings[column]
+            unit = unit or self._sheet.units[column] or ""
+            alike = {each: _words_alike(name, each) for each in free}
+            # A temperature of which no word says that it is an input is a reading.
+            fitting = [
+                each
+                for each in free
+                if converts(unit, si := self._si(self._rig.columns.get(each, each)))
+                if each not in inputs or si != "K" or alike[each]
+            ]
+            if fitting:
+                best = max(fitting, key=alike.__getitem__)
+                del free[best]
+                maps.append(f'--map "{name}={best}"')
+        return " ".join(maps) or f'--map "COLUMN={next(iter(free), "VARIABLE")}"'
 
     def signals(self) -> list[Place]:
         """Columns of variables."""
@@ -242,3 +283,10 @@ class Assignment:
             return best
         units = {n: self._si(v) for n, v in absent.items() if v in self._rig.externals}
         return next((n for n, si in units.items() if unit and si != "K" and converts(unit, si)), None)
+
+
+def _words_alike(header: str, name: str) -> int:
+    """How many words of a header begin one of a variable's name, as `wind` begins `winding`."""
+    words = plain(header).split("_")
+    meant = name.rpartition(".")[2].removesuffix("_temperature").split("_")
+    return sum(len(word) > 1 and any(each.startswith(word) for each in meant) for word in words)

@@ -252,6 +252,8 @@ class _Reader:
         for label in file.causes.per:
             self._check_label(label, "causes.per")
         known, columns = self._known(file.known, "known"), self.runs[-1].measured
+        idle = (run for run in self.runs if run.adapt and not run.heldout)
+        told = "changes nothing, as the whole run is fitted; hold it out (heldout = true), or leave adapt out"
         where = f"{self.name}: {file.causes.file}"
         declared = causes_of(self.declared, rig.scalar, known, names_of(columns), where)
         return Experiment(
@@ -264,6 +266,7 @@ class _Reader:
             file.causes.per,
             {n: noise_of(rig, n, text, f"{self.name}: noise.{n}") for n, text in file.noise.items()},
             file.initial == MEASURED,
+            tuple(f"{run.name}: adapt = {run.adapt:g} s {told}" for run in idle),
             declared=tuple(declared),
             with_shipped=file.causes.shipped,
         )
@@ -284,16 +287,19 @@ class _Reader:
         scalar = self.rig.scalar(variable, place)
         lower, upper = to_si(table.min, scalar, f"{place}.min"), to_si(table.max, scalar, f"{place}.max")
         if not lower < upper:
-            raise InputError(f"{place}: min {lower:g} is not below max {upper:g} {scalar.variable.unit}")
+            raise InputError(
+                f"{place}: min {table.min} is not below max {table.max}; exchange or correct them"
+            )
         start = (lower + upper) / 2 if table.start is None else to_si(table.start, scalar, f"{place}.start")
         if not lower <= start <= upper:
-            raise InputError(f"{place}: start {start:g} lies outside {lower:g} to {upper:g}")
-        if table.per is not None and table.per != PER_RUN:
+            given = f"start {table.start} lies outside {table.min} to {table.max}"
+            raise InputError(f"{place}: {given}; choose one between them")
+        if table.per is not None:
             self._check_label(table.per, f"calibrate.{variable}.per")
         return Calibration(variable, lower, upper, start, table.per)
 
     def _check_label(self, label: str, where: str) -> None:
-        for run in self.runs:
+        for run in self.runs if label != PER_RUN else ():
             if label not in run.labels:
                 raise InputError(
                     f"{self.name}: {where}: run {run.name} has no label {label!r}; add it to its labels"

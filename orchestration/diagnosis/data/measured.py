@@ -14,6 +14,7 @@ from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
+from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
 from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
 from warmlink.orchestration.scenarios.logged.clock import DAY, times
@@ -33,6 +34,9 @@ MOST_DAYS = 100.0
 
 MOST_ROWS = 200_000
 """Rows that are kept; of a longer file groups of rows are averaged."""
+
+_MOST_NAMED = 8
+"""Variables that a sentence names."""
 
 _GAP = 3.0
 """Usual spacings of the rows from which on a pause counts as a gap."""
@@ -205,17 +209,19 @@ def read_run(
             values = held(sheet, place, values, lost)
         found[kind][place.variable] = values
         columns[kind].append(column)
-    _refuse_empty(sheet.name, found["reading"], assigned.unused)
+    _refuse_empty(sheet.name, found["reading"], assigned, rig)
+    used = tuple(each for kind in columns.values() for each in kind)
+    inputs, readings, slips = without_slips(sheet, used, found["input"], found["reading"])
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,
-        found["input"],
-        found["reading"],
+        inputs,
+        readings,
         found["covariate"],
         unused=assigned.unused,
         absent=assigned.absent,
-        remarks=tuple(remarks),
-        columns=tuple(each for kind in columns.values() for each in kind),
+        remarks=(*remarks, *slips),
+        columns=used,
         form=f"{sheet.form}; times as {taken}",
     )
     return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
@@ -278,12 +284,12 @@ def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> 
     return replace(first, inputs=inputs, readings=readings, covariates=covariates)
 
 
-def _refuse_empty(name: str, readings: Mapping[str, Array], unused: Sequence[str]) -> None:
-    known = f", and may be among {', '.join(map(repr, unused))}" if unused else ""
+def _refuse_empty(name: str, readings: Mapping[str, Array], assigned: Assignment, rig: Rig) -> None:
     if not readings:
+        known = f", and may be among {', '.join(map(repr, assigned.unused))}" if assigned.unused else ""
         raise InputError(
-            f"{name}: no measured column is known{known}; give at least one temperature or the elongation, "
-            'and say which is which with --map "COLUMN=base_temperature"'
+            f"{name}: no measured column is known{known}; give at least one of "
+            f"{', '.join(rig.measurable[:_MOST_NAMED])}, and say which is which with {assigned.offers()}"
         )
     most = max(int(np.isfinite(values).sum()) for values in readings.values())
     if most < FEWEST_ROWS:

@@ -245,6 +245,12 @@ class Rig:
         """Name of a variable's column in a bare CSV file; its own where there is none."""
         return next((column for column, named in self.columns.items() if named == variable), variable)
 
+    @cached_property
+    def measurable(self) -> tuple[str, ...]:
+        """Names of columns of outputs that are usually measured."""
+        named = (name for name, variable in self.columns.items() if variable not in self.externals)
+        return tuple(named) or tuple(self.readings)
+
     def fed_with(self, name: str, given: Collection[str] = ()) -> tuple[str, ...]:
         """Inputs that a signal for this input feeds, itself among them; not others that are `given` apart."""
         group = next((group for group in self.shared.values() if name in group), (name,))
@@ -256,7 +262,7 @@ def rig(name: str, cells: int = CELLS) -> Rig:
     """Rig of a shipped system by name; raises InputError where there is no such system."""
     if name not in SHIPPED:
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
-    return Rig(SHIPPED[name], cells)
+    return Rig(SHIPPED[name], cells, SHIPPED[name].nominal)
 
 
 def owner_of(parts: Iterable[str], name: str) -> str:

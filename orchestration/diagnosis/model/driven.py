@@ -114,7 +114,7 @@ class _Laid(ctypes.Structure):
 class _Log:
     """A slave that gives, after a step, what held at its beginning: the next slaves step with that."""
 
-    name, prefix, stepping = LOG, "fmi2", 0
+    name, prefix, stepping, forward_only = LOG, "fmi2", 0, False
     capabilities = Capabilities(variable_step=True, get_set_state=True)
     accepts_nan: frozenset[str] = frozenset()
     remarks: Sequence[str] = ()
@@ -160,5 +160,5 @@ class _Log:
     def _nothing(self, *_: object) -> None:
         """What a log need not do."""
 
-    set = enter_initialization = exit_initialization = terminate = free = _nothing
+    set = setup = enter_initialization = exit_initialization = terminate = free = _nothing
     set_input_derivatives = deserialize = _nothing

@@ -15,15 +15,10 @@ from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps
 from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
+from warmlink.orchestration.diagnosis.data.start import at_start
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 
 PAD_OFF = 0
-
-FIRST = 60.0
-"""s whose readings are averaged."""
-
-_ENOUGH, _CLEARLY = 5, 4.0
-"""Readings that make a line, and standard errors of its slope that make it clear."""
 
 
 class NotSimulatedError(InputError):
@@ -176,12 +171,8 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
 
     Along the link they are linear between the sensors; what was not measured takes the mean of what was.
     """
-    early = run.time <= FIRST
-    first = {}
-    for variable, values in run.readings.items():
-        readings = values[early & np.isfinite(values)]
-        if readings.size and rig.unit(variable) == "K":
-            first[variable] = _at_start(run.time[early & np.isfinite(values)], readings)
+    starts = {v: at_start(run.time, each) for v, each in run.readings.items() if rig.unit(v) == "K"}
+    first = {variable: start for variable, start in starts.items() if start is not None}
     if not first:
         return {}
     mean = float(np.mean(list(first.values())))
@@ -197,18 +188,6 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     for heater in rig.called("heater"):
         result[f"{heater}.initial_temperature"] = mean
     return result
-
-
-def _at_start(times: Array, readings: Array) -> float:
-    """Mean of the first minute; where readings clearly rise or fall in it, their line at 0 s."""
-    mean = float(np.mean(readings))
-    if readings.size < _ENOUGH:
-        return mean
-    centred = times - times.mean()
-    slope = float(centred @ readings / (centred @ centred))
-    scatter = float(np.std(readings - mean - slope * centred, ddof=2))
-    error = scatter / float(np.sqrt(centred @ centred))
-    return mean - slope * float(times.mean()) if abs(slope) > _CLEARLY * error else mean
 
 
 def _along_link(

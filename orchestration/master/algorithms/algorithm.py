@@ -60,6 +60,14 @@ class Algorithm(ABC):
     def order(self) -> int:
         """Order of convergence of the coupling error in the communication step size."""
 
+    @property
+    def goes_back(self) -> bool:
+        """Whether a state of before the present communication point may be restored; slaves are told.
+
+        An algorithm that repeats a step from its beginning does not go back in this sense.
+        """
+        return False
+
     def schedule(self, network: Network) -> Schedule | None:
         """How the slaves are stepped where that is so; too long a step may then be unstable."""
         return None

@@ -35,6 +35,11 @@ class InParts(Algorithm):
         """Order of convergence of the inner algorithm."""
         return self.inner.order
 
+    @property
+    def goes_back(self) -> bool:
+        """Parts that were done are undone with the one after them."""
+        return True
+
 
 class PartsStepper(Stepper):
     """Covers each macro step with parts whose size follows an error estimate.
@@ -92,6 +97,9 @@ class PartsStepper(Stepper):
                 size //= 2
                 continue
             position += size
+            end = self.network.end()
+            if end is not None and position < self._ticks:
+                raise end
             if error < self._growth:
                 size = min(2 * size, self._ticks)
         self._size = size
@@ -131,7 +139,17 @@ class PartsStepper(Stepper):
 
 @dataclass(frozen=True)
 class Retry(InParts):
-    """Repeat a discarded step in halves, quarters and so on, down to a minimum."""
+    """Repeat a discarded step in halves, quarters and so on, down to a minimum.
+
+    Where it may not go `back`, a discarded step ends the run, which can then be begun anew with one that may.
+    """
+
+    back: bool = field(default=True, kw_only=True, repr=False)
+
+    @property
+    def goes_back(self) -> bool:
+        """A discarded step is one of many since the last copy, which are then done again."""
+        return self.back or self.inner.goes_back
 
     def schedule(self, network: Network) -> Schedule | None:
         """That of the inner algorithm, as long as nothing is discarded."""
@@ -158,6 +176,7 @@ class RetryStepper(PartsStepper):
         self._interval = FIRST_KEYFRAME_STEPS
         self._careful = 0
         self._stuck = ", ".join(dict.fromkeys((*network.unable_to_restore(), *network.of_one_step())))
+        self._copies = chosen.back and not self._stuck
 
     def attempt(self, time: float, step_size: float, *, last: bool) -> float:
         """Step; where that is not discarded, nothing was wrong with it."""
@@ -170,7 +189,7 @@ class RetryStepper(PartsStepper):
             self._careful -= 1  # the parts keep their size until it is time to try a whole step
             self._in_parts(time, step_size)
             return
-        if not self._stuck and (self._kept is None or len(self._since) >= self._interval):
+        if self._copies and (self._kept is None or len(self._since) >= self._interval):
             self._interval = min(2 * self._interval, LAST_KEYFRAME_STEPS)
             self._since = []
             self.keep()
@@ -182,7 +201,7 @@ class RetryStepper(PartsStepper):
             if self._stuck:
                 told = f"{self._stuck} cannot restore its state or change its step"
                 raise failure.because(f"no smaller step could be tried, for {told}") from failure
-            if self._ticks == 1:
+            if self._ticks == 1 or not self._copies:
                 raise
             self.back()
             for earlier in self._since:
@@ -191,7 +210,7 @@ class RetryStepper(PartsStepper):
             self._size, self._careful = self._ticks // 2, CAREFUL_STEPS
             self._in_parts(time, step_size)
             return
-        if not self._stuck:
+        if self._copies:
             self._since.append((time, step_size))
 
     def _in_parts(self, time: float, step_size: float) -> None:

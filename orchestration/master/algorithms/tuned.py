@@ -39,6 +39,11 @@ class Tuned(Algorithm):
         """Order of convergence of the inner algorithm."""
         return self.inner.order
 
+    @property
+    def goes_back(self) -> bool:
+        """Whether the inner algorithm does."""
+        return self.inner.goes_back
+
     def bind(self, network: Network, points: CommunicationPoints) -> Stepper:
         """Prepare for one network."""
         for change in self.changes:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, runtime_checkabl
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
@@ -39,7 +40,7 @@ def stepping_named(name: str) -> Stepping:
     """Give the way to step by its name; InputError where there is none of that name."""
     kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
     if name not in kinds:
-        raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+        raise InputError(f"{argument('stepping', name)}: not known; {instead(name, kinds)}")
     return kinds[name]
 
 
@@ -95,6 +96,7 @@ class Addressed(Protocol):
     prefix: str
     component: Any
     stepping: int
+    forward_only: bool
 
     def function(self, name: str) -> Any: ...  # noqa: D102
     def batches(self, names: Names) -> list[Batch]: ...  # noqa: D102
@@ -149,7 +151,10 @@ class Layout:
         ranges = [_ends(wires), *(ends[first : first + count + 1] for first in (0, count, 2 * count))]
         jobs = [*schedule.jobs, *((_NOTE, k) for k in slaves if late[k])]
         steps = [
-            [each.component.value, _address(each.function("DoStep")), int(each.prefix[-1]), each.stepping]
+            [
+                *(each.component.value, _address(each.function("DoStep"))),
+                *(int(each.prefix[-1]), each.stepping, each.forward_only),
+            ]
             for each in self._slaves
         ]
         rows = jobs, steps, *([*chain(*each)] for each in (batches, wires, checks))
@@ -206,14 +211,15 @@ def _ends(rows: Sequence[Sequence[Any]]) -> list[int]:
 class CompiledLoop:
     """Steps an initialized network by the compiled loop, in chunks after which Python may look around.
 
-    The recorder's rows are filled directly.
+    The recorder's rows are filled directly. Where it `goes_back`, a discarded step can be repeated in parts.
     """
 
-    def __init__(self, network: Network, schedule: Schedule, recorder: Recorder) -> None:
+    def __init__(self, network: Network, schedule: Schedule, recorder: Recorder, *, goes_back: bool) -> None:
         self.network, self.recorder, self._points = network, recorder, recorder.points
+        self._jobs = list(schedule.jobs)
         self.layout = Layout(network, schedule, recorder)
         self.layout.load()
-        self._restores = not network.unable_to_restore()
+        self._restores = goes_back and not network.unable_to_restore()
         self._keyframe: Snapshot | None = None
         self._cells = np.frombuffer(recorder.cells, dtype=np.int64)
         self._chunk = 256
@@ -232,6 +238,7 @@ class CompiledLoop:
             self._keyframe = network.snapshot(reuse=self._keyframe)
         failure = self._cells
         failure[:3] = _NOTHING, 0, 0
+        failure[under_way.ENDS] = 0
         began = time.perf_counter()
         tables, rows, cells = (each.ctypes for each in (self.layout.tables, row, failure))
         reached = library().advance(tables, first, last, rows, cells)
@@ -252,17 +259,35 @@ class CompiledLoop:
         recorder.filled(reached)
         if failure[0] != _NOTHING:
             self._raise(reached, *(int(f) for f in failure[:3]))
+        elif failure[under_way.ENDS]:
+            k = int(failure[under_way.ENDS]) - 1
+            network.ends[k] = cast("FmiSlave", network.slaves[k]).answered(0, self._points.step(reached - 1))
         return True
 
     def _raise(self, reached: int, what: int, k: int, detail: int) -> None:
-        """Raise what plain stepping would have raised."""
+        """Raise what plain stepping would have raised; finish a step after which a slave asks to end."""
         network = self.network
         slave = cast("FmiSlave", network.slaves[k])  # nothing else fails in compiled code
         slave.time = self._points.time(reached)
         if what == STEP:
-            slave.stop(detail)
+            network.ends[k] = slave.answered(detail, self._points.step(reached))
+            self._finish(reached, k)
+            return
         if detail <= 1:  # it was got, but is not finite
             network.time = self._points.time(reached) + self._points.step(reached)
             network.check(k, network.outputs[k])
         batch = self.layout.batches[int(self._cells[under_way.BATCH])]
         slave.fail_exchange("Set" if what == WRITE else "Get", batch, detail)
+
+    def _finish(self, reached: int, k: int) -> None:
+        """Do plainly what is left of a step when slave `k` has stepped, and record its end."""
+        network, time, step_size = self.network, self._points.time(reached), self._points.step(reached)
+        network.time = time + step_size
+        for deed, each in self._jobs[self._jobs.index((STEP, k)) + 1 :]:
+            if deed == STEP:
+                network.step(each, time, step_size)
+            elif deed == WRITE:
+                network.write(each)
+            else:
+                network.read(each)
+        self.recorder.take()

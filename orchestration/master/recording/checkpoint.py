@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import file_digest
 from warmlink.orchestration.files import stamped, unstamped, whole_file
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.assembly import Assembly
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.recorder import Recorder, Values, writing
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.system.archive import file_digest
 from warmlink.orchestration.system.model import Value
 
 FILE = "checkpoint"
@@ -152,7 +152,11 @@ class Checkpoints:
 
 
 def fingerprint(
-    assembly: Assembly, names: Sequence[str], points: CommunicationPoints, algorithm: Algorithm
+    assembly: Assembly,
+    names: Sequence[str],
+    points: CommunicationPoints,
+    algorithm: Algorithm,
+    tolerance: float | None,
 ) -> str:
     """Give a digest of all that decides a run's values, and of what is recorded.
 
@@ -164,5 +168,5 @@ def fingerprint(
         for s in assembly.slaves
     ]
     values = sorted((name, sorted(given.items())) for name, given in assembly.values.items())
-    parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names))
+    parts = (slaves, list(assembly.connections), values, points, algorithm, tuple(names), tolerance)
     return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()

@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.files import fresh_file, write_all
@@ -187,7 +188,7 @@ class Recorder:
             raise InputError(
                 f"{shape[0] - 1:.10g} steps of {shape[1]} variables are {size / 1e9:.3g} GB, and a run keeps "
                 f"at most {MOST_BYTES / 1e9:g} GB in memory; take longer steps, watch less, or stream to "
-                "disk with --checkpoint"
+                f"disk with {argument('checkpoint')}"
             )
         if folder is not None:
             folder.open(self.header)

@@ -197,13 +197,14 @@ class Result(Answer):
     Attributes
     ----------
     table : times and recorded columns
-    status : `completed`, or `stopped` for a `reason` in one sentence, behind which there may be an `error`
+    status : `completed`, `ended` by a slave that asked for it, or `stopped`; the latter two for a `reason` in
+        one sentence, behind which there may be an `error`
     balances : pairs of recorded columns that should grow alike
     remarks : sentences that say what the slaves did not allow, and what was done instead
     """
 
     table: Table
-    status: Literal["completed", "stopped"]
+    status: Literal["completed", "ended", "stopped"]
     reason: str | None = None
     error: SlaveError | None = None
     balances: tuple[Balance, ...] = ()
@@ -214,6 +215,11 @@ class Result(Answer):
     def times(self) -> Array:
         """Times of the communication points in s, shape (points,)."""
         return self.table.times
+
+    @property
+    def stopped(self) -> str | None:
+        """Why the run stopped; None if it completed, or a slave ended it."""
+        return self.reason if self.status == "stopped" else None
 
     @property
     def audits(self) -> tuple[Audit, ...]:
@@ -227,7 +233,11 @@ class Result(Answer):
     def summary(self) -> str:
         """How far the run came, and what it holds."""
         ended = f"to {self.times[-1]:g} s" if len(self.times) else "none"
-        told = f"; stopped early: {self.reason}" if self.reason else ""
+        told = (
+            f"; {'ended' if self.status == 'ended' else 'stopped early'}: {self.reason}"
+            if self.reason
+            else ""
+        )
         return f"{len(self.times)} communication points, {ended}, of {len(self.table.names)} variables{told}"
 
     def to_frame(self) -> pandas.DataFrame:

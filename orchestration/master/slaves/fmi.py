@@ -22,7 +22,7 @@ from warmlink.orchestration.master.slaves.library import (
     held_from_start,
     sorted_by_type,
 )
-from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
+from warmlink.orchestration.master.slaves.slave import Experiment, Names, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Value, Variable
 
@@ -53,6 +53,11 @@ class FmuLog:
         name = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
         self.lines.append((name, " ".join(text.split())))
 
+    @property
+    def complains(self) -> bool:
+        """Whether a line is more than information."""
+        return any(status != "ok" and text for status, text in self.lines)
+
     def tell(self) -> str:
         """Give the lines that explain a failure: those that are not mere information, else the last few."""
         telling = [text for status, text in self.lines if status != "ok" and text]
@@ -66,9 +71,9 @@ class FmiSlave(ABC):
     InputError where the FMU has no library for this platform, or one that lacks functions of its FMI version;
     SlaveError where it does not instantiate.
 
-    A step tells its `answers` beside its status, among them whether the FMU `wants_to_end`; `stepping` is
-    what `under_way` calls a step of it. The process is `watched` after the first step, and after each further
-    one as long as they change what FMUs share.
+    A step tells its `answers` beside its status, among them whether the FMU `wants_to_end`, and is told
+    whether time goes `forward_only`; `stepping` is what `under_way` calls a step of it. The process is
+    `watched` after the first step, and after each further one as long as they change what FMUs share.
     """
 
     prefix: ClassVar[str]
@@ -92,6 +97,8 @@ class FmiSlave(ABC):
         self.remarks: list[str] = []
         self.watched = True
         self.wants_to_end = c_bool()
+        self.forward_only = False
+        self._experiment: tuple[Any, ...] = ()
         self.answers: tuple[Any, ...] = ()
         self._surroundings = Surroundings()
         self._note(under_way.LOADING)
@@ -156,37 +163,39 @@ class FmiSlave(ABC):
         self.log.lines.clear()
         raise SlaveError(self.name, kind, self.time, message, variable)
 
-    def end(self, function: str) -> NoReturn:
-        """Raise because the slave asked to end the simulation."""
-        told = f"{self.prefix}{function} asks to end the simulation{self.log.tell()}"
-        raise SlaveError(self.name, "terminated", self.time, told)
-
-    def step(self, time: float, step_size: float) -> None:
+    def step(self, time: float, step_size: float) -> str | None:
         """Advance by one communication step."""
         self.time = time
         self._under_way[under_way.CALL] = self.stepping
-        status = self._do_step(self.component, time, step_size, 0, *self.answers)
-        if status > 1 or self.wants_to_end.value:
-            self.stop(status)
+        status = self._do_step(self.component, time, step_size, self.forward_only, *self.answers)
+        ends = self.answered(status, step_size) if status > 1 or self.wants_to_end.value else None
         if self.watched:
             self.watched = self.look_around("in a step")
         elif self._surroundings.calculates_otherwise():
             self.look_around("in a step")
+        return ends
 
-    def stop(self, status: int) -> NoReturn:
-        """Raise for what a step answered."""
+    def answered(self, status: int, step_size: float) -> str:
+        """Give the sentence of a slave that has stepped and asks to end there; raise for any other answer."""
         if status > 1:
             self.fail("DoStep", status)
-        self.end("DoStep")
+        return f"{self.prefix}DoStep asks to end the simulation{self.log.tell()}"
 
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Set up the experiment (times in s) and enter initialization mode."""
-        self.time = start_time
-        experiment: tuple[Any, ...] = False, 0.0, start_time, stop_time is not None, stop_time or 0.0
+    def setup(self, experiment: Experiment) -> None:
+        """Set up the experiment; FMI 3.0 is told of it on entering initialization mode."""
+        self.time, stop = experiment.start_time, experiment.stop_time
+        self.forward_only = not experiment.goes_back
+        own = self.info.default_experiment.tolerance
+        tolerance = own if experiment.tolerance is None else experiment.tolerance
+        given = tolerance is not None, tolerance or 0.0, experiment.start_time, stop is not None, stop or 0.0
         if self.prefix == "fmi2":
-            self.call("SetupExperiment", self.component, *experiment)
-            experiment = ()
-        self.call("EnterInitializationMode", self.component, *experiment)
+            self.call("SetupExperiment", self.component, *given)
+        else:
+            self._experiment = given
+
+    def enter_initialization(self) -> None:
+        """Enter initialization mode."""
+        self.call("EnterInitializationMode", self.component, *self._experiment)
 
     def exit_initialization(self) -> None:
         """Leave initialization mode."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -20,7 +21,7 @@ from warmlink.orchestration.master.slaves.other_process import (
     ProcessEndedError,
     how_it_ended,
 )
-from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import Experiment, Names, Slave, SlaveError
 from warmlink.orchestration.system.model import ModelInfo, Value
 
 Opener = Callable[[], Slave]
@@ -33,6 +34,10 @@ class Isolation:
 
     time_limit: float = 60.0
     memory_limit: float = 4e9
+
+
+UNLIMITED = Isolation(math.inf, math.inf)
+"""For an FMU of which a process may hold one instance."""
 
 
 class IsolatedSlave:
@@ -51,9 +56,12 @@ class IsolatedSlave:
         self.isolation = isolation
         self._time = 0.0
         self._failure: SlaveError | None = SlaveError(name, "error", 0.0, "it has not begun")
-        self._process = OtherProcess(name, _serve, opener, isolation.memory_limit)
+        self._process = OtherProcess(name, _serve, opener, isolation.memory_limit, classes=(Experiment,))
         self._numbers: dict[Names, int] = {}
         self.remarks: list[str] = []  # what it does to its process while it runs concerns nobody else
+        if isolation is UNLIMITED:
+            told = f"{name}: a process may hold one instance of its FMU, so that it has a process of its own"
+            self.remarks.append(told)
 
     def begin(self) -> None:
         """Wait until the slave is open."""
@@ -81,10 +89,11 @@ class IsolatedSlave:
             self.remarks.append(f"{self.name}: its process ended with {how} after the run")
         self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
 
-    def step(self, time: float, step_size: float) -> None:
+    def step(self, time: float, step_size: float) -> str | None:
         """Advance by one communication step."""
         self._check(time)
-        self._call("step", 0, (time, step_size))
+        found: str | None = self._call("step", 0, (time, step_size))
+        return found
 
     def get(self, names: Names) -> list[Value]:
         """Give the values of variables."""
@@ -115,7 +124,7 @@ class IsolatedSlave:
             self._time = time
 
     def _ask(self, method: str, *arguments: Any) -> Any:
-        self._check(arguments[0] if method == "enter_initialization" else None)
+        self._check(arguments[0].start_time if method == "setup" else None)
         return self._answer(method, self.isolation.time_limit, lambda: self._process.ask((method, arguments)))
 
     def _call(self, method: str, of: int, numbers: Sequence[Any]) -> Any:
@@ -207,7 +216,7 @@ def _limit_memory(more: float) -> float:
     Beyond, it is told that there is no memory.
     """
     limit = _memory_in_use() + more
-    if sys.platform == "linux":
+    if sys.platform == "linux" and more < math.inf:
         import resource
 
         _, hard = resource.getrlimit(resource.RLIMIT_AS)

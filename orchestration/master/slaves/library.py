@@ -44,6 +44,7 @@ _ARGUMENTS = {
         **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi2"] for verb in ("Get", "Set")},
         **{"Instantiate": "sisspii", "SetDebugLogging": "pinp", "SetupExperiment": "piddid"},
         **{"EnterInitializationMode": "p", "DoStep": "pddi", "GetBooleanStatus": "pip"},
+        **{"GetRealStatus": "pip"},
         **{"GetDirectionalDerivative": "ppnpnpp", "SetRealInputDerivatives": "ppnpp"},
     },
     "fmi3": {

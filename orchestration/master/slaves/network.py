@@ -62,6 +62,7 @@ class Network:
     outputs, inputs : for each slave the values last read and last written, in those orders
     wires : for each slave the sources of its inputs, as `writes`
     checked : for each slave the positions of its outputs that must be finite
+    ends : sentences of those slaves that have stepped and ask to end the simulation there
     """
 
     def __init__(
@@ -111,6 +112,7 @@ class Network:
         self.time = 0.0
         self.steps = self.sweeps = 0
         self.rejected = Counter[str]()  # by the slave that was in the way
+        self.ends: dict[int, str] = {}
         self._copies: list[tuple[int, object]] = []
 
     def locate(self, name: str) -> tuple[int, str]:
@@ -209,10 +211,20 @@ class Network:
     def step(self, k: int, time: float, step_size: float) -> None:
         """Advance one slave; its outputs are then those of `time + step_size`."""
         self.time = time
-        self.slaves[k].step(time, step_size)
+        ends = self.slaves[k].step(time, step_size)
         self.end_copies()
+        if ends is not None:
+            self.ends[k] = ends
+        elif self.ends:  # that of a step which is repeated
+            self.ends.pop(k, None)
         self.time = time + step_size
         self.steps += 1
+
+    def end(self) -> SlaveError | None:
+        """Give the end of the simulation at the present time, if a slave asks for it."""
+        for k, told in self.ends.items():
+            return SlaveError(self.slaves[k].name, "ended", self.time, told)
+        return None
 
     def end_copies(self) -> None:
         """End this process if it is a copy that an FMU made; the other one goes on."""
@@ -233,6 +245,7 @@ class Network:
         """Return to a snapshot, which may be used again."""
         for k, state in zip(snapshot.members, snapshot.states, strict=True):
             self.slaves[k].restore(state)
+        self.ends.clear()
         self.outputs = [list(values) for values in snapshot.outputs]
         self.inputs = [list(values) for values in snapshot.inputs]
 

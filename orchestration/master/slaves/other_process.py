@@ -54,7 +54,7 @@ class OtherProcess:
         ours, other = context.Pipe()
         self.pipe = Frames(ours, classes)
         self._process = context.Process(
-            target=_begin, args=(target, other, arguments), daemon=True, name=name
+            target=_begin, args=(target, other, arguments, classes), daemon=True, name=name
         )
         with _no_interrupts(), without_main():
             self._process.start()
@@ -109,12 +109,14 @@ class OtherProcess:
         return ProcessEndedError(self._process.exitcode)
 
 
-def _begin(target: Callable[..., None], other: Connection, arguments: tuple[Any, ...]) -> None:
+def _begin(
+    target: Callable[..., None], other: Connection, arguments: tuple[Any, ...], classes: tuple[type, ...]
+) -> None:
     # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent()
     print_to_standard_error()
-    pipe = Frames(other)
+    pipe = Frames(other, classes)
     if sys.platform != "win32":
         os.closerange(3, HIGH)  # what an FMU might write to by mistake, and others read
     pipe.send(None)

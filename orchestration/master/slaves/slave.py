@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
-_OfFmi = Literal["discard", "error", "fatal", "terminated"]
+_OfFmi = Literal["discard", "error", "fatal", "terminated", "ended"]
 Status = _OfFmi | Literal["not finite", "not converged", "crash", "time limit", "interrupted"]
 
 
 class SlaveError(Exception):
     """A slave could not do what was asked; the run ends there, and its results up to there are kept.
 
-    The status is FMI's, or what stands in its place; the time in s is that of the communication point.
+    The status is FMI's, or what stands in its place; the time in s is that of the communication point. A
+    slave that asks to end the simulation has `ended` it, or `terminated` it if it complained of something.
     """
 
     def __init__(
@@ -41,7 +42,24 @@ class SlaveError(Exception):
 
     def asks_to_end_after(self, start_time: float) -> bool:
         """Tell whether the slave took steps from a time in s on and then only asked to end the simulation."""
-        return self.status == "terminated" and self.time > start_time
+        return self.status in ("terminated", "ended") and self.time > start_time
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What a slave is told of a run before it initializes.
+
+    Parameters
+    ----------
+    start_time, stop_time : in s; None where the run may go on for ever
+    tolerance : relative tolerance of what a slave solves inside; None leaves each slave its own
+    goes_back : whether the master may restore a state of before the present communication point
+    """
+
+    start_time: float
+    stop_time: float | None = None
+    tolerance: float | None = None
+    goes_back: bool = True
 
 
 def nominal(variable: Variable) -> float:
@@ -67,8 +85,11 @@ class Slave(Protocol):
     @property
     def remarks(self) -> Sequence[str]: ...  # noqa: D102
 
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
-        """Set up the experiment (times in s) and enter initialization mode."""
+    def setup(self, experiment: Experiment) -> None:
+        """Set up the experiment; start values are set after that, before initialization mode."""
+
+    def enter_initialization(self) -> None:
+        """Enter initialization mode."""
 
     def exit_initialization(self) -> None:
         """Leave initialization mode; the slave is ready to step."""
@@ -85,8 +106,11 @@ class Slave(Protocol):
         Setting an input's value drops its derivatives.
         """
 
-    def step(self, time: float, step_size: float) -> None:
-        """Advance from `time` to `time + step_size`, both in s."""
+    def step(self, time: float, step_size: float) -> str | None:
+        """Advance from `time` to `time + step_size`, both in s.
+
+        Gives a sentence if the slave has done so and asks to end the simulation there, else None.
+        """
 
     def state(self, reuse: object = None) -> object:
         """Copy the complete state, over an earlier copy where one is given; the caller frees it."""
@@ -149,7 +173,7 @@ class TimedSlave:
         try:
             return call(*given)
         except SlaveError as fault:
-            calls.refused += fault.status != "terminated"  # which refuses nothing
+            calls.refused += fault.status not in ("terminated", "ended")  # which refuses nothing
             raise
         finally:
             calls.seconds += time.perf_counter() - began

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-# Places of figures. The compiled loop has the first three, what failed, which slave, its status, BATCH, and
-# TURNED: from 1 on, the slave that has changed how all calculate.
-CALL, ROWS, ASKED, BATCH, TURNED = 3, 4, 5, 6, 7
-CELLS = 8
+# Places of figures. The compiled loop has the first three, what failed, which slave and its status, and the
+# last three; TURNED is, counted from 1, the slave that has changed how all calculate.
+CALL, ROWS, ASKED, BATCH, ENDS, TURNED = 3, 4, 5, 6, 7, 8
+CELLS = 9
 NAMES_FROM = 8 * CELLS
 SIZE = 1 << 16
 

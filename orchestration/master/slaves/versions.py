@@ -7,6 +7,7 @@ whenever it asks during a step, along the polynomial that the master gave.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -14,16 +15,17 @@ from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_uint, c_void_p
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
 from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
-from warmlink.orchestration.master.slaves.slave import Names
+from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
 from warmlink.orchestration.safe_text import printable
 from warmlink.orchestration.system.model import Value
 
 _CO_SIMULATION = 1  # fmi2Type
-_TERMINATED = 3  # fmi2StatusKind
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # fmi2StatusKind
+_ROUNDING = 1e-6  # of a step, by which the end of one may be missed
 
 
 class Fmi2Slave(FmiSlave):
@@ -45,14 +47,20 @@ class Fmi2Slave(FmiSlave):
         orders, numbers = (c_int * count)(*[order] * count), (c_double * count)(*values)
         self.call("SetRealInputDerivatives", self.component, self.references(names), count, orders, numbers)
 
-    def stop(self, status: int) -> NoReturn:
-        """Raise for what a step answered; it discards, too, where it wants to end."""
-        wanted = c_int(0)
+    def answered(self, status: int, step_size: float) -> str:
+        """Judge an answer; an FMU of FMI 2.0 that wants to end discards the step, whether done or not."""
+        wanted, reached = c_int(0), c_double(math.nan)
         if status == 2:
             asked = self.function("GetBooleanStatus")(self.component, _TERMINATED, byref(wanted))
             if asked <= 1 and wanted.value:
-                self.end("DoStep answered discard and")
-        super().stop(status)
+                said = f"fmi2DoStep answered discard and asks to end the simulation{self.log.tell()}"
+                # A Python FMU of pythonfmu answers so whatever goes wrong with its step.
+                self.function("GetRealStatus")(self.component, _LAST_SUCCESSFUL_TIME, byref(reached))
+                if not abs(reached.value - self.time - step_size) <= _ROUNDING * step_size:
+                    kind: Status = "terminated" if self.log.complains else "ended"
+                    raise SlaveError(self.name, kind, self.time, said)
+                return said
+        return super().answered(status, step_size)
 
 
 _LOG = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
@@ -134,14 +142,15 @@ class Fmi3Slave(FmiSlave):
         self._varying.clear()
         super().restore(state)
 
-    def step(self, time: float, step_size: float) -> None:
+    def step(self, time: float, step_size: float) -> str | None:
         """Advance by one communication step."""
-        super().step(time, step_size)
+        ends = super().step(time, step_size)
         if self._varying:
             status = self._vary(step_size)
             self._varying.clear()
             if status > 1:
                 self.fail("SetFloat64", status)
+        return ends
 
     def _update(self, _: Any, time: float, set_requested: bool, *more: Any) -> None:
         """Set the inputs of an intermediate time; called by the slave within its step."""

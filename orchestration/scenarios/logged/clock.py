@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,16 +12,20 @@ import numpy as np
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
-from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
+from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd
 
-DAY = 86400.0
+HOUR, DAY = 3600.0, 86400.0
+_BESIDE = 600.0
+"""s by which two rows may be apart, between which an hour begins anew at the end of summer time."""
+
 _EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
 """Seconds of a unit, and counts of it since 1970 that mean the years from 2001 to 2096."""
 
+_MINUTES = re.compile(r"\d+:\d\d\.\d+")
 _CLOCK = re.compile(r"\d+:\d\d(:\d\d(\.\d+)?)?")
 _STAMP = re.compile(
     r"(?P<date>[\w./-]*?\d[\w./-]*|\d+ \w+ \d+|\w+ \d+,? \d+)(?P<between>T|,? +)(?P<clock>\d+:.*)"
@@ -43,8 +49,13 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
     times do not increase, or a date may mean two days.
     """
     column, cells = place.column, sheet.cells[place.column]
+    if cells.empty:
+        raise InputError(f"{sheet.name}: there are no rows under the header; give what was measured")
     kind = cells.dtype.kind
     written = cells.dropna().astype(str).str.strip().head(200)
+    if kind not in "mMiufb" and (unit := _unit_in(written.tolist())):
+        sheet, place = _without_unit(sheet, place, unit)
+        written = written.str.removesuffix(unit).str.strip()
     counts = sum(bool(NUMBER.fullmatch(cell)) for cell in written)
     if kind in "mM":
         values, taken = _seconds(cells), "date" if kind == "M" else "duration"
@@ -56,6 +67,27 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
             text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
         values, taken = _stamped(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
+
+
+def _unit_in(cells: Sequence[str]) -> str:
+    """Unit of time that stands behind the number in all of some cells, empty if none does."""
+    counts = [COUNT.fullmatch(cell) for cell in cells]
+    units = {count[1] if count else "" for count in counts}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
+    """Times without the unit in their cells, which their place has instead; InputError where both differ."""
+    where, column = sheet.of(place.column), place.column
+    if place.unit is not None and "%" not in place.unit:
+        one, other = (conversion_to(each, "s", where, difference=True)[0] for each in (place.unit, unit))
+        if one.factor != other.factor:
+            raise InputError(f"{where}: its header says {place.unit}, its cells {unit}; correct the header")
+    cells = sheet.cells.copy()
+    cells[column] = (
+        cells[column].astype(str).where(cells[column].notna(), "").str.strip().str.removesuffix(unit)
+    )
+    return replace(sheet, cells=cells), replace(place, unit=unit)
 
 
 def _seconds(cells: Any) -> Array:
@@ -85,6 +117,8 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
         return _by_forms(sheet, column, text, [form])
     text = text.str.replace(r"(:\d\d),(\d+)", r"\1.\2", regex=True)
     first = str(text.iloc[0])
+    if text.str.fullmatch(_MINUTES).any():
+        return _of_minutes(sheet, column, text)
     if _CLOCK.fullmatch(first):
         return _of_clock(sheet, column, text)
     stamp = _STAMP.fullmatch(first)
@@ -135,12 +169,31 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    told = f'write it so, or give its form, as --unit "{sheet.headers[column]}=%H:%M"'
+    form = f'--unit "{sheet.headers[column]}=%H:%M" or =%M:%S'
+    told = f"write it so, or give its form, as {form}"
     wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))
     sheet.refuse(wrong, column, f"{{}} is not of the form HH:MM:SS; {told}")
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)
     midnights = np.diff(values, prepend=values[0]) < -DAY / 2
     return values + DAY * np.cumsum(midnights), "HH:MM:SS"
+
+
+def _of_minutes(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
+    """Seconds of M:SS.S, which may go on with H:MM:SS.S, or with 0:00.0 after an hour."""
+    wrong = np.flatnonzero(~text.str.fullmatch(r"(\d+:)?\d+:\d\d(\.\d+)?"))
+    sheet.refuse(wrong, column, "{} is not of the form M:SS.S of other rows; correct it")
+    values = np.array([_seconds_of(cell) for cell in text])
+    within_hours = bool((values < HOUR).all())
+    hours = (np.diff(values, prepend=values[0]) < -HOUR / 2) & within_hours
+    return values + HOUR * np.cumsum(hours), "M:SS.S"
+
+
+def _seconds_of(cell: str) -> float:
+    """Seconds of numbers between colons, the last of which are seconds."""
+    seconds = 0.0
+    for part in cell.split(":"):
+        seconds = 60 * seconds + float(part)
+    return seconds
 
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:
@@ -149,8 +202,20 @@ def _checked(sheet: Sheet, column: int, values: Array) -> Array:
         np.flatnonzero(~np.isfinite(values)), column, "the time is missing; give it or remove the row"
     )
     for row in np.flatnonzero(np.diff(values, prepend=-np.inf) <= 0)[:1].tolist():
-        raise InputError(
-            f"{sheet.at(row, column)}: {values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must "
-            "increase, so sort the rows, and give fractions of a second where rows come faster"
-        )
+        raise InputError(f"{sheet.at(row, column)}: {_out_of_order(sheet, column, row, values)}")
     return values - values[0]
+
+
+def _out_of_order(sheet: Sheet, column: int, row: int, values: Array) -> str:
+    """What is wrong with a row that comes no later than the one before, and the remedy."""
+    step = values[row] - values[row - 1]
+    if sheet.cells[column].dtype.kind not in "iuf" and -HOUR < step <= _BESIDE - HOUR:
+        return (
+            f"{sheet.cell(row, column)} comes after {sheet.cell(row - 1, column)}: the clock goes back by an "
+            "hour, as at the end of summer time; add an hour to the times from this row on, or write all in "
+            "UTC or with their offset, as 2025-10-26T02:00:00+01:00"
+        )
+    return (
+        f"{values[row]:.10g} s comes after {values[row - 1]:.10g} s; times must increase, so sort the rows, "
+        "and give fractions of a second where rows come faster"
+    )

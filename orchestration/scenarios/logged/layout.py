@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.safe_text import of_cell
-from warmlink.orchestration.scenarios.entries import converter, heading
-from warmlink.orchestration.system.units import Conversion, parse_unit
+from warmlink.orchestration.scenarios.quantities import converter, heading
+from warmlink.orchestration.system.units import SPELLINGS, Conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shown
 
 TIME = "time"
@@ -25,24 +25,14 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": 
 NUMBER = re.compile(r"[-+]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][-+]?\d+)?")
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,]\d{3})+")
 _CLOCK = re.compile(r"[\d./-]*[T ]?\d{1,2}:\d{2}.*|\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
+COUNT = re.compile(rf"(?:{NUMBER.pattern})\s*(us|ms|s|sec|min|h)")
+"""A time with its unit behind it."""
 
 Headers = tuple[list[str], list[str | None]]
 """Headers of the columns, and units from a row of their own."""
 
 _MOST_PARTS = 6
 """Parts, as of `rad_per_s`, that a unit at the end of a name may have."""
-
-_MEANT = {
-    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
-    "degF": "F",
-    "N.m": "Nm|NM",
-    "mN.m": "mNm",
-    "rpm": "1/min|U/min|r/min",
-    "rad/s": "rad_s|rad_per_s|rads",
-    "s": "S|Sec|seconds|hh:mm:ss",
-}
-_SPELLINGS = {spelling: unit for unit, each in _MEANT.items() for spelling in each.split("|")}
-"""Spellings that would mean something else, or nothing, where a unit of this quantity is due."""
 
 
 def plain(name: str) -> str:
@@ -71,7 +61,7 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit, with or without brackets."""
     bare = _bare(text)
-    if not bare or bare in _SPELLINGS:
+    if not bare or bare in SPELLINGS:
         return bool(bare)
     try:
         parse_unit(bare)
@@ -87,12 +77,7 @@ def _bare(unit: str) -> str:
 
 def conversion_to(unit: str, si_unit: str, where: str, *, difference: bool) -> tuple[Conversion, str]:
     """Conversion of a unit as loggers spell it to an SI unit, and how we spell it; raises InputError."""
-    try:
-        return converter(unit, si_unit, where, difference=difference), unit
-    except InputError:
-        if unit not in _SPELLINGS:
-            raise
-        return converter(_SPELLINGS[unit], si_unit, where, difference=difference), _SPELLINGS[unit]
+    return converter(unit, si_unit, where, difference=difference), spelled(unit, si_unit)
 
 
 def with_suffix(name: str) -> Iterator[tuple[str, str]]:
@@ -121,7 +106,7 @@ def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:
         usual = most_common([len(cells) for cells in rows])
         fitting = (cell for cells in rows if len(cells) == usual for cell in cells)
         # Cells that are empty, a number, a time or a word, rather than several of them in one.
-        single = sum(not cell or _is_value(cell) or cell.isalpha() for cell in fitting)
+        single = sum(not cell or is_value(cell) or cell.isalpha() for cell in fitting)
         whole = single / max(usual * len(lines), 1)
         if usual > 1 and whole > best + 0.02:
             best, chosen, width = whole, separator, usual
@@ -146,8 +131,27 @@ def split(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _is_value(cell: str) -> bool:
-    return bool(NUMBER.fullmatch(cell) or _CLOCK.fullmatch(cell))
+def refuse_open_quotes(name: str, text: str, separator: str) -> None:
+    """Raise InputError where a quoted cell takes in rows.
+
+    A note of several lines is no such cell: none of its lines begins with a value and a separator.
+    """
+    begins = r"(?:^|\s)" if separator == " " else rf"(?:^|{re.escape(separator)})[ ]*"
+    for found in re.finditer(rf'(?m){begins}"((?:[^"]++|"")*+)("?)', text):
+        _, *taken = found[1].split("\n")
+        cells = (split(line, separator) for line in taken)
+        if taken and (not found[2] or any(len(row) > 1 and is_value(row[0]) for row in cells)):
+            line = 1 + text.count("\n", 0, found.start(1))
+            rows = f"{len(taken)} lines" if len(taken) > 1 else "line"
+            raise InputError(
+                f'{name}: row {line}: a quote (") opens a cell that takes in the {rows} below; close it, or '
+                "take it out"
+            )
+
+
+def is_value(cell: str) -> bool:
+    """Whether a cell holds a number, a time or a date."""
+    return any(form.fullmatch(cell) for form in (NUMBER, _CLOCK, COUNT))
 
 
 def most_common(counts: Sequence[int]) -> int:
@@ -191,7 +195,7 @@ def _are_units(row: Sequence[str]) -> bool:
 
 def _is_data(row: Sequence[str], width: int) -> bool:
     """Whether most cells of a row are numbers or times, or the first is one and words fill the others."""
-    said = [_is_value(cell) for cell in row if cell]
+    said = [is_value(cell) for cell in row if cell]
     most = 2 * sum(said) > len(said) and 5 * sum(said) > 2 * width
     return most or (any(said[:1]) and len(said) >= width)
 

@@ -13,6 +13,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.logged import layout
@@ -96,7 +97,7 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
     it.
     """
     if decimal and decimal not in DECIMALS:
-        raise InputError(f"--decimal {decimal}: {instead(decimal, DECIMALS)}")
+        raise InputError(f"{argument('decimal', decimal)}: {instead(decimal, DECIMALS)}")
     if not isinstance(source, Path):
         return _of_frame(source, "the DataFrame", decimal, "DataFrame")
     if not is_file(source):
@@ -165,9 +166,10 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     if text.startswith(_COMMENTS) or any(f"\n{mark}" in text for mark in _COMMENTS):
         comments = [found[0] for found in _COMMENT_LINE.finditer(text)]
         text = _COMMENT_LINE.sub("", text)  # left blank, so that rows keep their numbers
-    said = re.match(rf'"?sep=([{"".join(layout.SEPARATORS)}])"?(?=[\r\n])', text)
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    said = re.match(rf'"?sep=([{"".join(layout.SEPARATORS)}])"?(?=\n)', text)
     text = text[: said.start()] + text[said.end() :] if said else text
-    head = re.split(r"\r\n|\n|\r", text[:100_000])[: 2 * _SAMPLED]
+    head = text[:100_000].split("\n")[: 2 * _SAMPLED]
     sample = [line for line in (*head[_SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
     separator, width = (said[1], 0) if said else layout.separator_of(name, sample)
     width = width or layout.most_common([len(layout.split(line, separator)) for line in sample])
@@ -175,8 +177,11 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     commented = [layout.split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
     found, first = layout.headers_of(name, rows, width, names, commented)
     mark = decimal or layout.decimal_of([cell for line in sample for cell in layout.split(line, separator)])
+    if '"' in text:
+        layout.refuse_open_quotes(name, text, separator)
     # One column more, to see what stands beyond the headers.
-    cells = _parsed(text, name, separator, max(width, len(found[0])) + 1, first, mark)
+    cells = _parsed(text.split("\n", first)[first], name, separator, max(width, len(found[0])) + 1, mark)
+    cells.index += first + 1
     found, cells = _fitted(name, found, cells.dropna(how="all"), separator)
     if separator == " " and cells.iloc[:, -1].hasnans:
         short = cells.index[cells.iloc[:, -1].isna()][0]
@@ -191,8 +196,8 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     return Sheet(name, *found, cells, mark, bool(decimal), ", ".join(words))
 
 
-def _parsed(text: str, name: str, separator: str, width: int, first: int, mark: str) -> pd.DataFrame:
-    """Cells of a text from a line on, under the numbers of its lines."""
+def _parsed(text: str, name: str, separator: str, width: int, mark: str) -> pd.DataFrame:
+    """Cells of a text without headers, under the numbers of its lines from 0."""
     import pandas as pd
 
     try:
@@ -202,7 +207,6 @@ def _parsed(text: str, name: str, separator: str, width: int, first: int, mark: 
             header=None,
             names=range(width),
             index_col=False,
-            skiprows=first,
             skip_blank_lines=False,
             skipinitialspace=True,
             keep_default_na=False,  # a word is counted, not passed over
@@ -213,7 +217,6 @@ def _parsed(text: str, name: str, separator: str, width: int, first: int, mark: 
     except ValueError as fault:  # pandas' own faults are of this kind
         told = f"cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
         raise InputError(f"{name}: {told}") from None
-    cells.index += first + 1
     return cells
 
 
@@ -221,7 +224,7 @@ def _spread(text: str) -> list[str]:
     """Whole lines from all over a long text."""
     places = range(0, len(text), -(-len(text) // _SAMPLED)) if len(text) > 100_000 else ()
     begins = (text.find("\n", place) + 1 for place in places)
-    return [text[begin : text.find("\n", begin)].rstrip("\r") for begin in begins]
+    return [text[begin : text.find("\n", begin)] for begin in begins]
 
 
 def _fitted(

@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
-from warmlink.orchestration.master.slaves.slave import Names
+from warmlink.orchestration.master.slaves.slave import Experiment, Names
 from warmlink.orchestration.system.description import Capabilities, Variable
 from warmlink.orchestration.system.model import Value
 
@@ -120,9 +120,12 @@ class MockSlave:
         self._initialize = initialize
         self._time = 0.0
 
-    def enter_initialization(self, start_time: float, stop_time: float | None) -> None:
+    def setup(self, experiment: Experiment) -> None:
         """Note the start time."""
-        self._time = start_time
+        self._time = experiment.start_time
+
+    def enter_initialization(self) -> None:
+        """Nothing to do."""
 
     def exit_initialization(self) -> None:
         """Compute the initial state where there is something to compute."""

@@ -20,6 +20,7 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacob
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves import library, versions
+from warmlink.orchestration.master.slaves.slave import Experiment
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -174,7 +175,8 @@ def test_states_restore_and_serialise(trivial2: Path) -> None:
     assembly = assemble(system(trivial2, a={}, b={}))
     a, b = assembly.slaves
     for slave in (a, b):
-        slave.enter_initialization(0.0, None)
+        slave.setup(Experiment(0.0))
+        slave.enter_initialization()
         slave.exit_initialization()
     a.step(0.0, 1.0)
     state, data = a.state(), a.serialize()

@@ -11,6 +11,7 @@ from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.master.slaves.slave import Experiment
 from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import wire
@@ -32,7 +33,8 @@ def test_all_types_states_and_polynomial_inputs(trivial3: Path) -> None:
     names = ("u", "fail_status", "on", "label", "rate")
     slave.set(names, [0.25, 0, True, "größe", 2.0])
     assert slave.get(names) == [0.25, 0, True, "größe", 2.0]
-    slave.enter_initialization(0.0, 10.0)
+    slave.setup(Experiment(0.0, 10.0))
+    slave.enter_initialization()
     slave.exit_initialization()
     state, data = slave.state(), slave.serialize()
     slave.set(("u",), [1.0])

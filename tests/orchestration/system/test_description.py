@@ -68,7 +68,7 @@ def test_the_model_of_fmi_two(two: ModelInfo) -> None:
         "Link",
         "{Link}",
     )
-    assert two.default_experiment == DefaultExperiment(0.0, 10.0, 0.5)
+    assert two.default_experiment == DefaultExperiment(0.0, 10.0, 0.5, 1e-5)
     assert two.capabilities.get_set_state
     assert not two.capabilities.serialize_state
     assert two.units["degC"].offset == 273.15

@@ -10,7 +10,7 @@ enum { NOTHING = -1, STEP, READ, WRITE, NOTE };        /* what is done with a sl
 enum { WIRES = STEP, CHECKS = NOTE + 1 };              /* rows of the ranges beside those deeds' */
 
 typedef struct {
-    int64_t component, step, version, stepping;
+    int64_t component, step, version, stepping, forward_only;
 } Slave;
 
 typedef struct {
@@ -36,9 +36,10 @@ typedef struct {
     int64_t *longs;
 } Buffers;
 
-/* What failed at which slave and how, then the call under way and the rows recorded: see under_way.py. */
+/* What failed at which slave and how, the call under way, the rows recorded, and the slave that asks to end the
+   simulation, counted from 1: see under_way.py. */
 typedef struct {
-    int64_t what, slave, detail, call, rows, asked, batch, turned;
+    int64_t what, slave, detail, call, rows, asked, batch, ends, turned;
 } Cells;
 
 /* What steers arithmetic, without the flags of what has happened. */
@@ -115,9 +116,9 @@ static int do_step(const Slave *slave, const Buffers *held, double time, double 
     void *component = POINTER(void, slave->component);
     bool *flags = (bool *)held->octets;
     if (slave->version == 2)
-        return POINTER(Step2, slave->step)(component, time, step, 0);
-    return POINTER(Step3, slave->step)(component, time, step, false, flags, flags + 1, flags + 2,
-                                       held->doubles);
+        return POINTER(Step2, slave->step)(component, time, step, (int)slave->forward_only);
+    return POINTER(Step3, slave->step)(component, time, step, slave->forward_only != 0, flags, flags + 1,
+                                       flags + 2, held->doubles);
 }
 
 /* Sizes and tables, as loop.py lays them out: all of eight bytes. */
@@ -135,7 +136,7 @@ typedef struct {
 } Tables;
 
 /* Steps from communication point `first` to `last` by the jobs of the schedule and gives the point reached.
-   Each point fills a row, from `row` on. */
+   Each point fills a row, from `row` on; a slave that asks to end the simulation ends it there. */
 __attribute__((visibility("default"))) int64_t advance(
     const Tables *t, int64_t first, int64_t last, double *row, Cells *cells)
 {
@@ -157,7 +158,8 @@ __attribute__((visibility("default"))) int64_t advance(
             cells->slave = k;
             if (deed == STEP) {
                 status = do_step(&slaves[k], &t->held, time, length);
-                wrong = slaves[k].version == 3 && t->held.octets[1]; /* it wants to end */
+                if (slaves[k].version == 3 && t->held.octets[1])
+                    cells->ends = k + 1;
             } else {
                 if (deed == WRITE)
                     pass_on(t->wires, t->factors, &t->held, range[WIRES * size], range[WIRES * size + 1]);
@@ -177,6 +179,8 @@ __attribute__((visibility("default"))) int64_t advance(
         for (int64_t c = 0; c < t->width; c++)
             *row++ = value_at(&t->held, t->columns[c]);
         cells->rows = point + 2;
+        if (cells->ends)
+            return point + 1;
     }
     return last;
 }

@@ -1,0 +1,79 @@
+"""What an experiment file says is used, or it is said that it is not: labels, bounds, `adapt`."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.answer.profile import calibration
+from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, calibrating
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.practice.hide import write_csv
+
+START = '"motor.initial_winding_temperature" = { min = "0 degC", max = "90 degC", start = "%s" }'
+
+
+def motor(folder: Path, *runs: str, rest: str = "") -> Path:
+    """An experiment on a motor by itself: a winding of 60 J/K before a shaft of 400 J/K, both warm."""
+    time = np.arange(0.0, 1800.0, 10.0)
+    power, winding, shaft, read_out = 20.0, 45.0, 38.0, []
+    for t in np.arange(0.0, 1800.0):
+        if t % 10 == 0:
+            read_out.append((winding, shaft))
+        between = 2.0 * (winding - shaft)
+        winding += ((power if t < 900 else 0.0) - between) / 60
+        shaft += (between - 0.6 * (shaft - 22)) / 400
+    random = np.random.default_rng(len(runs))
+    for name in ("a", "b"):
+        readings = np.array(read_out) + random.normal(0, 0.05, (time.size, 2))
+        columns = {
+            "time [s]": time,
+            "current [A]": np.where(time < 900, np.sqrt(power), 0.0),
+            "ambient_temperature [degC]": np.full(time.size, 22.0),
+            "wind [degC]": readings[:, 0],
+            "body [degC]": readings[:, 1],
+        }
+        write_csv(columns, folder / f"{name}.csv")
+    text = 'system = "BenchMotor"\n'
+    text += "".join(
+        f'[[run]]\ndata = "{run}.csv"\n{more}\n' for run, _, more in (r.partition(":") for r in runs)
+    )
+    text += '[channels]\nwind = "motor.winding_temperature"\nbody = "motor.shaft_temperature"\n'
+    text += '[known]\n"motor.joint_conductance" = "0 W/K"\n"motor.winding_resistance" = "1 Ohm"\n'
+    text += '"motor.winding_temperature_coefficient" = "0 1/K"\n"motor.winding_heat_capacity" = "60 J/K"\n'
+    text += '"motor.shaft_heat_capacity" = "400 J/K"\n"motor.winding_conductance" = "2 W/K"\n'
+    text += '"motor.housing_conductance" = "0.6 W/K"\n"motor.initial_shaft_temperature" = "38 degC"\n'
+    path = folder / "motor.toml"
+    path.write_text(text + rest)
+    return path
+
+
+def test_a_cause_may_differ_from_run_to_run_without_a_label(tmp_path: Path) -> None:
+    experiment = read([motor(tmp_path, "a", "b", rest='[causes]\nper = ["run"]\n')])
+    assert experiment.cause_labels == (PER_RUN,)
+
+
+def test_a_temperature_is_told_in_the_unit_of_its_bounds(tmp_path: Path) -> None:
+    rest = "[calibrate]\n" + START % "22 degC"
+    found = diagnose_experiment(calibrating(read([motor(tmp_path, "a", rest=rest)])))
+    (start,) = calibration(found)
+    assert (start.unit, start.value) == ("degC", pytest.approx(45.0, abs=0.2))
+    assert start.low95 < start.value < start.high95
+    with pytest.raises(InputError, match="start 95 degC lies outside 0 degC to 90 degC"):
+        read([motor(tmp_path, "a", rest="[calibrate]\n" + START % "95 degC")])
+
+
+@pytest.mark.parametrize(
+    ("run", "more", "said"),
+    [
+        ('b:adapt = "5 min"', "", "b: adapt = 300 s changes nothing, as the whole run is fitted"),
+        ('b:adapt = "5 min"\nheldout = true', "", "b: adapt = 300 s changes nothing, as no number"),
+        ('b:adapt = "5 min"\nheldout = true', 'per = "run", ', ""),
+    ],
+)
+def test_an_adaption_that_changes_nothing_is_said(tmp_path: Path, run: str, more: str, said: str) -> None:
+    rest = "[calibrate]\n" + (START % "22 degC").replace("{ ", "{ " + more)
+    remarks = diagnose_experiment(calibrating(read([motor(tmp_path, "a", run, rest=rest)]))).remarks
+    told = [each for each in remarks if "adapt" in each]
+    assert [each.startswith(said) for each in told] == [True] * bool(said)
