@@ -18,6 +18,7 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
+from warmlink.orchestration.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.entries import positive
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import Variable, read_description
@@ -61,11 +62,12 @@ def simulate(
         times = experiment_of(read, stop, step)
         how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": record}
         with progress_bar(read.name) as progress:
-            return guarded(
+            found = guarded(
                 lambda line: simulate_system(read, *times, chosen, unpacked=work, line=line, **how),
                 lambda done, count: progress(done / count),
                 remark,
             )
+        return within_bands(found, declared_in(read))
 
 
 def in_turns(
