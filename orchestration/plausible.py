@@ -154,8 +154,8 @@ def _sizes(table: Table, system: Declared, row: int) -> Iterator[tuple[float, st
                 continue
             value: Value | None = given.get(scalar.name)
             if isinstance(variable, Parameter):
-                ordinary = abs(scalar.start or 0.0)
-                least = 0.0 if value is None else ordinary
+                least = abs(scalar.start or 0.0)
+                ordinary = least or variable.nominal or 0.0
             else:
                 ordinary, least = variable.nominal or 0.0, 0.0
                 if name in system.fed:

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from warmlink.fmus.component.quantities import TEMPERATURES
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
@@ -52,24 +53,17 @@ def quantity(text: str | float, unit: str, where: str = "", *, difference: bool 
     return number if given == unit else converter(given, unit, where, difference=difference)(number)
 
 
-COLDEST_BARE = 150.0
-"""K, below which a temperature without a unit is more likely meant in degC."""
-
-
 def refuse_bare(value: str | float, unit: str, where: str = "") -> None:
     """Raise InputError if a number has no unit and is hardly meant in the SI unit.
 
-    That is so of every length but 0, which people give in um, mm or m, and of temperatures below 150 K.
+    That is so of every length but 0, which people give in um, mm or m, and of temperatures that are too cold.
     """
     text = value.strip() if isinstance(value, str) else shown(value)
     found = _QUANTITY.match(text)
-    if found is None or found.group(2):
-        return
-    number = float(found.group(1))
-    if (unit == "m" and number != 0) or (unit == "K" and number < COLDEST_BARE):
-        place, other = f"{where}: " if where else "", {"m": "um", "K": "degC"}[unit]
-        told = f'write "{text} {other}" or "{text} {unit}", whichever is meant'
-        raise InputError(f"{place}{text} has no unit; {told}")
+    number = math.nan if found is None or found.group(2) else float(found.group(1))
+    if (unit == "m" and abs(number) > 0) or (unit == "K" and number < TEMPERATURES.low):
+        told = f'write "{text} {"um" if unit == "m" else "degC"}" or "{text} {unit}", whichever is meant'
+        raise InputError(f"{where}{': ' if where else ''}{text} has no unit; {told}")
 
 
 def bare(text: str | float) -> float:
@@ -231,9 +225,8 @@ class Quantities(Entry):
         if not isinstance(value, list) or len(value) != count:
             raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
         numbers = tuple(quantity(each, self.unit) for each in value)
-        for each in value:
-            refuse_bare(each, self.unit)
         for i, number in enumerate(numbers, start=1):
+            refuse_bare(value[i - 1], self.unit)
             if number < self.least:
                 raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")
         return numbers

@@ -156,7 +156,7 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         result.table, Declared(ours(setup.blueprint.components), setup.blueprint.fed, case.values)
     )
     if implausible is not None or result.reason is not None:
-        return Outcome(stopped=implausible or result.reason)
+        return Outcome(stopped="; then ".join(told for told in (implausible, result.reason) if told))
     error, without = (
         np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
     )
