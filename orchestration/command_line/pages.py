@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
@@ -49,9 +49,12 @@ def live(
     asked = changed(load_scenario(scenario), parameters=given)
     named = [controller_named(name) for name in dict.fromkeys(controller or ())]
     path = out or Path(f"{asked.name}.html")
+    laws = named or usual_laws(asked)
+    typed, files = values_given(None, set_), [str(each) for each in parameters or ()]
     with spinner("compiling the system for the browser"), fresh_file(path) as target:
-        write_live_page(target, asked, named or usual_laws(asked), Asked(scenario, given))
-    advise(asked)
+        write_live_page(target, asked, laws, Asked(scenario, typed, parameters=files))
+    for law in laws:
+        advise(replace(asked, controller=law))
     answer(f"page  {path}    open it in a browser")
 
 

@@ -50,12 +50,28 @@ class Whole(NamedTuple):
 
 @dataclass(frozen=True)
 class Asked:
-    """How a reader names the scenario in a command, and start values, mismatches and options beside it."""
+    """How a reader names the scenario in a command, and what stands beside it there.
+
+    Attributes
+    ----------
+    given : start values, one by one
+    mismatches : their names
+    options : others, as `--stop`
+    parameters : files of start values (SSV), which the command names: it would be too long with each value
+    """
 
     scenario: str
     given: Mapping[str, str | float]
     mismatches: Sequence[str] = ()
     options: Mapping[str, str] = field(default_factory=dict)
+    parameters: Sequence[str] = ()
+
+    @property
+    def words(self) -> list[str]:
+        """The words of the command that name a scenario, its mismatches and files of start values."""
+        repeated = {"--mismatch": self.mismatches, "--parameters": self.parameters}
+        options = (word for name, all_of in repeated.items() for each in all_of for word in (name, each))
+        return [self.scenario, *options]
 
 
 def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
@@ -82,7 +98,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     band = 1e6 * scenario.tolerance
     return {
         "name": scenario.name,
-        "asked": [asked.scenario, *(word for each in asked.mismatches for word in ("--mismatch", each))],
+        "asked": asked.words,
         "given": asked.given,
         "options": asked.options,
         "scenario": _file_content(scenario),
