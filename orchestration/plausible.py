@@ -117,17 +117,16 @@ def _first(table: Table, system: Declared, *, far: bool) -> tuple[str, int] | No
 def _sentence(table: Table, system: Declared, name: str, row: int, where: str) -> str:
     scalar = system.bands[name]
     band: Band = scalar.variable.plausible or Band(0.0, 0.0)
-    low, high = (_shown(scalar, value) for value in (band.low, band.high))
+    low, high = (shown_in(scalar, value) for value in (band.low, band.high))
     value, time = float(table[name][row]), float(table.times[row])
     cause = _cause(table, system, row)
     because = "; ".join(each for each in (cause, band.why) if each)
-    told = (
-        f"{name} is {_shown(scalar, value)} at {time:g} s, {where} what the model holds for ({low} to {high})"
-    )
+    holds = f"what the model holds for ({low} to {high})"
+    told = f"{name} is {shown_in(scalar, value)} at {time:g} s, {where} {holds}"
     return f"{told}; {because}" if because else told
 
 
-def _shown(scalar: Scalar, value: float) -> str:
+def shown_in(scalar: Scalar, value: float) -> str:
     """A value in the unit in which people read it."""
     unit = scalar.variable.display or scalar.variable.unit
     read = conversion(parse_unit(scalar.variable.unit), parse_unit(unit))(value)

@@ -12,6 +12,7 @@ from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.plausible import shown_in
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
@@ -106,6 +107,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "step": scenario.step_size,
         "score": score,
         "watched": watched,
+        "bands": _bands(first, watched),
         "columns": columns(plots),
         "plots": [
             _plot("Error of the tool point", "error [µm]", errors, band),
@@ -115,6 +117,15 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "repeat": f"{drivers[0]}.repeat",
         "most": SEGMENTS,
         "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
+    }
+
+
+def _bands(component: Component, watched: Sequence[str]) -> dict[str, list[float | str]]:
+    """Lowest and highest value of what is watched at which the model holds, in SI, and both for people."""
+    return {
+        scalar.name: [band.low, band.high, f"{shown_in(scalar, band.low)} to {shown_in(scalar, band.high)}"]
+        for scalar in component.scalars()
+        if scalar.name in watched and (band := scalar.variable.plausible) is not None
     }
 
 

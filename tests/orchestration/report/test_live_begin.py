@@ -86,6 +86,24 @@ def test_its_command_names_files_of_start_values_and_not_each_value(
     assert command == [f"warmlink {asked} --controller observer"]
 
 
+def test_it_says_when_the_model_no_longer_holds(page: Path, browser: Browser) -> None:
+    script = """
+    const said = () => new Promise((go) => setTimeout(() => go(at("left").textContent), 3000));
+    const result = [await said()];
+    for (const torque of ["10", "25"]) {
+      put({ [content.words.torque[0]]: torque });
+      result.push(await said());
+    }
+    """
+    well, hot, hotter = browser.browse(page, script)
+    assert well == ""
+    for said in (hot, hotter):
+        assert said.startswith("The figures mean little: ")
+        assert "motor.winding_temperature (-123.1 degC to 246.9 degC)" in said
+    assert "link.elongation" not in hot
+    assert "link.elongation (-1e+04 um to 1e+04 um)" in hotter
+
+
 def test_the_variables_that_the_help_records_can_be_recorded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
