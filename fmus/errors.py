@@ -1,15 +1,23 @@
 """Errors that a user can correct."""
 
+from __future__ import annotations
+
+import re
+
+_LONG_WORD, _SHOWN = re.compile(r"\S{301,}"), 80
+"""A word that no reader wants to see whole, as a unit of 5000 characters, and how much of it is shown."""
+
 
 class InputError(ValueError):
     """Bad input: the message says what is wrong, where, its value and unit, and the remedy.
 
     The commands catch it, print its one sentence, and end with exit code 2. Characters that cannot be
-    printed, such as a line break in a name, are escaped, so that the sentence is always one line.
+    printed, such as a line break in a name, are escaped, so that the sentence is always one line, and words
+    of more than 300 characters are shortened.
     """
 
     def __str__(self) -> str:
-        told = super().__str__()
+        told = _LONG_WORD.sub(lambda found: f"{found[0][:_SHOWN]}...", super().__str__())
         if told.isprintable():
             return told
         return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in told)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from random import Random
 from typing import Any
 
@@ -72,6 +73,39 @@ WRITTEN = (
     *((",", "\r", "utf-8"), (",", "\r\n", "utf-16"), (",", "\n", "latin-1"), (",", "\0", "utf-16-le")),
 )
 """Separator, end of line and encoding with which programs write tables; the first is the usual."""
+
+
+WORDS = (
+    "OVERLOAD",
+    "n/a",
+    "ERR",
+    "on",
+    "Kim",
+    "--",
+    "1,2.3",
+    "12:30",
+    "2026-11-22",
+    "3 kg",
+    "²",
+    "٣",
+    "1e",
+    "0x1F",
+)
+"""What stands where a number is due."""
+
+HUGE = (
+    "m" * 5000,
+    "kg." * 1700,
+    "(" * 5000,
+    "1/" * 2500 + "s",
+    "N.m" + "2" * 5000,
+    "rad^" * 1250,
+    "µ" * 5000,
+)
+"""Units of some 5000 characters."""
+
+_UNIT = re.compile(r'(?<=\[)[^\]\n"]{0,40}(?=\])|(?<=unit=")[^"]*(?=")|(?<=\d )[A-Za-z][^"\s]*(?=")')
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])")
 
 
 class Raw:
@@ -144,6 +178,69 @@ def csv_cells(random: Random, content: bytes) -> bytes:
             rows.insert(random.randrange(len(rows) + 1), rows.pop(random.randrange(len(rows))))
     separator, newline, encoding = random.choice((*WRITTEN, *[WRITTEN[0]] * 8))
     return newline.join(map(separator.join, rows)).encode(encoding, "replace")
+
+
+def quoted(random: Random, content: bytes) -> bytes:
+    """Open quotes before cells, and perhaps close them many rows later."""
+    text = content.decode()
+    for _ in range(random.choice((1, 1, 2, 3))):
+        places = [found.end() for found in re.finditer(r"^|[,;\t\n]", text)]
+        place = random.choice(places)
+        text = text[:place] + '"' + text[place:]
+    return text.encode()
+
+
+def words(random: Random, content: bytes) -> bytes:
+    """Write words where numbers stand: in one place, in several, or in all that look alike."""
+    text = content.decode()
+    found = list(_NUMBER.finditer(text))
+    for each in sorted(random.sample(found, min(_few(random), len(found))), key=lambda f: -f.start()):
+        text = text[: each.start()] + random.choice(WORDS) + text[each.end() :]
+    return text.encode()
+
+
+def word_columns(random: Random, content: bytes) -> bytes:
+    """Write words into a stretch of a column, or into all of it."""
+    rows = [line.split(",") for line in content.decode().splitlines()]
+    first = random.randrange(1, len(rows)) if random.random() < 0.5 else 1
+    last = random.randrange(first, len(rows)) + 1 if random.random() < 0.5 else len(rows)
+    place, word = random.randrange(len(rows[0])), random.choice(WORDS)
+    for row in rows[first:last]:
+        if place < len(row):
+            row[place] = random.choice(WORDS) if random.random() < 0.2 else word
+    return "\n".join(map(",".join, rows)).encode()
+
+
+def huge_units(random: Random, content: bytes) -> bytes:
+    """Make some units thousands of characters long; where there is none, put one anywhere."""
+    text = content.decode()
+    found = list(_UNIT.finditer(text))
+    if not found:
+        place = random.randrange(len(text) + 1)
+        return (text[:place] + random.choice(HUGE) + text[place:]).encode()
+    for each in sorted(random.sample(found, min(_few(random), len(found))), key=lambda f: -f.start()):
+        text = text[: each.start()] + random.choice(HUGE) + text[each.end() :]
+    return text.encode()
+
+
+def swapping(others: Callable[[], Mapping[str, bytes]]) -> Mutator:
+    """Damage by pieces of other good files, in bytes or in whole lines."""
+
+    def swapped(random: Random, content: bytes) -> bytes:
+        for _ in range(_few(random)):
+            other = others()[random.choice(sorted(others()))]
+            if random.random() < 0.5:
+                ours, theirs = content.splitlines(keepends=True), other.splitlines(keepends=True)
+                at, start = random.randint(0, len(ours)), random.randrange(len(theirs))
+                ours[at : at + random.randint(0, 4)] = theirs[start : start + random.randint(1, 6)]
+                content = b"".join(ours)
+            else:
+                at, start = random.randint(0, len(content)), random.randrange(len(other))
+                piece = other[start : start + random.randint(1, 400)]
+                content = content[:at] + piece + content[at + random.choice((0, len(piece))) :]
+        return content
+
+    return swapped
 
 
 def ways_into(tree: Any, way: Way = ()) -> Iterator[Way]:

@@ -15,9 +15,14 @@ from benchmarks.fuzz.mutate import (
     Mutator,
     csv_cells,
     flipped,
+    huge_units,
     lines,
+    quoted,
     spliced,
+    swapping,
     toml_values,
+    word_columns,
+    words,
     xml_values,
 )
 from warmlink.fmus.errors import InputError
@@ -165,14 +170,18 @@ def _mismatched(path: Path) -> None:
     mismatch.load(str(path)).applied(load_scenario("windshield_wiper")).values()
 
 
+swapped = swapping(_specimens(*sorted(path.name for path in SPECIMENS.iterdir())))
+ANY = (spliced, lines, words, huge_units, swapped)
+"""What is done to a text of any kind."""
+
 XML, TOML, CSV = (
-    (spliced, xml_values, lines),
-    (spliced, toml_values, lines),
-    (spliced, csv_cells, lines, flipped),
+    (*ANY, xml_values),
+    (*ANY, toml_values),
+    (*ANY, csv_cells, flipped, quoted, word_columns),
 )
 
 TARGETS: dict[str, Target] = {
-    "ssp": Target(_cell, (flipped,), lambda path: read_system(path, path.parent / "work")),
+    "ssp": Target(_cell, (flipped, swapped), lambda path: read_system(path, path.parent / "work")),
     "ssd": Target(_specimens("cell.ssd"), XML, _read_structure),
     "ssv": Target(_specimens("parameters.ssv"), XML, _parameters),
     "description": Target(_specimens("Link.xml", "Motor.xml", "fmi3.xml"), (*XML, flipped), _read_model),
@@ -188,11 +197,11 @@ TARGETS: dict[str, Target] = {
     "measured": Target(_specimens("measured.csv"), CSV, read_experiment),
     "measured arm": Target(_specimens("arm.csv"), CSV, arm_experiments, share=0.2),
     "checkpoint": Target(
-        kept.run_until_killed, (flipped,), kept.resume, (kept.CHECKPOINT, kept.RESULTS), share=0.2
+        kept.run_until_killed, (flipped, swapped), kept.resume, (kept.CHECKPOINT, kept.RESULTS), share=0.2
     ),
     "stamped checkpoint": Target(
         kept.run_until_killed, (kept.stamped_checkpoint,), kept.resume_stamped, (kept.CHECKPOINT,), share=0.2
     ),
-    "state": Target(kept.state, (flipped, kept.stamped_state), kept.take_state),
-    "runs": Target(kept.finished_runs, (flipped, lines, spliced), kept.read_ledger),
+    "state": Target(kept.state, (flipped, swapped, kept.stamped_state), kept.take_state),
+    "runs": Target(kept.finished_runs, (flipped, lines, spliced, swapped, words), kept.read_ledger),
 }

@@ -97,7 +97,7 @@ class OneRun:
             "completed" if reason is None else "ended" if ended else "stopped",
             reason,
             fault,
-            remarks=(*conduct, *remarks),
+            remarks=(*conduct, *remarks, *([reason] if ended and reason else [])),
             statistics=statistics,
         )
 

@@ -11,6 +11,7 @@ from typing import cast
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -82,7 +83,9 @@ def simulate(
     line : to the process that guards this one: gets the result before the slaves are ended and freed
     """
     if pacing is not None and not 0 < pacing < math.inf:
-        raise InputError(f"--real-time {pacing:g}: not a pace; give a number above 0 (1 is real time)")
+        raise InputError(
+            f"{argument('real_time', pacing)}: not a pace; give a number above 0 (1 is real time)"
+        )
     if isinstance(step_size, Sequence):
         points = CommunicationPoints.at(step_size)
     else:

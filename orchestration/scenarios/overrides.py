@@ -10,7 +10,7 @@ from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.entries import bare, converter, quantity
+from warmlink.orchestration.scenarios.quantities import bare, converter, quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv

@@ -13,6 +13,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
@@ -25,12 +26,11 @@ from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.text_files import is_file, read_toml
 
 MATERIALS = Path(__file__).parent / "materials.toml"
-_WORDS = ("about", "source")
+_WORDS = ("about", "source", "family")
 
 DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
-DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
 NO_CONTROLLER = "none"
 
@@ -218,8 +218,9 @@ def changed(
 
 @cache
 def materials() -> dict[str, dict[str, str]]:
-    """Materials by name: `about`, `source` and the values of their properties with units."""
-    return read_toml(MATERIALS)
+    """Materials by name and by family: `about`, `source` and the values of their properties with units."""
+    found = read_toml(MATERIALS)
+    return {**found, **{each["family"]: each for each in found.values() if "family" in each}}
 
 
 @dataclass(frozen=True, kw_only=True)

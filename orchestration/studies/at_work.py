@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
@@ -125,7 +126,8 @@ class Ledger:
                 self._read()
         except OSError as fault:
             raise InputError(
-                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose another --out"
+                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose "
+                f"another {argument('out')}"
             ) from None
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:

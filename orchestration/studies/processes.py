@@ -10,6 +10,7 @@ from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.isolation import OtherProcess, ProcessEndedError
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -140,7 +141,7 @@ class LocalWorkers(_Processes):
 def check_jobs(jobs: int) -> None:
     """Raise InputError where `jobs` is no number of processes."""
     if not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"--jobs {jobs}: not a number of processes; give 1 to {MOST_JOBS}")
+        raise InputError(f"{argument('jobs', jobs)}: not a number of processes; give 1 to {MOST_JOBS}")
 
 
 def _work(pipe: Connection, fmus: FmuSet) -> None:
@@ -178,8 +179,8 @@ class ClusterWorkers(_Processes):
             raise
         except Exception as fault:
             raise InputError(
-                f"--scheduler: the cluster was lost ({type(fault).__name__}); what is finished is kept, "
-                "run again to go on"
+                f"{argument('scheduler')}: the cluster was lost ({type(fault).__name__}); what is "
+                "finished is kept, run again to go on"
             ) from fault
 
     def _ended(self, cases: Sequence[Case], shares: list[list[int]]) -> Ended:
@@ -215,11 +216,13 @@ def connected(address: str) -> Client:
         client = Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as fault:
         raise InputError(
-            f"--scheduler {address}: no Dask scheduler answers there; start one, or leave --scheduler out"
+            f"{argument('scheduler', address)}: no Dask scheduler answers there; start one, or leave this out"
         ) from fault
     try:
         client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
     except Exception as fault:
         client.close()
-        raise InputError(f"--scheduler {address}: the scheduler has no worker; start some") from fault
+        raise InputError(
+            f"{argument('scheduler', address)}: the scheduler has no worker; start some"
+        ) from fault
     return client

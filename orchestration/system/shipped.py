@@ -40,6 +40,7 @@ class Blueprint:
     wires : ends of each connection, as `("motor.heat_flow", "link.heat_flow")`
     signals : inputs that one signal from outside the system feeds, by the name of the signal
     instruments : sensor or camera outside the system by the output that it reads, as `sensors[1]`
+    nominal : values in SI of parameters in which it differs from what its components declare
     shown_drive : start values of inputs with which the shipped SSP does something by itself
     ports : what a larger system that holds this one exchanges with it
     foreign : FMUs that came with the system, by what `components` calls them
@@ -54,6 +55,7 @@ class Blueprint:
     step_size: float = 1.0
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     instruments: Mapping[str, str] = field(default_factory=dict)
+    nominal: StartValues = field(default_factory=dict)
     shown_drive: StartValues = field(default_factory=dict)
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
@@ -110,6 +112,10 @@ class Blueprint:
             return f"contains foreign FMUs ({', '.join(self.foreign)}), whose equations are not known"
         return f"a connection scales what it carries ({', '.join(self.scaled)})" if self.scaled else ""
 
+    def with_nominal(self, values: StartValues) -> StartValues:
+        """Start values by instance and variable with the nominal ones of the system beside them."""
+        return {**values, **{key: {**of, **values.get(key, {})} for key, of in self.nominal.items()}}
+
     def joined(self, controller: Component | None = None, values: StartValues | None = None) -> Component:
         """The system as one component.
 
@@ -121,7 +127,8 @@ class Blueprint:
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
         parts = {name: kinds[kind] for name, kind in self.components.items()}
         joined = join(self.name, parts, self.wires, self.about)
-        given = {f"{key}.{name}": float(v) for key, of in (values or {}).items() for name, v in of.items()}
+        every = self.with_nominal(values or {}).items()
+        given = {f"{key}.{name}": float(v) for key, of in every for name, v in of.items()}
         return replace(
             joined,
             parameters=with_scalars(joined.parameters, given),
@@ -142,7 +149,7 @@ class Blueprint:
         ends = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
         wires = with_flag_wires(self.wires, ends)
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)
-        whole = assemble(self.name, files, wires, values or {})
+        whole = assemble(self.name, files, wires, self.with_nominal(values or {}))
         links = tuple(
             replace(link, **asdict(self.scaled[link.target])) if link.target in self.scaled else link
             for link in whole.connections
@@ -220,6 +227,7 @@ BENCH_MOTOR = Blueprint(
     about="a motor by itself",
     components={"motor": "MotorHeatSource"},
     instruments={"motor.shaft_temperature": "sensors[1]", "motor.winding_temperature": "sensors[2]"},
+    nominal={"motor": {"joint_conductance": 0.0}},  # no link takes heat
     shown_drive={"motor": {"speed": 3.43, "torque": 2.5}},
 )
 

@@ -27,7 +27,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps, read_run
 from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
-from warmlink.orchestration.diagnosis.data.thinning import row_noise
+from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
@@ -16,6 +17,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -33,7 +35,8 @@ def parameters_of(scenario: str) -> dict[str, str]:
     loaded = load_scenario(scenario)
     if loaded.setup is not CELL:
         raise InputError(
-            f"--scenario {scenario}: is of another system than the warm-up cell; give an experiment (TOML)"
+            f"{argument('scenario', scenario)}: is of another system than the warm-up cell; "
+            "give an experiment (TOML)"
         )
     plant = rig("WarmupCell").parameters
     return {name: str(value) for name, value in loaded.parameters.items() if name in plant}
@@ -45,7 +48,7 @@ def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
     for name, text in given.items():
         variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
         variable = experiment.rig.columns.get(variable, variable)
-        noise[variable] = noise_of(experiment.rig, variable, text, f"--noise {name}")
+        noise[variable] = noise_of(experiment.rig, variable, text, f"{argument('noise')} {name}")
     return replace(experiment, noise=noise)
 
 
@@ -56,11 +59,16 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     there is no such parameter, its unit does not fit, or the system cannot be like that.
     """
     system = experiment.rig
-    given = {name: start_value(name, text, system.components, "--set") for name, text in settings.items()}
+    given = {
+        name: start_value(name, text, system.components, argument("parameters"))
+        for name, text in settings.items()
+    }
     calibrated = {each.variable for each in experiment.calibrated}
     for name, text in settings.items():
         if name not in system.parameters:
-            raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
+            raise InputError(
+                f"--set {name}={text}: is an input; write --assume {quoted(name)}={quoted(text)}"
+            )
         if name in calibrated:
             raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
     known, runs = {**experiment.known, **given}, []

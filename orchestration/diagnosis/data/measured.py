@@ -14,6 +14,7 @@ from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
+from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
 from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
 from warmlink.orchestration.scenarios.logged.clock import DAY, times
@@ -209,16 +210,18 @@ def read_run(
         found[kind][place.variable] = values
         columns[kind].append(column)
     _refuse_empty(sheet.name, found["reading"], assigned, rig)
+    used = tuple(each for kind in columns.values() for each in kind)
+    inputs, readings, slips = without_slips(sheet, used, found["input"], found["reading"])
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,
-        found["input"],
-        found["reading"],
+        inputs,
+        readings,
         found["covariate"],
         unused=assigned.unused,
         absent=assigned.absent,
-        remarks=tuple(remarks),
-        columns=tuple(each for kind in columns.values() for each in kind),
+        remarks=(*remarks, *slips),
+        columns=used,
         form=f"{sheet.form}; times as {taken}",
     )
     return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])

@@ -262,7 +262,7 @@ def rig(name: str, cells: int = CELLS) -> Rig:
     """Rig of a shipped system by name; raises InputError where there is no such system."""
     if name not in SHIPPED:
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
-    return Rig(SHIPPED[name], cells)
+    return Rig(SHIPPED[name], cells, SHIPPED[name].nominal)
 
 
 def owner_of(parts: Iterable[str], name: str) -> str:

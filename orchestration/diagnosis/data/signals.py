@@ -1,4 +1,4 @@
-"""Readings that only repeat or lie between jumps: sensors that stick, and the step they are rounded to."""
+"""Readings of a column: their noise, the step they are rounded to, and sensors that stick."""
 
 from __future__ import annotations
 
@@ -44,6 +44,16 @@ def quantum(values: Array) -> float:
     whole = np.round(steps / step)
     on_lattice = np.abs(steps / step - whole) < 0.02
     return step if on_lattice.mean() > 0.95 and np.mean(whole == 1) > 0.5 else 0.0
+
+
+def row_noise(values: Array) -> float:
+    """White noise of a slow signal from its second differences, whose variance is six times as large."""
+    filled = values[np.isfinite(values)]
+    if filled.size <= 3:
+        return 0.0
+    bend = np.abs(np.diff(filled, 2))
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
 
 
 def repeats(values: Array) -> Rows:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.signals import quantum
-from warmlink.orchestration.diagnosis.data.thinning import row_noise, spike_rows
+from warmlink.orchestration.diagnosis.data.signals import quantum, row_noise
+from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 
 FIRST = 60.0
 """s whose readings tell the start."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.signals import Rows, quantum
+from warmlink.orchestration.diagnosis.data.signals import Rows, quantum, row_noise
 
 MOST_ROWS = 400
 """Rows kept of a run; more say little new about heat, and noise is estimated from what is kept."""
@@ -172,13 +172,3 @@ def _line(values: Array) -> Array:
     a, b = np.triu_indices(values.size, 1)
     slope = float(np.median((values[b] - values[a]) / (b - a)))
     return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)
-
-
-def row_noise(values: Array) -> float:
-    """White noise of a slow signal from its second differences, whose variance is six times as large."""
-    filled = values[np.isfinite(values)]
-    if filled.size <= 3:
-        return 0.0
-    bend = np.abs(np.diff(filled, 2))
-    trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)

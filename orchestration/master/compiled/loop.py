@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, runtime_checkabl
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
@@ -39,7 +40,7 @@ def stepping_named(name: str) -> Stepping:
     """Give the way to step by its name; InputError where there is none of that name."""
     kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
     if name not in kinds:
-        raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+        raise InputError(f"{argument('stepping', name)}: not known; {instead(name, kinds)}")
     return kinds[name]
 
 

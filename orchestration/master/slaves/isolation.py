@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import multiprocessing
 import os
 import signal
@@ -37,6 +38,10 @@ class Isolation:
 
     time_limit: float = 60.0
     memory_limit: float = 4e9
+
+
+UNLIMITED = Isolation(math.inf, math.inf)
+"""For an FMU of which a process may hold one instance."""
 
 
 class ProcessEndedError(Exception):
@@ -113,8 +118,9 @@ class OtherProcess:
 
 
 def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) -> None:
-    # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C goes to the whole terminal group, SIGTERM to a whole job; what it means is decided by the master.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     die_with_parent()
     print_to_standard_error()
     pipe.send(None)
@@ -123,12 +129,12 @@ def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) 
 
 @contextmanager
 def _no_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
+    """Start processes that Ctrl-C and SIGTERM do not reach: it is for the parent to end them."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
     resource_tracker.ensure_running()  # which would set the mask back
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:
@@ -173,7 +179,11 @@ class IsolatedSlave:
         self._time = 0.0
         self._failure: SlaveError | None = SlaveError(name, "error", 0.0, "it has not begun")
         self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
-        self.remarks: tuple[str, ...] = ()  # what it does to its process concerns nobody else
+        # What it does to its process concerns nobody else.
+        self.remarks: tuple[str, ...] = ()
+        if isolation is UNLIMITED:
+            told = f"{name}: a process may hold one instance of its FMU, so that it has a process of its own"
+            self.remarks = (told,)
 
     def begin(self) -> None:
         """Wait until the slave is open."""
@@ -262,7 +272,7 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
 
 def _limit_memory(more: float) -> None:
     """Let this process take so many bytes more than it has; beyond, it is told that there is no memory."""
-    if sys.platform == "linux":
+    if sys.platform == "linux" and more < math.inf:
         import resource
 
         pages = int(Path("/proc/self/statm").read_text().split()[0])
