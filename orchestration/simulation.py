@@ -121,7 +121,18 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
         step_size = _common(own.values())
         count = math.floor(duration / step_size + _ROUNDING)
         stop_time = stop_time if count == 0 else proposed.start_time + count * step_size
-    return stop_time, step_size or duration / DEFAULT_STEPS
+    return stop_time, step_size or _usual_step(system, duration)
+
+
+def _usual_step(system: System, duration: float) -> float:
+    """Give one of `DEFAULT_STEPS` in s, or a multiple of what FMUs step inside that divides the run."""
+    usual = duration / DEFAULT_STEPS
+    infos = (read_description(held.fmu) for held in system.components.values())
+    inside = [info.capabilities.internal_step for info in infos if info.capabilities.internal_step]
+    if inside and _divides(part := _common(inside), duration):
+        least, count = max(1, math.ceil(usual / part - _ROUNDING)), round(duration / part)
+        return part * next((m for m in range(least, 10 * least) if count % m == 0), 1)
+    return usual
 
 
 def own_steps(system: System) -> dict[str, float]:

@@ -152,8 +152,9 @@ def tune(
     A table [second_objective] of the same kind asks for the Pareto front of both. Where the system is joined,
     the winner is polished along its gradient.
 
-    Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
-    does not depend on the number of processes.
+    Writes trials.csv, winner.ssv and report.html. Where no trial keeps every constraint there is no winner:
+    the trial that comes nearest is named, and the exit code is 1. After an interruption the same command
+    continues; its table does not depend on the number of processes.
 
     Parameters
     ----------
@@ -178,6 +179,8 @@ def tune(
             write_tuning(found, target / "report.html")
     table = f"trials  {folder / 'trials.csv'}\nstudy   {dashboard(found.storage.place)}"
     _answer(found, table, folder, report, json)
+    if found.best is None:
+        raise SystemExit(FAILED)
 
 
 def dashboard(place: str) -> str:

@@ -67,8 +67,17 @@ SMALL_PLATFORMS = _by_name(
 BROWSER = Platform("wasm32-wasi", "", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
 
-ONCE_RUN = ("starting.c",)
-"""Units whose code runs once for each instance: large, and not worth a long optimisation."""
+_FEW_BRANCHES = ("-fno-gcse", "-fno-tree-vrp")
+"""Leaves out of an optimisation what finds next to nothing in this code, and takes long."""
+
+UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
+    "starting.c": ("-O0",),  # large, and run once for each instance: not worth any optimisation
+    # What one function stores number by number, another one would read in pairs, and wait for both.
+    "running.c": ("-fno-tree-slp-vectorize", *_FEW_BRANCHES),
+    "fmi2_cs.c": _FEW_BRANCHES,
+    "fmi3_cs.c": _FEW_BRANCHES,
+}
+"""Flags of units beside those of all."""
 
 
 @dataclass(frozen=True)
@@ -190,14 +199,14 @@ def _object(
     compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
 ) -> bytes:
     """Object file of a unit, compiled once for the same texts: both FMI versions share most of theirs."""
-    quick = ["-O1"] if unit in ONCE_RUN else []
-    arguments = ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"]
+    own = UNIT_FLAGS.get(unit, ())
+    arguments = ["-I.", *(f"-I{path}" for path in include), *own, "-c", unit, "-o", "unit.o"]
 
     def compiled() -> bytes:
         return compiler.made("unit.o", {file: text.encode() for file, text in texts}, arguments)
 
     headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]
-    return kept("objects", (compiler, _version(compiler.command), quick, unit, texts, headers), compiled)
+    return kept("objects", (compiler, _version(compiler.command), own, unit, texts, headers), compiled)
 
 
 @cache
