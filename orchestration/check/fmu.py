@@ -5,13 +5,13 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.orchestration.check.cases import CASES, Outcome
 from warmlink.orchestration.check.subject import Subject
 from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
@@ -57,8 +57,8 @@ def check_fmu(
     info = read_description(path)
     outcomes = {"validates": _validity(path, time_limit), "platforms inside": _platforms(path)}
     chosen = list(CASES if cases is None else cases)
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        folder = unpack(path, Path(work))
+    with scratch_folder() as work:
+        folder = unpack(path, work)
         library = _library(folder, info)
         if library is None:
             outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))

@@ -52,9 +52,10 @@ def guarded(
 ) -> Result:
     """Do a run in a process of its own.
 
-    Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies. InputError, SlaveError: as
-    the run does; SlaveError too where the process dies before there is a first value.
+    Ctrl-C, or SIGTERM in a command, ends the run after the present step; a second one ends it at once, even
+    if an FMU does not return. Recorded values are kept in both cases, and also if the process dies.
+    InputError, SlaveError: as the run does; SlaveError too where the process dies before there is a first
+    value.
 
     The work does the run, `lambda line: simulate(..., line=line)`; on platforms other than Linux in this
     process, with None. Progress is told here in communication steps done and to do; a remark is what the user
@@ -200,7 +201,8 @@ class _Guard:
         else:
             self.status.cells[under_way.ASKED] = 1
             if self.remark is not None:
-                self.remark("Ctrl-C: the run ends after the present step; press again to end it at once")
+                told, again = ("SIGTERM", "send it") if number == signal.SIGTERM else ("Ctrl-C", "press")
+                self.remark(f"{told}: the run ends after the present step; {again} again to end it at once")
 
     def _kill(self) -> None:
         with suppress(OSError):
@@ -264,7 +266,7 @@ def serve(
 def _become_inner(parent: int) -> None:
     """Die with the parent, leave the terminal to it, and keep off its standard output."""
     os.setpgid(0, 0)
-    for number in (signal.SIGINT, signal.SIGTTOU):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTTOU):
         signal.signal(number, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     die_with_parent()

@@ -112,8 +112,9 @@ class OtherProcess:
 def _begin(
     target: Callable[..., None], other: Connection, arguments: tuple[Any, ...], classes: tuple[type, ...]
 ) -> None:
-    # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C goes to the whole terminal group, SIGTERM to a whole job; what it means is decided by the master.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     die_with_parent()
     print_to_standard_error()
     pipe = Frames(other, classes)
@@ -125,12 +126,12 @@ def _begin(
 
 @contextmanager
 def _no_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
+    """Start processes that Ctrl-C and SIGTERM do not reach: it is for the parent to end them."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
     resource_tracker.ensure_running()  # which would set the mask back
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:
