@@ -13,12 +13,12 @@ import pytest
 from rich.text import Text
 
 from tests.orchestration.simulated import called
+from warmlink.fmus.safe_text import as_cell, of_cell, printable, printable_json, write_frame
 from warmlink.orchestration import console
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.report.plot import frame_of
-from warmlink.orchestration.safe_text import as_cell, of_cell, printable, printable_json, write_frame
 from warmlink.orchestration.scenarios.logged.sheet import read_sheet
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
