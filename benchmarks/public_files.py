@@ -179,8 +179,8 @@ def _libcosim(path: Path, ends: Mapping[str, Any], proposed: DefaultExperiment, 
 def judged(path: Path, own: Ran, reference: Ran, tolerance: float = 0.0) -> Seen:
     """Say what came of a file.
 
-    The tolerance is that of a solver inside an FMU: a step that is longer by a rounding error than the distance
-    of two points, as ours may be and FMPy's is not, has such a solver begin anew.
+    The tolerance is that of a solver inside an FMU. A step that is longer by a rounding error than the
+    distance of two points, as ours may be and FMPy's is not, has such a solver begin anew.
     """
     if own.columns is None:
         sentence = own.said.startswith("warmlink: ") and "Traceback" not in own.said

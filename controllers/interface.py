@@ -11,7 +11,7 @@ from warmlink.fmus.component.quantities import (
     DUTY,
     bus,
     growth_input,
-    growth_output,
+    growth_told,
     sample_time_parameter,
     temperature_input,
     thermometers,
@@ -48,9 +48,9 @@ def _flag(name: str, description: str) -> Output:
 
 
 OUTPUTS = (
-    growth_output("correction", "distance the tool point is moved back by"),
-    growth_output("predicted_elongation", "controller's estimate of the growth"),
-    growth_output("correction_std", "standard deviation of the correction's error", nominal=1e-6),
+    growth_told("correction", "distance the tool point is moved back by"),
+    growth_told("predicted_elongation", "controller's estimate of the growth"),
+    growth_told("correction_std", "standard deviation of the correction's error", nominal=1e-6),
     _flag("ready", "the remaining error is within tolerance"),
     _flag("distrusted", "a signal is left out as not credible"),
     _flag("warning", "a limit on the correction acts or is near"),

@@ -28,7 +28,7 @@ _PLAIN = {"µ": "u", "·": "-", "±": "+-", "°": "deg", "σ": "sigma", "→": "
 """What is printed where a terminal's encoding lacks a character."""
 
 
-class Terminated(KeyboardInterrupt):  # noqa: N818: as the exception that it stands beside
+class Terminated(KeyboardInterrupt):
     """The process was told to end (SIGTERM), as by docker stop, SLURM or systemd: the same as Ctrl-C."""
 
 

@@ -22,6 +22,7 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
+from warmlink.orchestration.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
@@ -77,11 +78,12 @@ def simulate(
         how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": record}
         how["fmu_tolerance"] = relative_tolerance(fmu_tolerance)
         with progress_bar(read.name) as progress:
-            return guarded(
+            found = guarded(
                 lambda line: simulate_system(read, *times, chosen, unpacked=work, line=line, **how),
                 lambda done, count: progress(done / count),
                 remark,
             )
+        return within_bands(found, declared_in(read))
 
 
 def in_turns(

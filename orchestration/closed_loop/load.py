@@ -141,4 +141,5 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
-    return read.applied(Scenario(name, title, drive.reason, drive, setup), folder)
+    about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason
+    return read.applied(Scenario(name, title, about, drive, setup), folder)

@@ -103,7 +103,9 @@ def diagnose(
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    found = [each.understood() for each in experiments]
+    from warmlink.orchestration.diagnosis.answer.slips import slips
+
+    found = [{**each.understood(), "slips": slips(each).certain} for each in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
@@ -117,6 +119,8 @@ def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
                 ends = ("" if each[end] is None else f"{each[end]:.5g}" for end in ("least", "largest"))
                 rows.append((each["column"], each["variable"], *cells, *ends))
             print_table("", headings, rows, texts=3, width=120)
+        for told in experiment["slips"]:
+            answer(f"- likely slip: {told}")
         for told in experiment["remarks"]:
             answer(f"- {told}")
 

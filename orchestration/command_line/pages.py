@@ -40,7 +40,7 @@ def live(
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")
-    page = live_page(scenario, controller or (), parameters=values_given(parameters, set_))
+    page = live_page(scenario, controller or (), parameters=values_given(None, set_), sets=parameters or ())
     path = out or Path(f"{page.name}.html")
     page.write(path)
     answer(f"page  {path}    open it in a browser")

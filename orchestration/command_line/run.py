@@ -75,7 +75,9 @@ def run(
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        asked = Asked(scenario, given, wrong, {f"--{name}": told for name, told in how.items() if told})
+        options = {f"--{name}": told for name, told in how.items() if told}
+        typed, files = arguments.values_given(None, set_), [str(each) for each in parameters or ()]
+        asked = Asked(scenario, typed, wrong, options, files)
     written = arguments.listed(record) or ()
     if written:
         refuse_unmatched(written, [*_recorded(changed(own, controller, given, wrong), kind), *ERRORS])

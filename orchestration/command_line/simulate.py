@@ -97,6 +97,7 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.plausible import declared_in, within_bands
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
     from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
@@ -174,6 +175,8 @@ def simulate(
             else:
                 alone = guarded(partial(attempt, chosen), lambda done, count: progress(done / count), remark)
                 found = Attempt(chosen, alone)
+            known = declared_in(read)
+            found = found.looked_at(lambda result: within_bands(result, known))
             found = found.told(*_beyond(found), *_late(read, found.unseen))
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING

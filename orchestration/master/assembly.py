@@ -73,7 +73,9 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
             limits = isolation or (UNLIMITED if _is_here(infos[name]) else None)
-            slaves.append(opened() if limits is None else cast(Slave, IsolatedSlave(name, opened, limits)))
+            slaves.append(
+                opened() if limits is None else cast(Slave, IsolatedSlave(name, infos[name], opened, limits))
+            )
         for slave in slaves:
             if isinstance(slave, IsolatedSlave):
                 slave.begin()

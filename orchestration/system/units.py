@@ -197,7 +197,9 @@ def parse_unit(name: str) -> Unit:
         return Unit(name, (0,) * len(BASE_UNITS))
     if not _WRITTEN.fullmatch(text):
         raise InputError(f"{name!r} is not a unit; define it with a BaseUnit, or write it as in W/(m2.K)")
-    with contextlib.suppress(ValueError):  # one of those that components are declared in needs no pint
+    with contextlib.suppress(
+        ValueError, OverflowError
+    ):  # one of those that components are declared in needs no pint
         known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
         exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
         return Unit(name, exponents, float(known.factor), float(known.offset))

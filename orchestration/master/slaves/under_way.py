@@ -16,9 +16,9 @@ from types import FrameType
 from warmlink.orchestration.console import Terminated, end_as_interrupted
 
 # Places of figures. The compiled loop has the first three, what failed, which slave and its status, and the
-# last two.
-CALL, ROWS, ASKED, BATCH, ENDS = 3, 4, 5, 6, 7
-CELLS = 8
+# last three; TURNED is, counted from 1, the slave that has changed how all calculate.
+CALL, ROWS, ASKED, BATCH, ENDS, TURNED = 3, 4, 5, 6, 7, 8
+CELLS = 9
 NAMES_FROM = 8 * CELLS
 SIZE = 1 << 16
 

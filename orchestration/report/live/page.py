@@ -84,7 +84,7 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         "live/live.html.j2",
         title=scenario.title,
         kind="live",
-        lead="This page needs a browser of 2024 or later with JavaScript switched on.",
+        lead="The cell is computed …",
         known=known,
         content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},
