@@ -8,7 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
+from warmlink.orchestration.diagnosis.answer.doubtful import (
+    beyond_noise,
+    doubts,
+    unchanging_inputs,
+    understated,
+)
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
@@ -61,7 +66,15 @@ class Diagnosis:
         """Verdict after the gate on prediction, and what is to be said of it."""
         wanders = not self.assessment.fitter.wander.still
         fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
-        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted)
+        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
+
+    @cached_property
+    def beyond_noise(self) -> str:
+        """A sentence where the chosen model leaves more than a noise stated or credible, else ""."""
+        over = self.scores.beyond(self.after)
+        if not over:
+            return ""
+        return beyond_noise(self.assessment, max(over, key=lambda name: over[name]), max(over.values()))
 
     @property
     def verdict(self) -> Word:
@@ -120,9 +133,10 @@ class Diagnosis:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
         problem, null = self.assessment.problem, self.assessment.null
+        stated = understated(problem)
         if self.verdict == "adequate":
-            return ()
-        found = doubts(problem, problem.values_by_run(null.freed, null.theta))
+            return stated
+        found = (*doubts(problem, problem.values_by_run(null.freed, null.theta)), *stated)
         return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
 
     @cached_property
@@ -134,6 +148,11 @@ class Diagnosis:
     def adopted(self) -> Predicted:
         """The model to use from now on: the uncorrected one unless causes were found."""
         return self.after if self.causes else self.before
+
+    @property
+    def delivers(self) -> bool:
+        """Whether there is a model to hand on: not where nothing is found or calibrated."""
+        return self.verdict != "unknown" or bool(self.experiment.calibrated)
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:

@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
-from warmlink.orchestration.diagnosis.answer.profile import calibration
+from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
@@ -33,6 +33,7 @@ def summary(diagnosis: Diagnosis) -> str:
         f"against {wrong['noise']:.2g} {wrong['unit']} of noise{_paused(diagnosis)}{when}."
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
+    lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
@@ -51,6 +52,7 @@ def _calibrated(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "adequate":
         told = "The calibrated model explains the data to within their noise."
     lines = [f"{diagnosis.experiment.title}: calibrated", diagnosis.judged[1] or told]
+    lines += calibration_doubts(diagnosis)
     for each in calibration(diagnosis):
         text = _number(each.name, "=", asdict(each)) + ", of which the data say nothing" * each.unknown
         text += f", not told apart from {', '.join(each.alike)}" if each.alike else ""

@@ -183,7 +183,7 @@ class Candidates:
             return [*read, *self._camera_offsets]
         least = max(_DENIED * float(max(self.data[i].scatter, default=0.0)), _DENIED_LEAST)
         given = {name: float(self.neutral[i][self.slots.index(name)]) for name in read if name in self.slots}
-        return [name for name, start in given.items() if abs(read[name] - start) > least]
+        return list(given) if any(abs(read[name] - start) > least for name, start in given.items()) else []
 
     @cached_property
     def items(self) -> tuple[Item, ...]:
