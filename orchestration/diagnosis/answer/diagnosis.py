@@ -22,7 +22,7 @@ from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, h
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.candidates import Item
-from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
+from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 
 
@@ -118,6 +118,16 @@ class Diagnosis:
     def remaining(self) -> dict[str, Wrong]:
         """What the chosen model still gets wrong, by column name."""
         return what_is_wrong(self.assessment.fitter, self.assessment.best)
+
+    @cached_property
+    def pattern(self) -> tuple[str, str] | None:
+        """Columns of a reading and of the input that what is left of it follows in blocks, if it does."""
+        problem, best = self.assessment.problem, self.assessment.best
+        found = followed_input(self.assessment.fitter, best) if self.assessment.word == "unknown" else None
+        if found is None:
+            return None
+        signal = self.experiment.rig.column_of(found.signal)
+        return problem.names[problem.variables[found.channel]], signal
 
     @cached_property
     def hint(self) -> Hint | None:

@@ -170,8 +170,8 @@ def beyond_noise(assessment: Assessment, name: str, over: float) -> str:
         return f"{left}, of which {_shown(stated, unit)} is stated."
     scatter = float(problem.scatter_in(run)[place])
     return (
-        f"{left}, which scatters by {_shown(scatter, unit)} from row to row: the rest may be slow noise or the "
-        f"model's fault, which these rows do not tell; state the noise of {name}."
+        f"{left}, which scatters by {_shown(scatter, unit)} from row to row: the rest may be slow noise or "
+        f"the model's fault, which these rows do not tell; state the noise of {name}."
     )
 
 

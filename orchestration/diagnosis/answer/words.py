@@ -81,7 +81,10 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
         told = f"Nothing is wrong beyond the noise{beside}{_paused(diagnosis)}"
         return f"{told}: the model is adequate."
     if word == "unknown":
-        return "Something is wrong that no cause in the catalogue explains."
+        left = (
+            "" if diagnosis.pattern is None else ": what is left of {} follows {}".format(*diagnosis.pattern)
+        )
+        return f"Something is wrong that no cause in the catalogue explains{left}."
     if word == "named":
         return "Found: " + " ".join(map(sentence_of, diagnosis.causes))
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]
