@@ -73,7 +73,7 @@ class Diagnosis:
         """A sentence where the chosen model leaves more than a noise stated or credible, else ""."""
         over = self.scores.beyond(self.after)
         if not over:
-            return ""
+            return next(iter(understated(self.assessment.problem)), "")
         return beyond_noise(self.assessment, max(over, key=lambda name: over[name]), max(over.values()))
 
     @property
@@ -143,7 +143,7 @@ class Diagnosis:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
         problem, null = self.assessment.problem, self.assessment.null
-        stated = understated(problem)
+        stated = tuple(each for each in understated(problem) if each != self.judged[1])
         if self.verdict == "adequate":
             return stated
         found = (*doubts(problem, problem.values_by_run(null.freed, null.theta)), *stated)

@@ -141,7 +141,7 @@ class _Doubts:
         return _rms((self._measured - simulated)[:, moving] / changes[moving])
 
 
-_MORE = 1.2
+_MORE = 1.5
 """Times a stated noise by which readings scatter from row to row for it to be told."""
 
 
