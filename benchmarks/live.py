@@ -12,14 +12,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+import warmlink as wl
 from benchmarks.command import start
 from tests.browser import Browser
 from tests.chromium import Chromium
 from tests.firefox import Firefox
-from warmlink.orchestration.catalogue import controller_named
-from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.report.live.content import Asked
-from warmlink.orchestration.report.live.page import write_live_page
 
 PAGES = {"warm_up": "", "six_axis_shift": "axis2."}
 """Scenarios, and what the name of their link begins with."""
@@ -77,7 +74,7 @@ def main(
     with tempfile.TemporaryDirectory(prefix="warmlink-") as folder:
         for scenario, axis in PAGES.items():
             page = Path(folder) / f"{scenario}.html"
-            write_live_page(page, load_scenario(scenario), [controller_named("lag")], Asked(scenario, {}))
+            wl.live(scenario, ["lag"]).write(page)
             for kind in (Chromium, Firefox):
                 try:
                     found = redraw(kind, page, axis, rounds)

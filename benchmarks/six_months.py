@@ -18,9 +18,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+import warmlink as wl
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 
 SCENARIO, SENSORS = "production_shift", "noisy_sensors"

@@ -6,7 +6,7 @@ which the model does not know. With data of your own, read a DataFrame with colu
 
 import pandas
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.diagnosis.practice.hide import hide
 from warmlink.orchestration.scenarios.duties.duty import Segment
 

@@ -7,7 +7,7 @@ growth of the link agrees to the last digits.
 import fmpy
 import numpy as np
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.fmu_store import FmuStore
 
 fmu = FmuStore("native").files(["ThermalLink"])["ThermalLink"]

@@ -7,11 +7,10 @@ gain whose largest error is smallest. The law becomes a native FMU, so it must s
 from pathlib import Path
 from tempfile import mkdtemp
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 LAW = '''
-from warmlink.controllers.own import Law
-from warmlink.fmus.component import Parameter, State
+from warmlink import Law, Parameter, State
 
 class MeanRise(Law):
     """Growth by the mean of the temperatures at both ends of the link."""

@@ -4,7 +4,7 @@ Each axis of the arm has a motor, a link and a controller. The scenario says whi
 error is how far the growth of the links moves the tool point in space.
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 outcome = wl.run("six_axis_shift", "observer", stop="10 min", step="2 s")
 print(outcome)

@@ -4,7 +4,7 @@ A joint starts cold, works and pauses. The real cell conducts and stores heat 20
 assumes, and its thermometers are noisy. How far off is the tool point, with the controller and without it?
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 outcome = wl.run("stop_and_go", "observer", mismatches=["thermal_high", "noisy_sensors"], stop="40 min")
 print(outcome)

@@ -7,11 +7,11 @@ FMU; the heater and the rod are shipped. The system is written as an SSP, which 
 from pathlib import Path
 from tempfile import mkdtemp
 
+import warmlink as wl
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component, Input, Output, Parameter, State
 from warmlink.fmus.component.arithmetic import where
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
-from warmlink.orchestration import api as wl
 from warmlink.orchestration.fmu_store import FmuStore
 
 COMPONENT = Component(

@@ -20,6 +20,11 @@ def listed(names: Iterable[str], joint: str = "and") -> str:
     return f" {joint} ".join(part for part in (", ".join(every[:-1]), *every[-1:]) if part) or "none"
 
 
+def several(given: str | Iterable[str]) -> list[str]:
+    """The names given: those of a list, or the only one."""
+    return [given] if isinstance(given, str) else list(given)
+
+
 def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:
     """Remedy for a name that does not exist: `did you mean lag?` if a name is similar, else `choose a or b`.
 

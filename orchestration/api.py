@@ -1,62 +1,24 @@
-"""What notebooks and scripts use: `from warmlink.orchestration import api as wl`.
-
-Each name is loaded when it is first used.
-"""
+"""The former place of the public functions: `import warmlink as wl` has them now."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from inspect import isfunction
+from typing import Any
 
-if TYPE_CHECKING:
-    from warmlink.controllers.design.linearise import linearise as linearise
-    from warmlink.fmus.component.join import join as join
-    from warmlink.fmus.errors import InputError as InputError
-    from warmlink.orchestration.closed_loop.outcome import run as run
-    from warmlink.orchestration.command_line.build import build_files
-    from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
-    from warmlink.orchestration.report.plot import plot as plot
-    from warmlink.orchestration.simulation import simulate as simulate
-    from warmlink.orchestration.studies.at_work import Means as Means
-    from warmlink.orchestration.studies.compare import compare as compare
-    from warmlink.orchestration.studies.design import design as design
-    from warmlink.orchestration.studies.tune import tune_study
-    from warmlink.orchestration.system.assemble import assemble as assemble
-    from warmlink.orchestration.system.assemble import read_system as read_system
-    from warmlink.orchestration.system.write import write_ssp as write_ssp
+import warmlink
+from warmlink.orchestration.deprecation import deprecated
 
-    build, tune = build_files, tune_study
-
-_PLACES = {
-    "InputError": "fmus.errors:InputError",
-    "Means": "orchestration.studies.at_work:Means",
-    "assemble": "orchestration.system.assemble:assemble",
-    "build": "orchestration.command_line.build:build_files",
-    "compare": "orchestration.studies.compare:compare",
-    "design": "orchestration.studies.design:design",
-    "diagnose": "orchestration.diagnosis.diagnose:diagnose",
-    "join": "fmus.component.join:join",
-    "linearise": "controllers.design.linearise:linearise",
-    "plot": "orchestration.report.plot:plot",
-    "read_system": "orchestration.system.assemble:read_system",
-    "run": "orchestration.closed_loop.outcome:run",
-    "simulate": "orchestration.simulation:simulate",
-    "tune": "orchestration.studies.tune:tune_study",
-    "write_ssp": "orchestration.system.write:write_ssp",
-}
-__all__ = [*_PLACES]
+__all__ = [name for name in warmlink.__all__ if name != "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is named."""
-    if name not in _PLACES:
-        from warmlink.fmus.names import instead
-
-        raise AttributeError(f"warmlink.orchestration.api has no {name}; {instead(name, __all__)}")
-    module, _, attribute = _PLACES[name].partition(":")
-    found = getattr(import_module(f"warmlink.{module}"), attribute)
-    globals()[name] = found
-    return found
+    """Load the object of this name; a function warns when it is called."""
+    if name not in __all__:
+        raise AttributeError(f"warmlink.orchestration.api has no {name}; import warmlink as wl")
+    found = getattr(warmlink, name)
+    if not isfunction(found):
+        return found
+    return deprecated(f"warmlink.orchestration.api.{name}", f"warmlink.{name}", "0.2.0")(found)
 
 
 def __dir__() -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -16,8 +17,15 @@ if TYPE_CHECKING:
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
-from warmlink.orchestration.command_line.arguments import Command, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
+from warmlink.orchestration.command_line.arguments import Command, carry_out, for_typer, plain_values
+from warmlink.orchestration.console import (
+    BAD_INPUT,
+    FAILED,
+    end_as_interrupted,
+    interrupted,
+    print_plainly,
+    remark,
+)
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.threads import one_thread_from_the_start
 
@@ -60,7 +68,7 @@ def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> 
         command = command_named(given[0])
         values = plain_values(command, given[1:])
         if values is not None:
-            command(**values)
+            carry_out(command, values)
             raise SystemExit(0)  # as typer does
     application(given)(given, prog_name=prog_name)
 
@@ -127,6 +135,8 @@ def main() -> None:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:  # `print` would take standard output instead
         sys.stderr = os.fdopen(2, "w")
+    print_plainly()
+    signal.signal(signal.SIGTERM, end_as_interrupted)
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)
@@ -165,8 +175,8 @@ def guarded(command: Callable[[], None]) -> None:
         told = os.strerror(fault.errno).lower()
         remark(f"the answer cannot be written ({told}); free space there, and run it again")
         raise SystemExit(FAILED) from None
-    except KeyboardInterrupt:
-        raise interrupted() from None
+    except KeyboardInterrupt as fault:
+        raise interrupted(fault) from None
 
 
 if __name__ == "__main__":

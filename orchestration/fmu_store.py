@@ -8,7 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.files import WRITING, sweep
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
@@ -77,6 +79,7 @@ class FmuStore:
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
         try:
+            sweep(folder, WRITING)
             built = (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, folder)
             for path in built:
                 vouch(path)
@@ -89,17 +92,21 @@ class FmuStore:
 def kind_named(name: str | None) -> FmuKind | None:
     """Kind of FMU by its name, None if none was given; raises InputError if no kind has that name."""
     if name not in (None, *FMU_KINDS):
-        raise InputError(f"--fmus {name}: no such kind; {instead(str(name), FMU_KINDS)}")
+        raise InputError(f"{argument('fmus', name)}: no such kind; {instead(str(name), FMU_KINDS)}")
     return name
 
 
-def store(kind: FmuKind | None, names: Iterable[str], remark: Remark) -> FmuStore:
-    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles."""
+def store(kind: str | None, names: Iterable[str], remark: Remark) -> FmuStore:
+    """Store of the kind asked for; unasked, native, or with a remark Python where nothing compiles.
+
+    InputError if there is no such kind.
+    """
+    asked = kind_named(kind)
     filled = wanted_cache_folder() / source_digest()
     if cache_folder() != wanted_cache_folder() and (others_may_write(filled) or not filled.is_dir()):
         remark(_elsewhere())
-    if kind is not None:
-        return FmuStore(kind)
+    if asked is not None:
+        return FmuStore(asked)
     native = FmuStore("native")
     try:
         native.files(names, remark)

@@ -26,6 +26,8 @@ HEAVY = (
     "pyarrow",
     "pydantic",
 )
+FACE = Path("orchestration", "face")
+"""What installs as `warmlink` itself."""
 LAW_FILES = ("equations.py", "law.py")
 SOURCES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
 
@@ -44,12 +46,10 @@ def imports(path: Path) -> set[str]:
 
 def test_the_list_of_packages_is_the_tree() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]["packages"]
-    found = {
-        ".".join(("warmlink", *path.parent.relative_to(ROOT).parts))
-        for path in SOURCES
-        if path.name == "__init__.py"
+    places = {path.parent.relative_to(ROOT) for path in SOURCES if path.name == "__init__.py"}
+    assert set(declared) == {
+        "warmlink" if place == FACE else ".".join(("warmlink", *place.parts)) for place in places
     }
-    assert set(declared) == {"warmlink", *found}
     assert {path.parent for path in SOURCES} == {p.parent for p in SOURCES if p.name == "__init__.py"}
 
 
@@ -67,10 +67,14 @@ def test_what_is_imported_of_ours_is_there(folder: str) -> None:
     assert not missing
 
 
-def test_warmlink_is_a_namespace_that_can_be_run() -> None:
+def test_the_face_is_warmlink_and_holds_nothing_but_names() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
-    assert declared["package-dir"]["warmlink"] == "."
-    assert not (ROOT / "__init__.py").exists()
+    assert declared["package-dir"]["warmlink"] == FACE.as_posix()
+    assert {path.name for path in (ROOT / FACE).iterdir()} - {"__pycache__"} == {
+        "__init__.py",
+        "__main__.py",
+        "py.typed",
+    }
 
 
 @pytest.mark.parametrize("floor", FLOORS)

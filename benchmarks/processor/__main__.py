@@ -26,7 +26,7 @@ from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, changed
 from warmlink.orchestration.system.shipped import COMPENSATOR
 

@@ -61,11 +61,8 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
         return
     from plotly.offline import get_plotlyjs
 
+    import warmlink as wl
     from extension.blocks import ROOT, notebook
-    from warmlink.orchestration.catalogue import controller_named
-    from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.report.live.content import Asked
-    from warmlink.orchestration.report.live.page import write_live_page
     from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
     out = Path(app.outdir)
@@ -74,6 +71,4 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
         text = notebook(path.read_text("utf-8"))
         (out / "notebooks" / f"{path.stem}.ipynb").write_text(text, "utf-8")
     (out / "_static" / "plotly.min.js").write_text(get_plotlyjs(), "utf-8")
-    name = DEFAULT_SCENARIO
-    laws = [controller_named("lag"), controller_named("observer")]
-    write_live_page(out / "live.html", load_scenario(name), laws, Asked(name, {}))
+    wl.live(DEFAULT_SCENARIO, ["lag", "observer"]).write(out / "live.html")

@@ -4,7 +4,7 @@ After twenty minutes the base thermometer jumps by 6 K. The observer notices, le
 with the other one and the duty; the regression follows it.
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.report.figures import time_plot
 
 broken = {"sensors.fault_kind[3]": 2, "sensors.fault_time[3]": "20 min", "sensors.fault_size[3]": "6 K"}

@@ -4,7 +4,7 @@ Largest errors in µm, with every thermal parameter 20 % off and with noisy ther
 the tolerance of 5 µm, orange above it. `warmlink compare` draws this for all of them.
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.report.figures import heat_map
 
 laws = ["none", "lag", "regression", "observer"]

@@ -7,7 +7,7 @@ err in proportion to the step, until at a minute the exchange itself becomes uns
 import numpy as np
 import plotly.graph_objects as go
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.report.figures import COLOURS, styled
 
 exact = wl.run("stop_and_go", "none", step="0.25 s", stop="20 min").uncompensated_error[-1]

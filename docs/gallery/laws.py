@@ -4,7 +4,7 @@ All thermal parameters are 20 % larger than the laws assume, and the thermometer
 thermometer tells (`lag` uses none) stays as an error.
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.report.figures import time_plot
 
 runs = {

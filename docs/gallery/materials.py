@@ -6,7 +6,7 @@ grows.
 
 from pathlib import Path
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.report.figures import time_plot
 
 lines = {}

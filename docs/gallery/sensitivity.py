@@ -6,7 +6,7 @@ change?
 
 import plotly.graph_objects as go
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.catalogue import components
 from warmlink.orchestration.report.figures import COLOURS, styled
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS

@@ -4,7 +4,7 @@ The winding warms within minutes, the shaft in half an hour, and the link last. 
 link goes on growing for a while.
 """
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 outcome = wl.run("shift_with_breaks", "none", stop="3 h", step="5 s")
 parts = (

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pythonfmu.builder import FmuBuilder
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import DefaultExperiment
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 
 Path("real.toml").write_text(Path("machine.toml").read_text("utf-8").replace("machine.ssp", "real.ssp"))
 shift = wl.run("real.toml", "none", step="1 s").to_frame()

@@ -10,7 +10,7 @@ import shutil
 from pathlib import Path
 from tempfile import mkdtemp
 
-from warmlink.orchestration import api as wl
+import warmlink as wl
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 

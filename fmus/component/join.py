@@ -25,6 +25,9 @@ Wire = tuple[str, str]
 
 Observe = Callable[[str, Record], Values]
 
+Schedule = Sequence[tuple[str, list[str]]]
+"""Parts to evaluate in this order, and which of their outputs are right by then."""
+
 Variable = TypeVar("Variable", bound=Named)
 
 
@@ -92,7 +95,10 @@ class Joint:
     def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
         self.parts, self.wires = parts, wires
         found = {key: dependencies(part) for key, part in parts.items()}
-        self._running = evaluation_order(self, {key: each.outputs for key, each in found.items()})
+        self._direct = {key: each.outputs for key, each in found.items()}
+        self._running = evaluation_order(self, self._direct)
+        self._moving = self._before(key for key, part in parts.items() if part.rates is not None)
+        self._sampling = {key: self._before([key]) for key, part in parts.items() if part.sampled}
         self._starting = evaluation_order(self, {key: each.initial for key, each in found.items()})
 
     @property
@@ -123,7 +129,7 @@ class Joint:
 
     def rates(self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None) -> Values:
         """Time derivatives of the continuous states by name; `since` as for `Component.rates_of`."""
-        signals, found = self._signals(x, u, p, time, since), {}
+        signals, found = self._signals(self._moving, x, u, p, time, since), {}
         for key, part in self.parts.items():
             if part.rates is not None and part.states:
                 inputs = self._record(key, signals, u)
@@ -132,7 +138,7 @@ class Joint:
 
     def observe(self, x: Record, u: Record, p: Record, time: Number) -> Values:
         """Outputs by name."""
-        signals = self._signals(x, u, p, time)
+        signals = self._signals(self._running, x, u, p, time)
         found = {}
         for key, part in self.parts.items():
             for output in part.outputs:
@@ -142,7 +148,7 @@ class Joint:
 
     def inputs(self, key: str, x: Record, u: Record, p: Record, time: Number) -> Number:
         """Flat inputs of a part during the run."""
-        return self.parts[key].u.flat(self._inputs(key, self._signals(x, u, p, time), u))
+        return self.parts[key].u.flat(self._inputs(key, self._signals(self._before([key]), x, u, p, time), u))
 
     def clocks(self) -> Iterable[Clock]:
         """One for each clock of a part, in the order of the parts."""
@@ -154,11 +160,30 @@ class Joint:
     def _updated(
         self, key: str, clock: Clock, x: Record, u: Record, p: Record, time: Number, step: Number
     ) -> Values:
-        inputs = self._record(key, self._signals(x, u, p, time), u)
+        inputs = self._record(key, self._signals(self._sampling[key], x, u, p, time), u)
         return _named({key: clock.update(part_of(x, key), inputs, part_of(p, key), time, step)})
 
+    def _before(self, keys: Iterable[str]) -> Schedule:
+        """What is evaluated, in which order, for the inputs of some parts."""
+        waiting = [f"{key}.{name}" for key in keys for name in self.parts[key].u.names]
+        needed: set[str] = set()
+        while waiting:
+            source = self.wires.get(waiting.pop())
+            if source is not None and source not in needed:
+                needed.add(source)
+                key, own = split_name(source)
+                waiting += [f"{key}.{name}" for name in self._direct[key][own]]
+        steps = ((key, [n for n in ready if f"{key}.{n}" in needed]) for key, ready in self._running)
+        return [(key, ready) for key, ready in steps if ready]
+
     def _signals(
-        self, x: Record, u: Record, p: Record, time: Number, since: Number | None = None
+        self,
+        schedule: Schedule,
+        x: Record,
+        u: Record,
+        p: Record,
+        time: Number,
+        since: Number | None = None,
     ) -> dict[str, Number]:
         """Scalar outputs of the parts by name; those that jump are taken at `since`."""
 
@@ -171,11 +196,9 @@ class Joint:
                 found |= {output.name: before[output.name] for output in part.outputs if output.discrete}
             return found
 
-        return self._followed(self._running, observed, u)
+        return self._followed(schedule, observed, u)
 
-    def _followed(
-        self, schedule: Sequence[tuple[str, list[str]]], observe: Observe, free: Record
-    ) -> dict[str, Number]:
+    def _followed(self, schedule: Schedule, observe: Observe, free: Record) -> dict[str, Number]:
         """Scalar outputs of the parts by name, found part after part."""
         signals: dict[str, Number] = {}
         for key, ready in schedule:
@@ -204,6 +227,13 @@ class Joint:
             ]
             found[variable.name] = values[0] if variable.size is None else stack(*values)
         return found
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Part and own name of a scalar of the whole."""
+    variable, bracket, element = name.partition("[")
+    key, _, own = variable.rpartition(".")
+    return key, own + bracket + element
 
 
 def part_of(record: Record, key: str) -> Any:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import MOST_IN_A_STEP, Component, Input, Output, Parameter
@@ -66,26 +67,48 @@ def _longest_step(component: Component) -> str:
     )
 
 
-def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
+class Facts(NamedTuple):
+    """A variable as people read it; `start` and `bounds` are empty for what is computed."""
+
+    name: str
+    unit: str
+    start: str
+    bounds: str
+    meaning: str
+
+
+def facts(variable: Input | Parameter | Output) -> Facts:
+    """Say of a variable what its user must know, in the unit in which people read it."""
     size = "" if variable.size is None else f"[1..{variable.size}]"
     unit = variable.display or ("" if variable.unit == "1" else variable.unit)
-    unit = unit if variable.type == "Real" else variable.type
-    yield f"<td><code>{escape(variable.name)}{size}</code></td>"
-    yield f"<td>{escape(unit)}</td>"
+    name, unit = f"{variable.name}{size}", unit if variable.type == "Real" else variable.type
+    if isinstance(variable, Output):
+        return Facts(name, unit, "", "", variable.description)
+    starts: tuple[float, ...] = (variable.start,)
     remark = ""
+    limits = [("≥", variable.minimum), ("≤", variable.maximum)]
+    if isinstance(variable, Parameter):
+        starts = variable.starts or starts
+        limits[0] = (">", 0.0) if variable.positive else limits[0]
+        remark = "; tunable" if variable.tunable else ""
+    elif variable.accepts_nan:
+        remark = "; may be NaN"
+    bounds = [f"{sign} {_shown(variable, limit)}" for sign, limit in limits if limit is not None]
+    shown = [_shown(variable, start) for start in starts]
+    while len(shown) > 2 and shown[-1] == shown[-2]:
+        shown.pop()
+    more = " …" * (len(shown) < len(starts))
+    return Facts(name, unit, ", ".join(shown) + more, ", ".join(bounds), f"{variable.description}{remark}")
+
+
+def _cells(variable: Input | Parameter | Output) -> Iterator[str]:
+    told = facts(variable)
+    yield f"<td><code>{escape(told.name)}</code></td>"
+    yield f"<td>{escape(told.unit)}</td>"
     if not isinstance(variable, Output):
-        starts: tuple[float, ...] = (variable.start,)
-        limits = [("≥", variable.minimum), ("≤", variable.maximum)]
-        if isinstance(variable, Parameter):
-            starts = variable.starts or starts
-            limits[0] = (">", 0.0) if variable.positive else limits[0]
-            remark = "; tunable" if variable.tunable else ""
-        elif variable.accepts_nan:
-            remark = "; may be NaN"
-        bounds = [f"{sign} {_shown(variable, limit)}" for sign, limit in limits if limit is not None]
-        yield f'<td class="number">{", ".join(_shown(variable, start) for start in starts)}</td>'
-        yield f'<td class="number">{escape(", ".join(bounds))}</td>'
-    yield f"<td>{escape(variable.description)}{remark}</td>"
+        yield f'<td class="number">{told.start}</td>'
+        yield f'<td class="number">{escape(told.bounds)}</td>'
+    yield f"<td>{escape(told.meaning)}</td>"
 
 
 def _shown(variable: Input | Parameter | Output, value: float) -> str:

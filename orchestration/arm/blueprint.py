@@ -23,7 +23,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.entries import quantity
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -193,12 +194,12 @@ class ProgramFile(RowsTables, Settings):
         return Program(name, duties[0].title, duties[0].reason, self.stop_time, duties, poses)
 
 
-def scenario_of(given: Mapping[str, Any], name: str) -> Scenario:
+def scenario_of(given: Mapping[str, Any], name: str, folder: Path = Path()) -> Scenario:
     """Scenario of the arm from the tables of a file; raises InputError where something in them is wrong."""
     file = read_table(ProgramFile, given, name)
     program = file.program(name)
     default = Scenario(name, program.title, program.reason, program, arm())
-    return file.applied(replace(default, controller=shipped(CONTROLLER), tolerance=TOLERANCE))
+    return file.applied(replace(default, controller=shipped(CONTROLLER), tolerance=TOLERANCE), folder)
 
 
 def plant(number: int) -> Plant:

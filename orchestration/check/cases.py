@@ -4,22 +4,21 @@ import itertools
 import math
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from warmlink.orchestration.master.assembly import open_slave
-from warmlink.orchestration.master.slaves.slave import Experiment, SlaveError
-from warmlink.orchestration.system.model import ModelInfo, Variable
+from warmlink.orchestration.check.subject import Instance, Subject, scale, within
+from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.system.model import Variable
 
 Outcome = tuple[str, str]
-"""Verdict ("pass", "fail" or "skip") and detail."""
+"""Verdict ("pass", "fail", "skip" or "remark") and detail."""
 
 _LONGEST_EXPERIMENT = 10_000
-_GROWTH_STEPS, _GROWTH_SECONDS = 1_000_000, 15.0
+_GROWTH_STEPS, _GROWTH_SECONDS = 1_000_000, 8.0
 _GROWTH_ALLOWED = 1 << 20
 """Bytes; what a leak of one byte in each step adds up to in a million steps."""
 
@@ -27,85 +26,9 @@ _DERIVATIVE_TOLERANCE = 1e-4
 _REACHES = (1e-4, 1e-6)
 """Steps to either side, as shares of an ordinary value of the input; the shorter one is for outputs that bend
 sharply, as a norm does near 0."""
+_NOTHING_SHOWN = "skip", "the FMU has no output that is a number, by which to tell"
 _POINTS = 4
 """Operating points at which outputs are perturbed."""
-
-
-class Subject:
-    """The FMU that is checked, unpacked into a folder.
-
-    `inputs`, and the names `outputs`, are of variables that are one number each; times and step size in s are
-    those that it proposes, else a hundredth of 1 s.
-    """
-
-    def __init__(self, info: ModelInfo, folder: Path) -> None:
-        self.info, self.folder = info, folder
-        self.inputs = self._numbers("input")
-        self.outputs = tuple(variable.name for variable in self._numbers("output"))
-        proposed = info.default_experiment
-        self.start_time = proposed.start_time
-        self.stop_time = self.start_time + 1.0 if proposed.stop_time is None else proposed.stop_time
-        self.step_size = proposed.step_size or (self.stop_time - self.start_time) / 100
-
-    def time(self, index: int) -> float:
-        """Time in s at which a step begins."""
-        return self.start_time + index * self.step_size
-
-    def excitation(self, index: int) -> dict[str, float]:
-        """Values of the real inputs in a step: about their start values, never twice the same."""
-        return {
-            v.name: _within(v, float(v.start or 0) + 0.05 * _scale(v) * (1.5 + math.sin(0.7 * index + i)))
-            for i, v in enumerate(self.inputs)
-            if v.kind == "Real"
-        }
-
-    def _numbers(self, causality: str) -> list[Variable]:
-        found = [v for v in self.info.variables.values() if v.causality == causality]
-        numbers = [v for v in found if v.kind not in (None, "String") and not v.dimensions]
-        if self.info.fmi_version == "2.0":
-            return numbers
-        # In FMI 3.0 an alias is another name of the same variable.
-        return list({(v.value_reference, v.element): v for v in reversed(numbers)}.values())[::-1]
-
-
-class Instance:
-    """A fresh instance of the FMU, initialized with the inputs of step 0."""
-
-    def __init__(self, subject: Subject, name: str = "checked") -> None:
-        self.subject = subject
-        self.slave = open_slave(name, subject.info, subject.folder)
-        self.slave.setup(Experiment(subject.start_time))
-        self.slave.enter_initialization()
-        self.put(subject.excitation(0))
-        self.slave.exit_initialization()
-
-    def put(self, values: Mapping[str, float]) -> None:
-        """Set variables by name."""
-        self.slave.set(tuple(values), list(values.values()))
-
-    def outputs(self) -> NDArray[np.float64]:
-        """Values of the outputs as numbers."""
-        return np.array([float(value) for value in self.slave.get(self.subject.outputs)])
-
-    def step(self, index: int) -> None:
-        """Take a step."""
-        self.slave.step(self.subject.time(index), self.subject.step_size)
-
-    def run(self, first: int, count: int) -> NDArray[np.float64]:
-        """Outputs after each of so many steps, each with inputs of its own."""
-        rows = []
-        for index in range(first, first + count):
-            self.put(self.subject.excitation(index))
-            self.step(index)
-            rows.append(self.outputs())
-        return np.array(rows)
-
-    def arrive(self, point: int) -> dict[str, float]:
-        """Run to an operating point, and give the inputs set there."""
-        self.run(5 * point, 5)
-        values = self.subject.excitation(5 * point + 4)
-        self.put(values)
-        return values
 
 
 def default_experiment(subject: Subject) -> Outcome:
@@ -113,8 +36,11 @@ def default_experiment(subject: Subject) -> Outcome:
     size = subject.step_size
     planned = max(1, round((subject.stop_time - subject.start_time) / size))
     count = min(planned, _LONGEST_EXPERIMENT)
-    instance = Instance(subject)
+    instance, until = Instance(subject), time.monotonic() + subject.seconds
     for index in range(count):
+        if time.monotonic() > until:
+            count = index
+            break
         try:
             instance.step(index)
         except SlaveError as fault:
@@ -131,11 +57,13 @@ def default_experiment(subject: Subject) -> Outcome:
 
 def state_restore(subject: Subject) -> Outcome:
     """What follows a restored state is bit for bit what followed it before, in a second instance too."""
+    if not subject.outputs:
+        return _NOTHING_SHOWN
     if not subject.info.capabilities.get_set_state:
         return "skip", "the FMU does not declare that it gets and sets its state"
-    instance = Instance(subject)
+    instance = Instance(subject, goes_back=True)
     instance.run(0, 7)
-    serializes = subject.info.capabilities.serialize_state
+    serializes = subject.info.capabilities.serialize_state and not subject.info.capabilities.once_per_process
     state, copy = instance.slave.state(), instance.slave.serialize() if serializes else b""
     expected = instance.run(7, 20)
     instance.slave.restore(state)
@@ -143,8 +71,8 @@ def state_restore(subject: Subject) -> Outcome:
         return "fail", "20 steps after the restored state differ from those before"
     instance.slave.free(state)
     if not serializes:
-        return "pass", "20 steps after the restored state; serialisation is not declared"
-    other = Instance(subject, "restored")
+        return "pass", "20 steps after the restored state; there is no other instance to serialise it to"
+    other = Instance(subject, "restored", goes_back=True)
     other.slave.deserialize(copy)
     if not _same(other.run(7, 20), expected):
         return "fail", "20 steps of another instance, from the serialised state, differ"
@@ -154,6 +82,8 @@ def state_restore(subject: Subject) -> Outcome:
 def dependencies(subject: Subject) -> Outcome:
     """No output moves with an input that it is not declared to depend on."""
     seen: set[tuple[str, str]] = set()
+    if not (subject.inputs and subject.outputs):
+        return "skip", "the FMU has no number as an input, or none as an output"
     instance = Instance(subject)
     for point in range(_POINTS):
         values = instance.arrive(point)
@@ -172,6 +102,8 @@ def dependencies(subject: Subject) -> Outcome:
     hidden = sorted(pair for pair in seen - listed if pair[0] in limited)
     if hidden:
         return "fail", "{} moves with {}, which it does not declare".format(*hidden[0])
+    if not seen and (listed or open_to_all):
+        return "remark", f"no output moved with any input: none of {len(listed)} declared pairs is proven"
     more = f"; {len(open_to_all)} outputs declare nothing, which means all" if open_to_all else ""
     return "pass", f"{len(seen & listed)} of {len(listed)} declared pairs seen, none besides{more}"
 
@@ -203,12 +135,14 @@ def directional_derivatives(subject: Subject) -> Outcome:
             errors.append(error)
     instance.slave.terminate()
     if not errors:
-        return "pass", "no output depends directly on a real input"
+        return "skip", "no output depends directly on a real input"
     return "pass", f"{len(errors)} compared with differences, to {max(errors):.1e}"
 
 
 def second_instance(subject: Subject) -> Outcome:
     """An instance gives the same whether or not another runs beside it."""
+    if not subject.outputs:
+        return _NOTHING_SHOWN
     if subject.info.capabilities.once_per_process:
         return "skip", "the FMU declares that a process holds one instance"
     alone = Instance(subject, "alone")
@@ -232,22 +166,32 @@ def memory_growth(subject: Subject) -> Outcome:
         return "skip", "the process's memory is read where Linux shows it"
     instance = Instance(subject)
     steps = itertools.count()
+    warm = time.monotonic() + subject.seconds
     for _ in range(2000):
+        if time.monotonic() > warm:
+            return "remark", f"{next(steps)} steps took {subject.seconds:g} s, too few to see it grow"
         instance.step(next(steps))
     before, began, count = _resident(), time.process_time(), 0
-    while count < _GROWTH_STEPS and time.process_time() - began < _GROWTH_SECONDS:
+    until = time.monotonic() + subject.seconds
+    while (
+        count < _GROWTH_STEPS and time.process_time() - began < _GROWTH_SECONDS and time.monotonic() < until
+    ):
         for _ in range(1000):
             instance.step(next(steps))
         count += 1000
     grown = _resident() - before
     instance.slave.terminate()
-    short = "" if count == _GROWTH_STEPS else f", as many as {_GROWTH_SECONDS:g} s of the processor allowed"
+    short = "" if count == _GROWTH_STEPS else ", as many as the time allowed"
     detail = f"{grown / 1024:.0f} KiB over {count} steps{short}"
     return ("pass" if grown <= _GROWTH_ALLOWED else "fail"), detail
 
 
 def reproducible(subject: Subject) -> Outcome:
     """Two fresh instances on the same inputs give the same bits."""
+    if not subject.outputs:
+        return _NOTHING_SHOWN
+    if subject.info.capabilities.once_per_process:
+        return "skip", "the FMU declares that a process holds one instance"
     instances, runs = [], []
     for _ in range(2):
         instances.append(Instance(subject, "once"))
@@ -277,16 +221,16 @@ def _moved(variable: Variable, value: float) -> list[float]:
         return [1.0 - value]
     if variable.items:
         return [float(item) for item in variable.items.values() if item != value]
-    parts, scale = ((-0.01, 0.01, 0.5), _scale(variable)) if variable.kind == "Real" else ((-1, 1, 2), 1)
-    return [_within(variable, value + part * scale) for part in parts]
+    parts, size = ((-0.01, 0.01, 0.5), scale(variable)) if variable.kind == "Real" else ((-1, 1, 2), 1)
+    return [within(variable, value + part * size) for part in parts]
 
 
 def _differences(
     instance: Instance, output: str, variable: Variable, value: float, reach: float
 ) -> list[float]:
     """Central, forward and backward difference, of which a derivative at a kink equals one."""
-    step = reach * _scale(variable)
-    places = [_within(variable, place) for place in (value - step, value, value + step)]
+    step = reach * scale(variable)
+    places = [within(variable, place) for place in (value - step, value, value + step)]
     found = []
     for place in places:
         instance.put({variable.name: place})
@@ -294,17 +238,6 @@ def _differences(
     instance.put({variable.name: value})
     pairs = ((0, 2), (1, 2), (0, 1))
     return [(found[b] - found[a]) / (places[b] - places[a]) for a, b in pairs if places[b] > places[a]]
-
-
-def _scale(variable: Variable) -> float:
-    """Size of an ordinary value: nominal, else start, else 1."""
-    return abs(variable.nominal or 0) or abs(float(variable.start or 0)) or 1.0
-
-
-def _within(variable: Variable, value: float) -> float:
-    """Value held inside the variable's declared range."""
-    low = -math.inf if variable.min is None else variable.min
-    return min(max(value, low), math.inf if variable.max is None else variable.max)
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -1,26 +1,28 @@
 """What an integrator checks before trusting an FMU, whoever made it."""
 
+import ctypes
 import os
 import re
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.check.cases import CASES, Outcome, Subject
-from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.fmus.files import scratch_folder
+from warmlink.orchestration.check.cases import CASES, Outcome
+from warmlink.orchestration.check.subject import Subject
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
+from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import ModelInfo
 
-TIME_LIMIT = 120.0
+TIME_LIMIT = 30.0
 """s, for one check; an FMU that does not answer is left and the next check made."""
 
 _LOADING = "loads in a bare process"
@@ -35,7 +37,8 @@ PLAIN_NAME = re.compile(rf"{_STRUCTURED}|der\({_STRUCTURED}(,[0-9]+)?\)")
 class CheckResult:
     """What one check found.
 
-    The verdict is "pass", "fail", or "skip" where the FMU does not claim what would be checked.
+    The verdict is "pass", "fail", "skip" if the FMU does not claim what would be checked, or "remark" if what
+    was found is no fault, but good to know.
     """
 
     name: str
@@ -52,21 +55,30 @@ def check_fmu(
     default. InputError if the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
-    outcomes = {"validates": _validity(path), "platforms inside": _platforms(path)}
+    outcomes = {"validates": _validity(path, time_limit), "platforms inside": _platforms(path)}
     chosen = list(CASES if cases is None else cases)
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        folder = unpack(path, Path(work))
+    with scratch_folder() as work:
+        folder = unpack(path, work)
         library = _library(folder, info)
         if library is None:
             outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))
         else:
-            ran = _run_cases(Subject(info, folder), chosen, time_limit)
-            outcomes |= {_LOADING: _loading(library), **dict(zip(chosen, ran, strict=True))}
+            ran = _run_cases(Subject(info, folder, time_limit / 3), chosen, time_limit)
+            outcomes |= {_LOADING: _loading(library, time_limit), **dict(zip(chosen, ran, strict=True))}
     return [CheckResult(name, *outcome) for name, outcome in outcomes.items()]
 
 
-def _validity(path: Path) -> Outcome:
-    problems = validity_problems(path)
+def _validity(path: Path, time_limit: float) -> Outcome:
+    process = OtherProcess("check", _find_problems, path)
+    try:
+        process.answer(START_LIMIT)
+        problems = process.answer(time_limit)
+    except TimeoutError:
+        return "remark", f"FMPy has not judged it within {time_limit:g} s; give a longer --time-limit"
+    except ProcessEndedError as ended:
+        return "remark", f"FMPy could not judge it: its process ended with {ended}"
+    finally:
+        process.end()
     if not problems:
         return "pass", "schema and rules of the standard"
     return "fail", f"{len(problems)} problems: {' '.join(problems[0].split())}"[:300]
@@ -85,16 +97,47 @@ def _library(folder: Path, info: ModelInfo) -> Path | None:
     return library if library.is_file() else None
 
 
-def _loading(library: Path) -> Outcome:
+def _find_problems(pipe: Frames, path: Path) -> None:
+    pipe.send(validity_problems(path))
+
+
+def _loading(library: Path, time_limit: float) -> Outcome:
     """Load the library into a process that holds nothing but the C library, resolving every symbol."""
     if not sys.platform.startswith("linux"):
         return "skip", "made on Linux, whose loader takes any library into any program"
-    environment = {"LD_PRELOAD": str(library), "LD_BIND_NOW": "1", "PATH": os.defpath}
-    done = subprocess.run(["/bin/true"], env=environment, capture_output=True, text=True, errors="replace")
-    if done.returncode == 0 and not done.stderr.strip():
+
+    def complaint(command: Sequence[str], *preloaded: str) -> str:
+        environment = {"LD_PRELOAD": " ".join(preloaded), "LD_BIND_NOW": "1", "PATH": os.defpath}
+        try:
+            done = subprocess.run(
+                command,
+                env=environment,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=time_limit,
+            )
+        except subprocess.TimeoutExpired:
+            return f"it has not loaded within {time_limit:g} s"
+        told = done.stderr.strip().splitlines() or [f"status {done.returncode}"] * (done.returncode != 0)
+        return told[0].replace(str(library), library.name).strip() if told else ""
+
+    found = complaint(["/bin/true"], str(library))
+    if not found:
         return "pass", "every symbol found with the C library alone"
-    reason = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-    return "fail", reason[0].replace(str(library), library.name).strip()
+    # LD_PRELOAD takes blanks for ends of names.
+    symbol = (
+        found.rpartition("undefined symbol: ")[2].split()[0].strip(",") if "undefined symbol" in found else ""
+    )
+    if symbol and not complaint(["/bin/true"], str(library), "libm.so.6"):
+        told = "which nearly every host has loaded; link it with -lm, for a host that has not"
+        return "remark", f"does not name libm, whose {symbol} it calls, {told}"
+    in_python = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
+    python = [sys.executable, "-S", "-c", in_python, str(library)]
+    if hasattr(ctypes.pythonapi, symbol or "?") and not complaint(python):
+        told = "a host in Python runs it, any other must load Python's library first"
+        return "remark", f"needs Python in the host's process (undefined symbol: {symbol}): {told}"
+    return "fail", found
 
 
 def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Outcome]:
@@ -103,11 +146,15 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
     told = subject.folder.parent / "told"
     while len(outcomes) < len(names):
         remaining = names[len(outcomes) :]
+        if subject.info.capabilities.once_per_process:
+            remaining = remaining[:1]
         process = OtherProcess("check", _make_checks, subject, remaining, told)
         try:
             process.answer(START_LIMIT)
             for _ in remaining:
                 outcomes.append(process.answer(time_limit))
+        except DamagedError:
+            outcomes.append(("fail", "it writes to descriptors that are not its own"))
         except TimeoutError:
             outcomes.append(("fail", f"no answer within {time_limit:g} s"))
         except ProcessEndedError as ended:
@@ -121,7 +168,7 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
     return outcomes
 
 
-def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> None:
+def _make_checks(pipe: Frames, subject: Subject, names: list[str], told: Path) -> None:
     """Answer with verdict and detail of each check; what the FMU prints goes to a file."""
     with told.open("wb") as file:
         os.dup2(file.fileno(), 1)

@@ -11,12 +11,16 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
 
 SUBSTITUTE = "observer"
 """Law that can be designed for any cell; it is proposed if the one in use cannot be designed."""
+
+REAL_CELLS = 1e-3
+"""Share to which nobody knows the parameters of a real cell; one that is closer to its design is ideal."""
 
 _COUNTED_FROM = "reference_temperature"
 
@@ -40,17 +44,20 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
         return None, False
     real, known = (_differing(scenario, e.parameters) for e in (scenario, scenario.as_believed))
     changed = [name for name in known if name.startswith(PLANT)]
+    own = {name.removeprefix(LAW) for name in known if name.startswith(LAW)}
     told = f"differs in {listed(changed)}" if changed else "is the nominal one"
     if design_file(law).is_file():  # its parameters come from a design, which is not loaded to find out
         noisy = scenario.in_use.noise is not None or any(name.startswith(THERMOMETERS) for name in real)
-        ideal = not noisy and _suits(scenario, real)
+        ideal = not noisy and _suits(scenario, real, REAL_CELLS)
         if _suits(scenario, known):
             return None, ideal
-        return (
-            f"{law} was designed for another cell; this one {told}; design it anew: "
-            f"{_command(scenario, changed, law)}; then add --parameters {law}.ssv"
-        ), ideal
-    own = {name.removeprefix(LAW) for name in known if name.startswith(LAW)}
+        said = f"{law} was designed for another cell; this one {told}"
+        anew = _command(scenario, changed, law)
+        if own & _facts(law, {}).keys():
+            remedy = f"leave out the design that is given, or put that of this cell in its place: {anew}"
+            other = "if the cell is that other one, say so by its values, as --set or in a scenario"
+            return f"{said}; {remedy}; {other}", ideal
+        return f"{said}; design it anew: {anew}; then add --parameters {law}.ssv", ideal
     if not changed or own - _NO_PART_OF_A_DESIGN:
         return None, False
     # What these laws go by is no temperature, or the rise of one since the start.
@@ -68,8 +75,9 @@ def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
     """Command that designs a law for a scenario's cell, of which so much is changed."""
     known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
     given = scenario.as_believed.parameters
-    settings = "".join(f' --set "{n}={given[n]}"' for n in changed if known.get(n) != given[n])
-    return f"warmlink design {scenario.file or CELL.name} --law {law}{settings} --out {law}.ssv"
+    settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]
+    words = scenario.file or CELL.name, "--law", law, *settings, "--out", f"{law}.ssv"
+    return command("warmlink", "design", *words)
 
 
 def _differing(scenario: Scenario, written: Mapping[str, str | float]) -> dict[str, float]:
@@ -96,12 +104,12 @@ def _facts(law: str, differing: Mapping[str, float]) -> dict[str, float]:
     return by_scalar(PLANT_FACTS[law](cell_plant(motor, link)))
 
 
-def _suits(scenario: Scenario, differing: Mapping[str, float]) -> bool:
-    """Whether a law that can be designed was designed for a cell that differs so."""
+def _suits(scenario: Scenario, differing: Mapping[str, float], share: float = 1e-6) -> bool:
+    """Whether a law that can be designed was designed for a cell that differs so, to within a share."""
     if not any(name.startswith((*PLANT, LAW)) for name in differing):
         return True
     law = scenario.controller.component
     held = dict(zip(law.p.names, law.start_values()[0].tolist(), strict=True))
     held |= {name.removeprefix(LAW): value for name, value in differing.items()}
     facts = _facts(scenario.controller.name, differing).items()
-    return all(math.isclose(held[name], fact, rel_tol=1e-6, abs_tol=1e-12) for name, fact in facts)
+    return all(math.isclose(held[name], fact, rel_tol=share, abs_tol=1e-12) for name, fact in facts)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.names import several
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -23,7 +25,8 @@ from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import positive
+from warmlink.orchestration.scenarios.mismatch import together
+from warmlink.orchestration.scenarios.quantities import positive, refuse_bare
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.simulation import in_turns, largest_step
 
@@ -99,7 +102,9 @@ class ClosedLoop(Answer):
         """What a reader should know before trusting the figures."""
         flattering = self.ideal and self.metrics.max_abs_um < 1e5 * self.scenario.tolerance
         most, bound = self.scenario.coupling_tolerance, self.coupling_error_um
-        told = [*self.scenario.duty.remarks, *self.result.remarks, self.advice, IDEAL if flattering else None]
+        scenario = self.scenario
+        asked = *scenario.remarks, *together(scenario.differences), *scenario.duty.remarks
+        told = [*asked, *self.result.remarks, self.advice, IDEAL if flattering else None]
         if most is not None and bound is not None and bound > 1e6 * most:
             told.append(f"the coupling error is not within the tolerance of {1e6 * most:g} µm; allow more")
         return tuple(each for each in told if each)
@@ -181,7 +186,7 @@ def _duration(seconds: float) -> str:
 
 IDEAL = (
     "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
-    "cell is; add --mismatch thermal_high or --mismatch noisy_sensors, for example"
+    "cell is; add the mismatch thermal_high or noisy_sensors, for example"
 )
 
 
@@ -217,7 +222,8 @@ def run_scenario(
         ran = replace(ran, master=FOLLOWING)
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began
     coupling = 1e6 * largest if np.isfinite(largest) else None
-    return ClosedLoop(ran, fmus.kind, found.result, coupling, found.stopped, told, ideal, took)
+    stopped = found.result.reason or found.stopped  # an end that an FMU asks for is too early here
+    return ClosedLoop(ran, fmus.kind, found.result, coupling, stopped, told, ideal, took)
 
 
 def run(
@@ -225,12 +231,12 @@ def run(
     controller: str | None = None,
     *,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
-    mismatches: Sequence[str] = (),
+    mismatches: Sequence[str] | str = (),
     step: str | float | None = None,
     stop: str | float | None = None,
     master: str | None = None,
     tolerance: str | float | None = None,
-    fmus: FmuKind | None = None,
+    fmus: str | None = None,
     statistics: bool = False,
 ) -> ClosedLoop:
     """Run a scenario with a controller and without one, and compute how far off the tool point is.
@@ -255,11 +261,13 @@ def run(
         If the run failed before its first communication point.
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
-    most = found.coupling_tolerance if tolerance is None else positive(tolerance, "m", "--tolerance")
+    if isinstance(tolerance, str):
+        refuse_bare(tolerance, "m", argument("tolerance"))
+    most = found.coupling_tolerance if tolerance is None else positive(tolerance, "m", argument("tolerance"))
     asked = replace(
-        changed(found, controller, parameters, mismatches),
-        duty=found.duty if stop is None else found.duty.until(positive(stop, "s", "--stop")),
-        step_size=found.step_size if step is None else positive(step, "s", "--step"),
+        changed(found, controller, parameters, several(mismatches)),
+        duty=found.duty if stop is None else found.duty.until(positive(stop, "s", argument("stop"))),
+        step_size=found.step_size if step is None else positive(step, "s", argument("step")),
         master=master or found.master,
         coupling_tolerance=most,
     )

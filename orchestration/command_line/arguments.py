@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from getopt import GetoptError, gnu_getopt
 from importlib import import_module
@@ -20,6 +20,7 @@ from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
+from warmlink.fmus.arguments import speaking_of_options
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
 from warmlink.orchestration.text_files import pair
 
@@ -52,6 +53,16 @@ EXPLAINED = {
     "json": "Print the result as JSON, for other programs.",
 }
 """What the docstrings of commands leave out, by the names of their parameters."""
+
+OPTIONS = {
+    "heat_faces": "--heat-face",
+    "mismatches": "--mismatch",
+    "parameters": "--set",
+    "sensor_points": "--sensor",
+    "solver": "--with",
+    "tool_faces": "--tool-face",
+}
+"""Options of the arguments of the library's functions that are not called alike."""
 
 _NAMES = {
     "scenario": "closed_loop.load:scenario_names",
@@ -101,13 +112,19 @@ def for_typer(command: Command) -> Command:
     @wraps(command)
     def called(**values: Any) -> None:
         try:
-            command(**values)
-        except KeyboardInterrupt:  # which typer would make an exit without a word
-            raise interrupted() from None
+            carry_out(command, values)
+        except KeyboardInterrupt as fault:  # which typer would make an exit without a word
+            raise interrupted(fault) from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     return called
+
+
+def carry_out(command: Command, values: Mapping[str, Any]) -> None:
+    """Run a command, whose sentences speak of options meanwhile."""
+    with speaking_of_options(OPTIONS):
+        command(**values)
 
 
 def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | None:

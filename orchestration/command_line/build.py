@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,8 +19,9 @@ from warmlink.orchestration.console import (
     progress_bar,
     remark,
 )
-from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.files import fresh_folder, temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,7 +40,12 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
-_SIGNS = {"pass": ("pass", "green"), "fail": ("FAIL", "red"), "skip": ("skip", "yellow")}
+_SIGNS = {
+    "pass": ("pass", "green"),
+    "fail": ("FAIL", "red"),
+    "skip": ("skip", "yellow"),
+    "remark": ("note", "yellow"),
+}
 
 
 def build(
@@ -111,19 +118,20 @@ def build_files(
     own = None if scenario is None else load_scenario(str(scenario))
     if own is not None:
         advise(own)
-    try:
-        built = _build(fmus, platforms, out, own, valid_flags, arrays)
-    except OSError as fault:
-        place = Path(fault.filename or out)
-        shown = out if place.is_relative_to(out) else place
-        raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
-    for path in built:
-        if path.suffix != ".fmu":
-            with temporary_folder() as work:
-                read_system(path, work)
-        elif problems := validity_problems(path):
-            raise InputError(f"{path}: {problems[0]}; please report this")
-    return built
+    with fresh_folder(out) as fresh:
+        try:
+            built = _build(fmus, platforms, fresh, own, valid_flags, arrays)
+        except OSError as fault:
+            place = Path(fault.filename or fresh)
+            shown = out if place.is_relative_to(fresh) else place
+            raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
+        for path in built:
+            if path.suffix != ".fmu":
+                with temporary_folder() as work:
+                    read_system(path, work)
+            elif problems := validity_problems(path):
+                raise InputError(f"{path.name}: {problems[0]}; please report this")
+    return [out / path.relative_to(fresh) for path in built]
 
 
 def _build(
@@ -215,21 +223,26 @@ def save(
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
-    answer(f"system  {path}    run it: warmlink simulate {path}")
+    answer(f"system  {path}    run it: {command('warmlink', 'simulate', path)}")
 
 
-def check(file: Path, *, json: bool = False) -> None:
+def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
 
     Parameters
     ----------
     file : An .fmu or .ssp file from any tool.
+    time_limit : Longest time that one check of an FMU may take. Default: "30 s".
     """
     from rich.text import Text
 
-    from warmlink.orchestration.check.fmu import check_fmu
+    from warmlink.orchestration.check.fmu import TIME_LIMIT, check_fmu
+    from warmlink.orchestration.scenarios.quantities import positive
 
-    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file)
+    if file.is_dir():
+        raise InputError(_folder(file))
+    limit = TIME_LIMIT if time_limit is None else positive(time_limit, "s", "--time-limit")
+    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file, limit)
     failed = sum(result.verdict == "fail" for result in results)
     if json:
         answer_json([asdict(result) for result in results])
@@ -239,6 +252,23 @@ def check(file: Path, *, json: bool = False) -> None:
         answer(f"{len(results) - failed} of {len(results)} checks found no fault")
     if failed:
         raise SystemExit(FAILED)
+
+
+_NAMED = 5
+"""Files of a folder, at most, that a sentence names."""
+
+
+def _folder(folder: Path) -> str:
+    """Say what a folder holds that can be checked."""
+    if (folder / "modelDescription.xml").is_file():
+        return f"{folder}: is an unpacked FMU; pack it into a zip archive named .fmu"
+    files = sorted(path for kind in ("fmu", "ssp") for path in folder.rglob(f"*.{kind}"))
+    if not files:
+        return f"{folder}: is a folder without .fmu or .ssp files; give the path of one"
+    names = ", ".join(str(path.relative_to(folder)) for path in files[:_NAMED])
+    more = f" and {len(files) - _NAMED} more" if len(files) > _NAMED else ""
+    one = shlex.quote(str(files[0]))
+    return f"{folder}: is a folder, which holds {names}{more}; check one of them: warmlink check {one}"
 
 
 def _check_system(path: Path) -> list[CheckResult]:
@@ -262,4 +292,4 @@ def _check_system(path: Path) -> list[CheckResult]:
         except SlaveError as fault:
             return [*results, CheckResult("runs", "fail", str(fault))]
     done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
-    return [*results, CheckResult("runs", "fail" if run.reason else "pass", run.reason or done)]
+    return [*results, CheckResult("runs", "fail" if run.stopped else "pass", run.stopped or done)]

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.arguments import loaded, settings_given
+from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.results import refuse_others
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.arrays import Array
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
-    from warmlink.orchestration.diagnosis.practice.hide import Noise
-
-SOLVERS = {
-    "grid": "diagnosis.practice.hide:hide",
-    "fea": "diagnosis.practice.hidden_fea:hide_with_fea",
-}
-"""What computes a made-up run: a rod on a grid, or 3-D finite elements."""
 
 
 def diagnose(
@@ -100,15 +93,19 @@ def diagnose(
 
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
-    elif whole_arm:
-        _diagnose_arm(data[0], folder, json)
-    else:
-        _diagnose_cell(data, measured, folder, json)
+        return
+    with locked_folder(folder):
+        if whole_arm:
+            _diagnose_arm(data[0], folder, json)
+        else:
+            _diagnose_cell(data, measured, folder, json)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    found = [each.understood() for each in experiments]
+    from warmlink.orchestration.diagnosis.answer.slips import slips
+
+    found = [{**each.understood(), "slips": slips(each).certain} for each in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
@@ -122,6 +119,8 @@ def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
                 ends = ("" if each[end] is None else f"{each[end]:.5g}" for end in ("least", "largest"))
                 rows.append((each["column"], each["variable"], *cells, *ends))
             print_table("", headings, rows, texts=3, width=120)
+        for told in experiment["slips"]:
+            answer(f"- likely slip: {told}")
         for told in experiment["remarks"]:
             answer(f"- {told}")
 
@@ -164,7 +163,8 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
-            answer(f"next    {following}    practise it: warmlink hide EFFECT --duty {following}")
+            practise = command("warmlink", "hide", "EFFECT", "--duty", following)
+            answer(f"next    {following}    practise it: {practise}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
@@ -227,51 +227,23 @@ def hide(
     with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
     axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
     """
-    from warmlink.fmus.names import instead, listed
-    from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.diagnosis.practice import hide as made_up
+    from warmlink.orchestration.diagnosis.made_up import hide_effects
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
-    from warmlink.orchestration.scenarios.duties.duty import length
+    from warmlink.orchestration.diagnosis.practice.hide import write_csv
 
-    if seed < 0:
-        raise InputError(f"--seed {seed}: is negative; give 0 or above")
-    kinds = {"white": made_up.WHITE, "real": made_up.REAL}
-    if with_ not in SOLVERS:
-        raise InputError(f"--with {with_}: no such solver; {instead(with_, SOLVERS)}")
-    if noise not in kinds:
-        raise InputError(f"--noise {noise}: no such noise; {instead(noise, kinds)}")
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = dict(map(_strength, effects or ()))
+    made = hide_effects(strengths, duty, seed=seed, noise=noise, solver=with_, axis=axis)
+    write_csv({name: made[name].to_numpy() for name in made}, out)
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
-        if with_ != "grid":
-            raise InputError(f"--axis {axis}: the arm is computed by its FMUs; leave --with {with_} out")
-        if duty is not None:
-            raise InputError(f"--axis {axis}: the arm follows a program of its own; leave --duty {duty} out")
-        made_up.write_csv(_in_arm(strengths, axis, kinds[noise], seed), out)
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
-    segments = made_up.INFORMATIVE if duty is None else made_up.duty_of(duty)
-    if duty is not None and (left_out := list(load_scenario(duty).parameters)):
-        told = f"{listed(left_out)} of the scenario are left out"
-        remark(f"{duty}: the made-up run is of the nominal cell; {told}")
-    columns = loaded(SOLVERS[with_])(strengths, segments, noise=kinds[noise], seed=seed)
-    made_up.write_csv(columns, out)
-    hours = length(segments) / 3600
+    hours = made["time [s]"].iloc[-1] / 3600
     answer(
         f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
     )
-
-
-def _in_arm(strengths: dict[str, float], axis: int, noise: Noise, seed: int) -> dict[str, Array]:
-    from warmlink.orchestration.arm.program import arm
-    from warmlink.orchestration.catalogue import controller
-    from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
-    from warmlink.orchestration.fmu_store import store
-
-    fmus = store(None, sorted({*arm().blueprint.kinds, controller("none").name}), remark)
-    return hide_in_arm(strengths, axis, fmus, noise=noise, seed=seed)
 
 
 def _strength(given: str) -> tuple[str, float]:
@@ -279,13 +251,8 @@ def _strength(given: str) -> tuple[str, float]:
     from warmlink.orchestration.diagnosis.practice.effects import effect_of
 
     name, equals, size = given.partition("=")
-    effect = effect_of(name)
+    usual = effect_of(name).size
     try:
-        strength = float(size) if equals else effect.size
+        return name, float(size) if equals else usual
     except ValueError:
-        strength = math.nan
-    if not math.isfinite(strength):
-        raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units")
-    if effect.on_truth and effect.neutral and strength <= 0:
-        raise InputError(f"{given}: the strength is a factor; give one above 0, where 1 hides nothing")
-    return name, strength
+        raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None

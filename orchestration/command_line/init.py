@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,10 @@ from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import loaded
 from warmlink.orchestration.console import answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.shell import quoted
+
+WIDE = 200
+"""Width in characters of a table where the output is not a terminal."""
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -27,7 +32,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
     """
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    command, *names = KINDS[kind]
+    begins, *names = KINDS[kind]
     paths = [out / name for name in names]
     for path in paths:
         if path.exists():
@@ -36,7 +41,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
         for path in paths:
             WRITERS[path.suffix](work / path.name)
     answer("\n".join(map(str, paths)))
-    answer(f"try  {command} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
+    answer(f"try  {begins} {quoted(paths[0])}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:
@@ -116,18 +121,37 @@ def kinds() -> dict[str, type[Any]]:
 
 
 def list_(what: list[str] | None = None, *, json: bool = False) -> None:
-    """List the scenarios, controllers, systems, components, mismatches, studies, effects and masters.
+    """List what there is by name; of one thing, what can be set and read, with units, defaults and ranges.
+
+    Without a name it lists the scenarios, controllers, systems, components, mismatches, studies, effects and
+    masters.
+
+    Examples: `warmlink list ThermalLink`, `warmlink list dist/WarmupCell.ssp`
 
     Parameters
     ----------
-    what : `interface COMPONENT`: what may stand in place of a component.
+    what : A component, controller or system by name, or any .fmu or .ssp file. `interface COMPONENT`: what
+        an FMU in place of a component may be asked for.
     """
+    if what and len(what) == 1:
+        _describe(what[0], json)
+        return
     found = _interface(what) if what else remembered("names", (), _descriptions)
     if json:
         answer_json(found)
         return
     for kind, entries in found.items():
         print_table(kind, (), entries.items())
+
+
+def _describe(what: str, json: bool) -> None:
+    from warmlink.orchestration.describe import HEADINGS, describe
+
+    found = describe(what)
+    if json:
+        answer_json(found.to_dict())
+    else:
+        print_table(f"{found.name}: {found.about}", HEADINGS, map(astuple, found.variables), width=WIDE)
 
 
 def _interface(what: list[str]) -> dict[str, dict[str, str]]:

@@ -8,7 +8,7 @@ from typing import Literal
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import listed, settings_given
 from warmlink.orchestration.console import answer, answer_json
-from warmlink.orchestration.files import fresh_file, fresh_folder
+from warmlink.orchestration.files import fresh_file
 
 
 def design(
@@ -111,26 +111,10 @@ def export(
     precision : Of the arithmetic.
     out : Folder to write. Default: LAW.
     """
-    from warmlink.controllers.export.core import Core, designed, export_files
-    from warmlink.orchestration.catalogue import controller_named
-    from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
-    from warmlink.orchestration.system.shipped import COMPENSATOR
+    from warmlink.orchestration.products.export import export as export_law
 
-    found = controller_named(law)
-    law, component = found.name, found.component
-    if not component.states:
-        raise InputError(f"{law}: has nothing to compute at a sample; export another controller")
-    if design is not None:
-        given = {
-            name: value for name, value in parameters_of(design).items() if name.startswith(f"{COMPENSATOR}.")
-        }
-        if not given:
-            raise InputError(f"--design {design}: holds nothing for a {COMPENSATOR}; see warmlink design")
-        values = start_values(given, {COMPENSATOR: component}, f"--design {design}")[COMPENSATOR]
-        component = designed(component, {name: float(value) for name, value in values.items()})
-    core = Core(component, law, precision)
-    folder = out or Path(law)
-    with fresh_folder(folder) as scratch:
-        for name, text in export_files(core).items():
-            (scratch / name).write_text(text, encoding="utf-8")
-    answer(f"core  {folder / law}.c    {core.operations()} operations in a step of {core.period:g} s")
+    found = export_law(law, design, precision=precision)
+    folder = out or Path(found.name)
+    found.write(folder)
+    step = f"{found.core.operations()} operations in a step of {found.core.period:g} s"
+    answer(f"core  {folder / found.name}.c    {step}")

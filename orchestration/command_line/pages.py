@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line.arguments import advise, values_given
-from warmlink.orchestration.console import answer, answer_json, progress_bar, spinner
-from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.command_line.arguments import values_given
+from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.files import fresh_file, locked_folder
+from warmlink.orchestration.results import refuse_others, results_folder
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -37,21 +36,13 @@ def live(
         `observer` where it has the start values that are given.
     out : Page to write. Default: SCENARIO.html.
     """
-    from warmlink.orchestration.catalogue import controller_named
-    from warmlink.orchestration.closed_loop.load import load_scenario
-    from warmlink.orchestration.report.live.content import Asked
-    from warmlink.orchestration.report.live.page import usual_laws, write_live_page
-    from warmlink.orchestration.scenarios.scenario import changed
+    from warmlink.orchestration.products.live import live as live_page
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")
-    given = values_given(parameters, set_)
-    asked = changed(load_scenario(scenario), parameters=given)
-    named = [controller_named(name) for name in dict.fromkeys(controller or ())]
-    path = out or Path(f"{asked.name}.html")
-    with spinner("compiling the system for the browser"), fresh_file(path) as target:
-        write_live_page(target, asked, named or usual_laws(asked), Asked(scenario, given))
-    advise(asked)
+    page = live_page(scenario, controller or (), parameters=values_given(parameters, set_))
+    path = out or Path(f"{page.name}.html")
+    page.write(path)
     answer(f"page  {path}    open it in a browser")
 
 
@@ -105,12 +96,13 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
 
-    with results_folder(out, "reproduce") as target:
+    refuse_others(out, "reproduce")
+    with locked_folder(out), results_folder(out, "reproduce") as target:
         with progress_bar("The paper, reproduced") as progress:
             result = reproduce_paper(progress)
         write_report(result, target / "report.html")
     if json:
-        answer_json({"rows": [asdict(row) for row in result.rows], "findings": list(result.findings)})
+        answer_json(result.to_dict())
     else:
         Console().print(terminal(result))
         answer(f"report  {out / 'report.html'}")

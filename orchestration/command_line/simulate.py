@@ -13,7 +13,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
 from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
-from warmlink.orchestration.results import refuse_others, results_folder
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
+from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -26,14 +27,18 @@ if TYPE_CHECKING:
 
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
+MOST_SHOWN = 12
+"""Outputs in the table where none is watched."""
 
 
 def simulate(
     system: Path,
     *,
+    set_: list[str] | None = None,
+    parameters: list[Path] | None = None,
     stop: str | None = None,
     step: str | None = None,
-    master: str = "jacobi",
+    master: str = DEFAULT_MASTER,
     stepping: str = "auto",
     out: Path | None = None,
     isolate: bool = False,
@@ -44,22 +49,27 @@ def simulate(
     real_time: float | None = None,
     error_budget: bool | None = None,
     tolerance: str | None = None,
+    fmu_tolerance: str | None = None,
     replace: list[str] | None = None,
     map_: list[str] | None = None,
     watch: list[str] | None = None,
     statistics: bool = False,
     record: str | None = None,
     csv: bool = True,
+    quiet: bool = False,
     json: bool = False,
 ) -> None:
-    """Run a system of FMUs and write its outputs as CSV and Parquet.
+    """Run a system of FMUs, or a single FMU, and write its outputs as CSV and Parquet.
 
-    If you press Ctrl-C, or an FMU fails, the run ends early and keeps what was computed up to there (exit
-    code 1).
+    If you press Ctrl-C, the process is told to end (SIGTERM), or an FMU fails, the run ends early and keeps
+    what was computed up to there (exit code 1).
 
     Parameters
     ----------
-    system : An .ssp file from any tool.
+    system : An .ssp or .fmu file from any tool.
+    set_ : Change a start value, for example --set "link.length=400 mm", or as a number in the variable's own
+        unit. Repeatable.
+    parameters : A parameter set (SSV) with full names, or a single FMU's own. Repeatable.
     stop : Stop time, such as "1 h". Default: the one that the system proposes.
     step : Communication step size, such as "1 s". Default: the one that the system proposes.
     stepping : How the loop over the steps runs: `plain` (Python), `compiled` (C), or `auto`, which takes the
@@ -73,8 +83,11 @@ def simulate(
     real_time : Keep pace with the clock: 1 is real time, 10 is ten times as fast.
     error_budget : Bound the coupling error by repeating the run with half the communication step. Default:
         yes, unless --checkpoint, --resume or --real-time is given.
+    fmu_tolerance : Relative tolerance of the solvers inside the FMUs, such as 1e-6. Default: that which each
+        FMU proposes.
     watch : Variables whose coupling error is to be bounded, separated by commas. Repeatable. Default:
         every output.
+    quiet : Print no table.
     """
     from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
@@ -85,10 +98,15 @@ def simulate(
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
+    from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
         experiment_of,
+        halvable,
         in_turns,
         largest_step,
+        own_steps,
+        relative_tolerance,
+        remarks_on_steps,
         tolerances_of,
         variables,
     )
@@ -108,13 +126,21 @@ def simulate(
         )
     with temporary_folder() as work, locked_folder(folder):
         read = Replacements.given(replace, map_).in_system(read_system(system, work))
+        for path in parameters or ():
+            read = with_parameters(read, path)
+        read = with_parameters(read, arguments.settings_given(set_))
         for told in read.remarks:
             remark(told)
         stop_time, step_size = experiment_of(read, stop, step)
         allowed: dict[str, float] = {}
         if tolerance is not None:
             allowed = tolerances_of(read, tolerance, watch)
-            step_size = largest_step(read, stop_time, step_size if step else None)
+            step_size = largest_step(read, stop_time, step_size if step or own_steps(read) else None)
+        for told in remarks_on_steps(read, stop_time, step_size, stop):
+            remark(told)
+        if repeats and not halvable(read, step_size):
+            repeats = False
+            remark(f"the coupling error is not bounded, for an FMU does not go on by {step_size / 2:g} s")
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
         written = arguments.listed(record) or ()
         kept = [*outputs, *watch] if watch else None
@@ -124,6 +150,7 @@ def simulate(
             read,
             stop_time,
             start_time=read.default_experiment.start_time,
+            fmu_tolerance=relative_tolerance(fmu_tolerance),
             isolation=_isolation(isolate, time_limit, memory_limit),
             stepping=stepping_named(stepping),
             unpacked=work,
@@ -151,12 +178,15 @@ def simulate(
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, written, csv))
+                earlier = bool(results_in(folder, "simulate"))
+                lost = write_files(target, series_writers(result.table, written, csv), earlier)
     summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)
     else:
-        _print(summary, f"{read.name} · {step_size:g} s steps · {master}", bool(found.bounds))
+        if not quiet:
+            _print_table(summary, f"{read.name} · {step_size:g} s steps · {master}", watch)
+        _print_rest(summary)
         if statistics:
             arguments.print_statistics(result.statistics)
     for told in result.remarks:
@@ -197,7 +227,7 @@ def _late(system: System, unseen: Sequence[str]) -> list[str]:
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.scenarios.entries import positive
+    from warmlink.orchestration.scenarios.quantities import positive
 
     limits = {}
     for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):
@@ -243,16 +273,27 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _print(summary: dict[str, Any], head: str, bounded: bool) -> None:
+def _print_table(summary: dict[str, Any], head: str, watched: Sequence[str] | None) -> None:
+    """Print the outputs that are watched, or the first ones where none is."""
+    outputs: dict[str, dict[str, Any]] = summary["outputs"]
+    shown = [name for name in outputs if name in watched] if watched else list(outputs)[:MOST_SHOWN]
+    bounded = any("coupling_error" in outputs[name] for name in shown)
     headings = ["output", "unit", "last", "least", "largest", *(["coupling error"] if bounded else [])]
     rows = []
-    for name, figures in summary["outputs"].items():
+    for name in shown:
+        figures = outputs[name]
         cells = [_cell(figures[key]) for key in ("last", "min", "max")]
         if "coupling_error" in figures:
             bound = figures["coupling_error"]
             cells.append("unknown" if bound is None else f"±{bound:.2g}")
         rows.append((name, figures["unit"] or "1", *cells))
     print_table(head, headings, rows, texts=2, width=WIDTH)
+    if len(outputs) > len(shown):
+        more = len(outputs) - len(shown)
+        answer(f"{more} more outputs are in the results; --watch chooses what is shown")
+
+
+def _print_rest(summary: dict[str, Any]) -> None:
     for balance in summary["heat_balances"]:
         answer(
             f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "

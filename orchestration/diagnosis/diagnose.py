@@ -29,7 +29,7 @@ from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fit
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
 from warmlink.orchestration.scenarios.duties.duty import length
-from warmlink.orchestration.scenarios.entries import heading
+from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.threads import one_thread
 
 Progress = Callable[[str], None]

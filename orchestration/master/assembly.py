@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.isolation import IsolatedSlave, Isolation
+from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
@@ -26,6 +25,9 @@ from warmlink.orchestration.system.model import Connection, System, Value
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
+_here: set[tuple[str, str]] = set()
+"""FMUs, by identifier and GUID, of which this process has had the one instance that it may have."""
+
 TOLERANCE = 1e-12
 SWEEPS = 200
 
@@ -35,42 +37,44 @@ class Assembly:
     """Slaves in the system's order and connections; used once, then closed.
 
     Start values are by slave and variable, in the variables' own units; files are those of slaves that come
-    from one; the folder, where FMUs were unpacked, is removed on closing.
+    from one; the `workplace`, where FMUs were unpacked, goes on closing.
     """
 
     slaves: Sequence[Slave]
     connections: Sequence[Connection] = ()
     values: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
-    folder: Path | None = None
+    workplace: ExitStack = field(default_factory=ExitStack)
 
     def close(self) -> None:
         """End the slaves and remove what was unpacked."""
         for slave in self.slaves:
             with suppress(SlaveError):  # which changes nothing about the run that lies behind
                 slave.terminate()
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)
+        self.workplace.close()
 
 
 def assemble(system: System, isolation: Isolation | None = None, unpacked: Path | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system, in the folder `unpacked` where it is to be kept.
 
-    With an isolation every FMU gets a process of its own. InputError where a file is not an FMU that can run
+    With an isolation every FMU gets a process of its own; without one, those that a process may hold once get
+    one from their second instance on. InputError where a file is not an FMU that can run
     here, SlaveError where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
-    home = unpacked or Path(tempfile.mkdtemp(prefix="warmlink-"))
+    workplace = ExitStack()
+    home = unpacked or workplace.enter_context(scratch_folder())
     slaves: list[Slave] = []
     values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
-    found = Assembly(slaves, system.connections, values, files, home if unpacked is None else None)
+    found = Assembly(slaves, system.connections, values, files, workplace)
     try:
         for name, fmu in files.items():
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
+            limits = isolation or (UNLIMITED if _is_here(infos[name]) else None)
             slaves.append(
-                opened() if isolation is None else cast(Slave, IsolatedSlave(name, opened, isolation))
+                opened() if limits is None else cast(Slave, IsolatedSlave(name, infos[name], opened, limits))
             )
         for slave in slaves:
             if isinstance(slave, IsolatedSlave):
@@ -79,6 +83,16 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
         found.close()
         raise
     return found
+
+
+def _is_here(info: ModelInfo) -> bool:
+    """Tell whether this process has, or had, the one instance that it may have of an FMU; it now has."""
+    if not info.capabilities.once_per_process:
+        return False
+    fmu = info.model_identifier, info.guid
+    known = fmu in _here
+    _here.add(fmu)
+    return known
 
 
 def _home(fmu: Path, other: Path) -> Path:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.finite_elements.transient import History
 from warmlink.orchestration.paper import tried as trying
 from warmlink.orchestration.paper.cases import (
@@ -28,6 +29,9 @@ from warmlink.orchestration.paper.cases import (
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.tried import Agreement, Attempt, Consistency, Refinement
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+
+if TYPE_CHECKING:
+    import pandas
 
 CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
 """m and 1/K, length and expansion coefficient of the camera's support, aluminium; assumed."""
@@ -75,8 +79,8 @@ class Statement(NamedTuple):
     figures: str
 
 
-@dataclass(frozen=True)
-class Reproduction:
+@dataclass(frozen=True, repr=False)
+class Reproduction(Answer):
     """Everything that `warmlink reproduce` shows; `pad_gaps` as of `try_everything`."""
 
     rows: Sequence[Row]
@@ -89,11 +93,34 @@ class Reproduction:
     agreements: Sequence[Agreement]
     cases: Mapping[str, CaseResult]
 
+    def summary(self) -> str:
+        """What it comes to, a line for each finding."""
+        return "\n".join(self.findings)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A row for each number of the paper, beside it ours."""
+        import pandas
+
+        return pandas.DataFrame([asdict(row) for row in self.rows])
+
+    def to_dict(self) -> dict[str, object]:
+        """Rows and findings, for JSON."""
+        return {"rows": [asdict(row) for row in self.rows], "findings": list(self.findings)}
+
 
 def reproduce(progress: Callable[[float], None] = lambda share: None) -> Reproduction:
-    """Compute every number, in about a minute; `progress` receives the fraction done.
+    """Compute every table and figure of the paper by Eq. (4), by the 1-D link and by 3-D finite elements.
 
-    MissingExtraError where scikit-fem is not installed.
+    It takes about a minute.
+
+    Parameters
+    ----------
+    progress : receives the fraction done
+
+    Raises
+    ------
+    MissingExtraError
+        If scikit-fem is not installed.
     """
     cases = {}
     for share, name in ((0.0, "stationary"), (0.14, "moving")):

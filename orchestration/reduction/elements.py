@@ -18,6 +18,7 @@ from scipy.linalg import qr
 from scipy.sparse import block_diag, csc_matrix, csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import SENSOR_SHARES, SENSORS
 from warmlink.orchestration.arrays import Array
@@ -49,19 +50,19 @@ class Use:
 
     def faces(self, solid: Solid) -> tuple[list[Face], ...]:
         """Faces heated, of the tool, and of each cooled group; InputError where one is used twice."""
-        heated = solid.chosen(self.heated, "--heat-face")
-        place = point(self.tool_point, "--tool-point")
-        tool = solid.chosen(self.tool, "--tool-face") or [solid.nearest(place)]
+        heated = solid.chosen(self.heated, "heat_faces")
+        place = point(self.tool_point, "tool_point")
+        tool = solid.chosen(self.tool, "tool_faces") or [solid.nearest(place)]
         if not {*tool}.isdisjoint(heated):
             raise InputError(
-                f"--tool-point {self.tool_point}: lies on the heated face, to which motion is relative; "
-                "give a point on another face, or --tool-face"
+                f"{argument('tool_point', self.tool_point)}: lies on the heated face, to which motion is "
+                f"relative; give a point on another face, or {argument('tool_faces')}"
             )
-        groups = [solid.chosen(text.split(";"), "--cooled") for text in self.cooled]
+        groups = [solid.chosen(text.split(";"), "cooled") for text in self.cooled]
         numbers = [face.number for group in groups for face in group]
         if len({*numbers}) < len(numbers):
             twice = max(numbers, key=numbers.count)
-            raise InputError(f"--cooled: face #{twice} is named twice; name it once")
+            raise InputError(f"{argument('cooled')}: face #{twice} is named twice; name it once")
         return heated, tool, *(groups or [[face for face in solid.faces if face not in heated]])
 
     def places(self, base: Array) -> tuple[Array, Array]:
@@ -70,14 +71,16 @@ class Use:
         InputError where one is no such place.
         """
         if len(self.sensors) > SENSORS:
-            raise InputError(f"--sensor: {len(self.sensors)} are given; a link has {SENSORS}")
-        tool = point(self.tool_point, "--tool-point")
+            raise InputError(
+                f"{argument('sensor_points')}: {len(self.sensors)} are given; a link has {SENSORS}"
+            )
+        tool = point(self.tool_point, "tool_point")
         if np.linalg.norm(tool - base) < LEAST_REACH:
             raise InputError(
-                f"--tool-point {self.tool_point}: is the middle of the heated face, from which no direction "
-                "leads to it; give another point"
+                f"{argument('tool_point', self.tool_point)}: is the middle of the heated face, from "
+                "which no direction leads to it; give another point"
             )
-        given = [point(text, "--sensor") for text in self.sensors]
+        given = [point(text, "sensor_points") for text in self.sensors]
         return tool, np.array([*given, *(base + np.outer(SENSOR_SHARES, tool - base))[len(given) :]])
 
 
@@ -201,7 +204,7 @@ class Equilibrium:
             if failed:
                 raise InputError(
                     f"the elastic equations were not solved in {MOST_ITERATIONS} iterations, as with "
-                    "elements that are all but flat; give another --mesh-size"
+                    f"elements that are all but flat; give another {argument('mesh_size')}"
                 )
         return found
 

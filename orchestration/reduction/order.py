@@ -22,13 +22,14 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.stats.qmc import LatinHypercube
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.scenarios.entries import quantity
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.scenarios.scenario import materials
 
 RATES = np.geomspace(2e-5, 16.0, 9)
@@ -104,7 +105,9 @@ def range_of(material: str, conductivity: tuple[float, float] | None = None, **r
     InputError where there is no such material.
     """
     if material not in materials():
-        raise InputError(f"--material {material}: no such material; {instead(material, materials())}")
+        raise InputError(
+            f"{argument('material', material)}: no such material; {instead(material, materials())}"
+        )
     known = materials()[material]
     values = {p.name: quantity(known[p.name], p.unit) for p in LINK.parameters if p.name in known}
     nominal = values["conductivity"]
@@ -168,7 +171,9 @@ class Responses:
         """
         most = min(LARGEST_ORDER, len(self.heat.integrals))
         if order is not None and order > most:
-            raise InputError(f"--order {order}: on this mesh there are {most} patterns; give no more")
+            raise InputError(
+                f"{argument('order', order)}: on this mesh there are {most} patterns; give no more"
+            )
         orders = range(SMALLEST_ORDER, most + 1, ORDER_STEP) if order is None else [order] * TRIED
         gramian = self._gramian(0)
         found: list[Tried] = []
@@ -180,7 +185,7 @@ class Responses:
         if order is None:
             raise InputError(
                 f"{orders[-1]} patterns leave an error {found[-1].error:.2g} times the tolerance; allow a "
-                "larger --tolerance, or a narrower range of convection"
+                f"larger {argument('tolerance')}, or a narrower range of convection"
             )
         return found
 

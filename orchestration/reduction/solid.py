@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.entries import quantity
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.text_files import is_file
 
 Integers = NDArray[np.int64]
@@ -42,6 +43,9 @@ SMALLEST, LARGEST = 0.02, 5.0
 
 HEAT_FACE, TOOL_POINT = "25.4, 6, 0 mm", "330.2, 0, 0 mm"
 """Of the example."""
+
+_COORDINATE = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*)")
+"""A number and its unit, which may be missing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,33 +77,38 @@ class Solid:
         corners = self.mesh.p[:, self.mesh.facets]
         return min(self.faces, key=lambda face: nearest(place, corners[:, :, face.facets])[0])
 
-    def chosen(self, texts: Sequence[str], option: str) -> list[Face]:
+    def chosen(self, texts: Sequence[str], name: str) -> list[Face]:
         """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
 
-        InputError where there is no such face; `option` says what they are for.
+        InputError where there is no such face; `name` is that of the argument.
         """
         found: list[Face] = []
         for text in map(str.strip, texts):
             if "," in text:
-                found.append(self.nearest(point(text, option)))
+                found.append(self.nearest(point(text, name)))
                 continue
             named = [face for face in self.faces if text and text in (f"#{face.number}", face.name)]
             if not named:
                 numbers, names = zip(*((f"#{face.number}", face.name) for face in self.faces), strict=True)
                 known = instead(text, [*numbers, *sorted({*names} - {""})], "or give a point on it")
-                raise InputError(f"{option} {text}: no such face; {known} (--list-faces shows them)")
+                raise InputError(
+                    f"{argument(name, text)}: no such face; {known} ({argument('list_faces')} shows them)"
+                )
             found += named
         return list(dict.fromkeys(found))
 
 
-def point(text: str, option: str) -> Array:
-    """Point in m from `x, y, z UNIT`; raises InputError where it is none."""
-    parts = [part.strip() for part in text.split(",")]
-    unit = re.sub(r"^[-+0-9.eE]*", "", parts[-1]).strip()
-    if len(parts) != 3 or not unit:
-        raise InputError(f'{option} {text}: is no point; write it with its unit, as "25.4, 0, 3 mm"')
-    parts[-1] = parts[-1].removesuffix(unit)
-    return np.array([quantity(f"{part} {unit}", "m", f"{option} {text}") for part in parts])
+def point(text: str, name: str) -> Array:
+    """Point in m from `x, y, z UNIT`, or `x UNIT, y UNIT, z UNIT`, of the argument of a name.
+
+    InputError if it is not three lengths.
+    """
+    parts = [_COORDINATE.fullmatch(part.strip()) for part in text.split(",")]
+    units = [part[2] for part in parts if part is not None]
+    if len(units) != 3 or len(units) != len(parts) or not units[-1]:
+        raise InputError(f'{argument(name, text)}: is no point; write it with its unit, as "25.4, 0, 3 mm"')
+    where = argument(name, text)
+    return np.array([quantity(f"{part[1]} {part[2] or units[-1]}", "m", where) for part in parts if part])
 
 
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
@@ -112,12 +121,14 @@ def read_solid(path: Path, unit: str | None = None, size: float | None = None, c
         raise InputError(f"{path}: no such file; give a STEP file or a mesh")
     if path.suffix.lower() in SOLIDS:
         if unit is not None:
-            raise InputError(f"--unit {unit}: a STEP file says its unit; leave it out")
+            raise InputError(f"{argument('unit', unit)}: a STEP file says its unit; leave it out")
         solid = _from_step(path, size, coarser)
     elif path.suffix.lower() in MESHES:
         if unit is None:
-            raise InputError(f"{path}: a mesh does not say its unit; give --unit mm, or another one")
-        solid = _from_mesh(path, quantity(f"1 {unit}", "m", f"--unit {unit}"))
+            raise InputError(
+                f"{path}: a mesh does not say its unit; give {argument('unit', 'mm')}, or another one"
+            )
+        solid = _from_mesh(path, quantity(f"1 {unit}", "m", argument("unit", unit)))
     else:
         raise InputError(f"{path}: is neither STEP nor mesh; give a file {', '.join((*SOLIDS, *MESHES))}")
     extent = float(np.ptp(solid.mesh.p, axis=1).max())
@@ -171,8 +182,8 @@ def _from_step(path: Path, size: float | None, coarser: float) -> Solid:
         count = 8e-9 * volume / (coarser * size) ** 3
         if count > MOST_TETRAHEDRA:
             raise InputError(
-                f"--mesh-size: elements of {1e3 * size:.3g} mm would be about {count:.1g} in the part's "
-                f"{1e-3 * volume:.3g} cm3; give larger ones"
+                f"{argument('mesh_size')}: elements of {1e3 * size:.3g} mm would be about {count:.1g} in the "
+                f"part's {1e-3 * volume:.3g} cm3; give larger ones"
             )
         for dimension, tag in (*bodies, *surfaces):
             gmsh.model.addPhysicalGroup(dimension, [tag], name=str(tag) if dimension == 2 else "body")

@@ -14,10 +14,11 @@ from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.compare import Comparison, Row
 from warmlink.orchestration.studies.points import Judged, front
 from warmlink.orchestration.studies.storage import Storage
-from warmlink.orchestration.studies.study import Axis, Study
+from warmlink.orchestration.studies.study import Study
 from warmlink.orchestration.studies.tune import Tuned
 
 MOST_LINES = 5000

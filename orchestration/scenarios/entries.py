@@ -1,4 +1,4 @@
-"""Values with units as people write them, and the kinds of entries in files that they write (TOML).
+"""The kinds of entries in files that people write (TOML).
 
 A kind of entry says what it accepts, and how it refuses a wrong value. It is used as an annotation in the
 dataclasses that `written` reads, for example `duration: Annotated[float, Quantity("s", positive=True)]`. An
@@ -9,70 +9,14 @@ the file before it.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
+from warmlink.orchestration.scenarios.quantities import not_positive, quantity, refuse_bare
 from warmlink.orchestration.text_files import shortened, shown
-
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*+(.*)$", re.DOTALL)
-
-
-def positive(text: str | float, unit: str, where: str) -> float:
-    """Value in an SI unit; raises InputError unless it is above 0."""
-    value = quantity(text, unit, where)
-    if value <= 0:
-        raise InputError(f"{where}: {not_positive(text, unit)}")
-    return value
-
-
-def not_positive(text: str | float, unit: str) -> str:
-    """Sentence that refuses a value which is not above 0."""
-    return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
-
-
-def quantity(text: str | float, unit: str, where: str = "", *, difference: bool = False) -> float:
-    """Value in an SI unit, which is given in Modelica's notation, of `"22 degC"` or of a bare number in it.
-
-    `where` says what the value is for in an error message; `difference`, that it is one of temperatures, so
-    that 5 degC are 5 K. InputError is raised if the text is no number with a unit, the number is not finite,
-    or the unit does not fit.
-    """
-    found = _QUANTITY.match((text if isinstance(text, str) else shown(text)).rstrip())
-    place = f"{where}: " if where else ""
-    if found is None:
-        raise InputError(f'{place}{shown(text)} is not a value; write it as "3.5 {unit}"')
-    number, given = float(found.group(1)), found.group(2) or unit
-    if not math.isfinite(number):
-        raise InputError(f"{place}{shown(text)} is not a finite number; give one in {unit}")
-    return number if given == unit else converter(given, unit, where, difference=difference)(number)
-
-
-def bare(text: str | float) -> float:
-    """Number that stands before the unit in what `quantity` takes."""
-    found = _QUANTITY.match(str(text))
-    return float(found.group(1)) if found else math.nan
-
-
-def converter(given: str, unit: str, where: str = "", *, difference: bool = False) -> Conversion:
-    """Conversion from a unit as written to an SI unit; raises InputError if the units do not fit."""
-    try:
-        return conversion(parse_unit(given), parse_unit(unit), difference)
-    except InputError as fault:
-        raise InputError(f"{where}{': ' if where else ''}{fault}; give it in {unit}") from None
-
-
-def heading(header: str) -> tuple[str, str | None]:
-    """Name and unit of a column headed `name [unit]`; None if the header has no unit in brackets."""
-    text = header.strip()
-    name, bracket, unit = text[:-1].rpartition("[") if text.endswith("]") else ("", "", "")
-    if not (bracket and name.strip()) or "]" in unit:
-        return text, None
-    return name.strip(), unit.strip()
 
 
 class Entry:
@@ -170,7 +114,7 @@ _WRITTEN = {
 
 @dataclass(frozen=True)
 class Quantity(Entry):
-    """A value with a unit, as `"20 min"`, or a bare number in the SI unit."""
+    """A value with a unit, as `"20 min"`, or a bare number in the SI unit, except for lengths."""
 
     unit: str
     positive: bool = False
@@ -179,6 +123,8 @@ class Quantity(Entry):
 
     def _read(self, value: Any) -> float:
         number, unit, least = quantity(value, self.unit, difference=self.difference), self.unit, self.least
+        if not self.difference:
+            refuse_bare(value, unit)
         if self.positive and number <= 0:
             raise InputError(not_positive(value, unit))
         if number < least:
@@ -189,9 +135,11 @@ class Quantity(Entry):
     def _schema(self) -> dict[str, Any]:
         least = f"at least {self.least:g}, " if self.least > -math.inf else ""
         bare = "" if self.unit == "1" else f" in {self.unit}"
-        about = f"{'above 0, ' if self.positive else least}with its unit, or a bare number{bare}"
+        about = f"{'above 0, ' if self.positive else least}with its unit"
+        about += "" if self.unit == "m" else f", or a bare number{bare}"
         written = _WRITTEN[f"{self.unit} apart" if self.difference else self.unit]
-        return {"type": ["string", "number"], "description": about, "examples": [written]}
+        kinds = "string" if self.unit == "m" and self.positive else ["string", "number"]
+        return {"type": kinds, "description": about, "examples": [written]}
 
 
 @dataclass(frozen=True)
@@ -207,6 +155,8 @@ class Quantities(Entry):
         if not isinstance(value, list) or len(value) != count:
             raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
         numbers = tuple(quantity(each, self.unit) for each in value)
+        for each in value:
+            refuse_bare(each, self.unit)
         for i, number in enumerate(numbers, start=1):
             if number < self.least:
                 raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")

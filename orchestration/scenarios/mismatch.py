@@ -7,14 +7,15 @@ with units), each under `instance.variable`. `draw_7` is drawn from the seed 7: 
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, listed
 from warmlink.orchestration.scenarios.entries import Number, Text, Values
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.written import Table, read_table
@@ -80,10 +81,14 @@ class Mismatch:
         """The scenario with this mismatch added, unknown to the controller.
 
         A change of the warm-up cell's motor applies to every motor of another system, and so on; a factor
-        multiplies the start value of each. Changes of parts that a system does not have are left out.
+        multiplies the start value of each. Changes of parts that a system does not have are left out. A
+        mismatch that the scenario has already is not applied a second time; the remarks say so.
 
         Raises InputError if the mismatch names a variable that does not exist, or a value that is no number.
         """
+        if self in scenario.differences and (self.scale or self.parameters):
+            told = f"the mismatch {self.name} is there already; it counts once"
+            return replace(scenario, remarks=tuple(dict.fromkeys((*scenario.remarks, told))))
         where, components, setup = f"mismatch {self.name}", scenario.declared, scenario.setup
         changed = dict(scenario.parameters)
         for name, value in self.parameters.items():
@@ -97,8 +102,8 @@ class Mismatch:
                     base = start_value(full, changed[full], components, where)
                 changed[full] = factor * base
         believed = scenario.parameters if scenario.believed is None else scenario.believed
-        names = (*scenario.mismatches, self.name)
-        return replace(scenario, parameters=changed, mismatches=names, believed=believed)
+        done = (*scenario.differences, self)
+        return replace(scenario, parameters=changed, differences=done, believed=believed)
 
 
 def _corresponding(name: str, setup: Setup) -> list[str]:
@@ -107,6 +112,24 @@ def _corresponding(name: str, setup: Setup) -> list[str]:
     if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
         return [name]
     return [f"{each}.{variable}" for each in setup.blueprint.called(instance)]
+
+
+def together(mismatches: Sequence[Mismatch]) -> list[str]:
+    """Sentences on what several mismatches change at once: by how much together, or which of them rules."""
+    changing: dict[str, list[Mismatch]] = {}
+    for each in mismatches:
+        for name in {**each.parameters, **each.scale}:
+            changing.setdefault(name, []).append(each)
+    told = []
+    for name, those in changing.items():
+        by = listed([each.name for each in those])
+        if len(those) > 1 and not any(name in each.parameters for each in those):
+            told.append(
+                f"{name}: {by} together make it {math.prod(m.scale[name] for m in those):.4g} times as large"
+            )
+        elif len(those) > 1 and name in those[-1].parameters:
+            told.append(f"{name}: {by} all set it, and {those[-1].name} rules")
+    return told
 
 
 def names() -> list[str]:

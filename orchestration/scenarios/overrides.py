@@ -10,11 +10,14 @@ from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.entries import bare, converter, quantity
+from warmlink.orchestration.scenarios.quantities import bare, converter, quantity
 from warmlink.orchestration.system.model import Value
 from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 from warmlink.orchestration.system.units import meaning
+
+DUTY = "duty"
+"""Instance that drives a system, alone or in each of an arm's axes."""
 
 _TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
 
@@ -65,6 +68,18 @@ def start_values(
     for instance, chosen in values.items():
         limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})
     return values
+
+
+def refuse_fed(name: str, fed: Mapping[str, str], where: str) -> None:
+    """Raise InputError if an input is fed: `fed` has the output behind each, as `motor.heat_flow`."""
+    if name not in fed:
+        return
+    source = fed[name].rpartition(".")[0]
+    remedy = f"set parameters of {source} instead"
+    if source == DUTY or source.endswith(f".{DUTY}"):
+        remedy = "change the duty cycle instead, as segments in a scenario's file"
+    told = f"{name} is fed by {fed[name]}, so that a value set here would have no effect"
+    raise InputError(f"{where}: {told}; {remedy}")
 
 
 def start_value(name: str, text: str | float, components: Mapping[str, Component], where: str) -> float:

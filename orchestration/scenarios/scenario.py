@@ -13,23 +13,24 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
-from warmlink.orchestration.scenarios.overrides import given_values, start_values
+from warmlink.orchestration.scenarios.mismatch import Mismatch
+from warmlink.orchestration.scenarios.overrides import given_values, refuse_fed, start_values
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
 from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.shipped import Blueprint
-from warmlink.orchestration.text_files import read_toml
+from warmlink.orchestration.text_files import is_file, read_toml
 
 MATERIALS = Path(__file__).parent / "materials.toml"
-_WORDS = ("about", "source")
+_WORDS = ("about", "source", "family")
 
 DEFAULT_SCENARIO = "warm_up"
 DEFAULT_TOLERANCE = 5e-6
 DEFAULT_STEP = 1.0
-DEFAULT_MASTER = "gauss_seidel"
 DEFAULT_CONTROLLER = "lag"
 NO_CONTROLLER = "none"
 
@@ -50,9 +51,10 @@ class Scenario:
     parameters : start values as written, `"2 W/K"` under `motor.joint_conductance`
     controller : the law that all controllers of the system use
     sensors : thermometers that the controllers use; a value of None there means the system's own
-    mismatches : names of the mismatches that change the parameters
+    differences : mismatches that change the parameters, each once
     believed : the parameters without the mismatches, which a designer may know; None without mismatches
     file : the file that it was read from; None for a shipped scenario
+    remarks : sentences on what was asked for and not done, as a mismatch that was given twice
     """
 
     name: str
@@ -67,9 +69,10 @@ class Scenario:
     coupling_tolerance: float | None = None
     parameters: dict[str, str | float] = field(default_factory=dict)
     sensors: Sensors = AS_THEY_ARE
-    mismatches: tuple[str, ...] = ()
+    differences: tuple[Mismatch, ...] = ()
     believed: dict[str, str | float] | None = None
     file: Path | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def stop_time(self) -> float:
@@ -77,11 +80,16 @@ class Scenario:
         return self.duty.stop_time
 
     @property
+    def mismatches(self) -> tuple[str, ...]:
+        """Names of the mismatches that change the parameters."""
+        return tuple(each.name for each in self.differences)
+
+    @property
     def as_believed(self) -> Scenario:
         """The scenario without its mismatches."""
         if self.believed is None:
             return self
-        return replace(self, parameters=self.believed, mismatches=(), believed=None)
+        return replace(self, parameters=self.believed, differences=(), believed=None)
 
     @property
     def in_use(self) -> Sensors:
@@ -121,6 +129,7 @@ class Scenario:
         noise = self.in_use.noise
         given, driven = start_values(self.parameters, self.declared, self.name), self.duty.start_values()
         self._check_driven(given, driven)
+        self._check_fed(given)
         chosen = merged(
             self.setup.values,
             {} if noise is None else self.setup.noisy(noise),
@@ -142,6 +151,12 @@ class Scenario:
                         f"{self.name}: {instance}.{name} is set by the duty cycle {self.duty.name}; give "
                         "another duty cycle, or segments of your own in the scenario's file"
                     )
+
+    def _check_fed(self, given: StartValues) -> None:
+        """Refuse a start value of an input that a wire feeds, which would have no effect."""
+        for instance, values in given.items():
+            for name in values:
+                refuse_fed(f"{instance}.{name}", self.setup.blueprint.fed, self.name)
 
     def _check_extent(self) -> None:
         """Refuse a run that is too long, or of more communication points than fit into memory."""
@@ -196,15 +211,16 @@ def changed(
     known = scenario.as_believed
     law = scenario.controller if controller is None else controller_named(controller)
     asked = replace(known, controller=law, parameters={**known.parameters, **given_values(parameters)})
-    for name in (*scenario.mismatches, *mismatches):
-        asked = mismatch.load(name).applied(asked)
+    for each in (*scenario.differences, *map(mismatch.load, mismatches)):
+        asked = each.applied(asked)
     return asked
 
 
 @cache
 def materials() -> dict[str, dict[str, str]]:
-    """Materials by name: `about`, `source` and the values of their properties with units."""
-    return read_toml(MATERIALS)
+    """Materials by name and by family: `about`, `source` and the values of their properties with units."""
+    found = read_toml(MATERIALS)
+    return {**found, **{each["family"]: each for each in found.values() if "family" in each}}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,8 +240,10 @@ class Settings(Table):
     mismatches: Annotated[tuple[str, ...], Names("draw_1")] = ()
     sensors: Sensors = AS_THEY_ARE
 
-    def applied(self, default: Scenario) -> Scenario:
+    def applied(self, default: Scenario, folder: Path = Path()) -> Scenario:
         """The scenario changed as the file says; what the file leaves out stays.
+
+        Files of mismatches are looked for beside the scenario's own, in `folder`, and then from here.
 
         Raises InputError if the controller or a mismatch does not exist.
         """
@@ -239,4 +257,5 @@ class Settings(Table):
         }
         asked = replace(default, **given, sensors=self.sensors)
         own = {**parameters, **self.parameters}
-        return changed(asked, self.controller, own, self.mismatches)
+        beside = [str(folder / each) if is_file(folder / each) else each for each in self.mismatches]
+        return changed(asked, self.controller, own, beside)

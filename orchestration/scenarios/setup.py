@@ -27,6 +27,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.overrides import DUTY
 from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
@@ -128,9 +129,6 @@ def merged(*parts: StartValues) -> dict[str, dict[str, Value]]:
             values.setdefault(instance, {}).update(chosen)
     return values
 
-
-DUTY = "duty"
-"""Instance that drives the inputs named in the roles."""
 
 DRIVER = "DutyCycle"
 

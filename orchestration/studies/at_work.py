@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
@@ -81,6 +82,10 @@ def at_work(
                 client = stack.enter_context(connected(means.scheduler))
             if any(each.coupling_tolerance is not None for each in scenarios):
                 said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
+            twice = (
+                told for each in scenarios for wrong in mismatches for told in wrong.applied(each).remarks
+            )
+            said.extend(dict.fromkeys(twice))
             built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
@@ -121,7 +126,8 @@ class Ledger:
                 self._read()
         except OSError as fault:
             raise InputError(
-                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose another --out"
+                f"{self._path}: cannot be read ({fault.strerror}); mend that, or choose "
+                f"another {argument('out')}"
             ) from None
 
     def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:

@@ -11,9 +11,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
@@ -108,9 +109,9 @@ def plan(
 
 def plan_on(
     system: str = CELL.name,
-    controllers: Sequence[str] | None = None,
-    duty_cycles: Sequence[str] | None = None,
-    mismatches: Sequence[str] | None = None,
+    controllers: Sequence[str] | str | None = None,
+    duty_cycles: Sequence[str] | str | None = None,
+    mismatches: Sequence[str] | str | None = None,
     sets: Sequence[StartValueSet] = (),
     scenario: str | Path | None = None,
     more: Sequence[str] = (),
@@ -125,7 +126,9 @@ def plan_on(
     if cell is not None:
         system = ARM if cell.setup.name == ARM else CELL.name
     if system not in SYSTEMS:
-        raise InputError(f"--system {system}: no such system to compare on; {instead(system, SYSTEMS)}")
+        raise InputError(
+            f"{argument('system', system)}: no such system to compare on; {instead(system, SYSTEMS)}"
+        )
     if controllers is None:
         controllers = list(catalogue.controllers())
         if system == ARM:
@@ -135,17 +138,14 @@ def plan_on(
     if duty_cycles is None:
         duty_cycles = names_on(system) if scenario is None else [str(scenario)]
     mismatches = SYSTEMS[system] if mismatches is None else mismatches
-    for option, names, example in (
-        ("--duty-cycles", duty_cycles, "windshield_wiper,stop_and_go"),
-        ("--mismatch", mismatches, "nominal,thermal_high"),
-    ):
+    for name, names in (("duty_cycles", duty_cycles), ("mismatches", mismatches)):
         if not names:
-            raise InputError(f"{option}: names none; give some, as {option} {example}")
-    duties = [load_scenario(name) for name in duty_cycles]
+            raise InputError(f"{argument(name)}: names none; give some, or leave it out for the usual ones")
+    duties = [load_scenario(name) for name in several(duty_cycles)]
     return plan(
-        [controller_named(name) for name in dict.fromkeys([*controllers, *more])],
+        [controller_named(name) for name in dict.fromkeys([*several(controllers), *more])],
         duties if cell is None else [driven(cell, duty) for duty in duties],
-        [load_mismatch(name) for name in mismatches],
+        [load_mismatch(name) for name in several(mismatches)],
         sets,
     )
 
@@ -245,9 +245,9 @@ class Comparison(Answer):
 
 
 def compare(
-    controllers: Sequence[str] | None = None,
-    duty_cycles: Sequence[str] | None = None,
-    mismatches: Sequence[str] | None = None,
+    controllers: Sequence[str] | str | None = None,
+    duty_cycles: Sequence[str] | str | None = None,
+    mismatches: Sequence[str] | str | None = None,
     *,
     system: str = CELL.name,
     scenario: str | Path | None = None,

@@ -17,15 +17,11 @@ from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_reg
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
-from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Component
-from warmlink.fmus.component import Parameter as Declared
-from warmlink.fmus.component.join import join
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
-from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.fmus.names import instead, listed
-from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
@@ -33,13 +29,11 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import positive
-from warmlink.orchestration.scenarios.overrides import scalar, start_values
+from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
+from warmlink.orchestration.studies.plants import plant_in, plant_of, with_values
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
@@ -94,7 +88,9 @@ class Designed(Answer):
         try:
             write_ssv(held, Path(path), f"{self.law}, designed")
         except OSError as fault:
-            raise InputError(f"{path}: cannot be written ({fault.strerror}); choose another --out") from None
+            raise InputError(
+                f"{path}: cannot be written ({fault.strerror}); choose another {argument('out')}"
+            ) from None
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, the gains apart."""
@@ -125,7 +121,7 @@ class Designed(Answer):
 def design(
     system: str | Path = WARMUP_CELL.name,
     law: str = "observer",
-    sensors: Sequence[str] | None = None,
+    sensors: Sequence[str] | str | None = None,
     *,
     sensor_std: str | float | None = None,
     camera_std: str | float | None = None,
@@ -154,20 +150,22 @@ def design(
         If there is no such law, sensor or system, or a value is out of range.
     """
     if law not in PLANT_FACTS:
-        raise InputError(f"--law {law}: {law!r} has no design; {instead(law, PLANT_FACTS)}")
+        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
-        raise InputError(f"--camera-std {camera_std}: {law} does not use the camera; {WITH_CAMERA} does")
+        raise InputError(
+            f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
+        )
     scenario = None
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == WARMUP_CELL.name else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
-    sensors = known.used or SENSORS if sensors is None else sensors
-    noise = positive(sensor_std or known.noise or SENSOR_STD, "K", "--sensor-std")
-    period = positive(sample_time, "s", "--sample-time")
+    sensors = known.used or SENSORS if sensors is None else several(sensors)
+    noise = positive(sensor_std or known.noise or SENSOR_STD, "K", argument("sensor_std"))
+    period = positive(sample_time, "s", argument("sample_time"))
     if period < SHORTEST_SAMPLE_TIME:
         raise InputError(
-            f"--sample-time {sample_time}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
+            f"{argument('sample_time', sample_time)}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
     held = None if scenario is None else scenario.setup.blueprint
     foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
@@ -182,7 +180,7 @@ def design(
             run = _run_of(scenario, sensors)
             values = fit_regression(run, list(sensors), noise, cold_in(run, sensors))
         return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant)
-    camera = None if camera_std is None else positive(camera_std, "m", "--camera-std")
+    camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
 
@@ -233,87 +231,5 @@ def _refuse_unread(setup: Setup, sensors: Sequence[str], read: Collection[str]) 
     for name in sensors:
         if f"{name.removesuffix('_temperature')}_temperature" not in read:
             raise InputError(
-                f"--sensors: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
+                f"{argument('sensors')}: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
             )
-
-
-def plant_of(system: System) -> Plant:
-    """What differs from nominal in a system's one motor and one link, in SI units; InputError otherwise."""
-    return cell_plant(*(_differing(each, _values_in(system, each)) for each in (MOTOR, LINK)))
-
-
-def plant_in(scenario: Scenario) -> Plant:
-    """Motors and links of a scenario's system, and what its controller sees of them.
-
-    InputError where it has none of ours, others act among them, a connection scales what it carries, or the
-    score is no weighted sum of what they grow by.
-    """
-    setup = scenario.setup
-    declared = scenario.declared
-    motors, links = setup.blueprint.called("motor"), setup.blueprint.called("link")
-    if not motors or not links:
-        raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
-    paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)
-    plant = [*motors, *links, *paths]
-    if setup.blueprint.scaled:
-        raise InputError(
-            f"{setup.name}: {setup.blueprint.never_joined}, which no model of a design knows; take "
-            "--law regression, which learns from a run"
-        )
-    wires = {target: source for source, target in setup.blueprint.wires}
-    among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
-    joined = join(setup.name, {name: declared[name] for name in plant}, among)
-    values = scenario.as_believed.values()
-    given = {
-        f"{name}.{variable}": float(value)
-        for name in plant
-        for variable, value in values.get(name, {}).items()
-        if f"{name}.{variable}" in joined.p.index
-    }
-    (controller, *_) = setup.controllers
-    read = {name: _read_at(f"{controller}.{name}", wires, set(plant)) for name in SENSED}
-    found = {name: variable for name, variable in read.items() if variable is not None}
-    growth = setup.roles.score.without(setup.corrections).weights()
-    return Plant(joined, given, tuple(motors), tuple(links), found, growth)
-
-
-def _read_at(name: str, wires: Mapping[str, str], plant: set[str]) -> str | None:
-    """Variable of the plant that an input reads, through thermometers; None where it reads none."""
-    while name in wires:
-        name = wires[name]
-        if name.rpartition(".")[0] in plant:
-            return name
-        # A thermometer's reading is of the temperature of the same channel.
-        name = name.replace(".reading[", ".temperature[")
-    return None
-
-
-def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:
-    """A plant with other parameters, `"2 W/K"` under `motor.joint_conductance`, if they fit."""
-    components = {"motor": MOTOR, "link": LINK}
-    for name in given:
-        if not isinstance(scalar(name, components, "--set").variable, Declared):
-            raise InputError(f"--set {name}: is an input, which a design does not depend on; leave it out")
-    values = start_values({**plant.given, **given}, components, "--set")
-    return cell_plant(*(_differing(each, values.get(name, {})) for name, each in components.items()))
-
-
-def _values_in(system: System, component: Component) -> Mapping[str, Value | None]:
-    """Start values of a system's one FMU of a component; InputError where there is not exactly one."""
-    described = [(held, read_description(held.fmu)) for held in system.components.values()]
-    found = [(held, told) for held, told in described if told.model_name == component.name]
-    if len(found) != 1:
-        have = ", ".join(held.name for held, _ in found) or "none"
-        raise InputError(
-            f"{system.name}: a design needs one {component.name}, and the system has {have}; give a system "
-            "with one motor and one link"
-        )
-    ((held, told),) = found
-    return {**{name: each.start for name, each in told.variables.items()}, **held.values}
-
-
-def _differing(component: Component, values: Mapping[str, Value | None]) -> dict[str, float]:
-    """Parameters that are not as declared, in SI units."""
-    starts = {each.name: each.start for each in component.scalars() if isinstance(each.variable, Declared)}
-    given = {name: values.get(name) for name in starts}
-    return {n: float(v) for n, v in given.items() if v is not None and float(v) != starts[n]}

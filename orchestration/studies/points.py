@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.studies.at_work import Means, at_work
-from warmlink.orchestration.studies.case import METRICS, Case, Outcome
-from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study
+from warmlink.orchestration.console import Answer
+from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
 
 AT_ONCE = 1000
@@ -90,6 +86,16 @@ def best(found: Sequence[Judged]) -> Judged | None:
     return kept[int(np.argmin(np.hypot(*shares.T)))]
 
 
+def nearest(study: Study, found: Sequence[Judged]) -> Judged | None:
+    """The point that breaks its worst constraint least, as a share of the bound; None where there is none."""
+
+    def broken(each: Judged) -> float:
+        pairs = zip(study.constraints, each.excess, strict=True)
+        return max((excess / (abs(of.at_most) or 1.0) for of, excess in pairs), default=math.inf)
+
+    return min((each for each in found if each.reason is None), key=broken, default=None)
+
+
 @dataclass(frozen=True, repr=False)
 class Searched(Answer):
     """A study and what its points came to, by number; `word` is what one of them is called."""
@@ -102,6 +108,20 @@ class Searched(Answer):
     def best(self) -> Judged | None:
         """The best that keeps every constraint; None where there is none."""
         return best(self.found)
+
+    @property
+    def unmet(self) -> list[str]:
+        """That nothing keeps every constraint, and what comes nearest to it."""
+        told, close = f"no {self.word} keeps every constraint", nearest(self.study, self.found)
+        if close is None:
+            return [told]
+        missed = [
+            f"{of.title} {of.at_most + excess:.4g}, {excess:.4g} above {of.at_most:g}"
+            for of, excess in zip(self.study.constraints, close.excess, strict=True)
+            if excess > 0
+        ]
+        where = f"nearest is {self.word} {close.number}: {'; '.join(missed)}"
+        return [told, where, *self.study.lines(close.point)]
 
     def summary(self) -> str:
         """What came of the study, in a few lines."""
@@ -116,7 +136,7 @@ class Searched(Answer):
     def _best_lines(self) -> list[str]:
         objectives = [each.objective for each in self.found if each.reason is None]
         if self.best is None:
-            return [f"no {self.word} keeps every constraint"]
+            return self.unmet
         which = "amid the front" if self.study.objectives[1:] else "smallest that keeps every constraint"
         return [
             f"{self.study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}",
@@ -188,70 +208,3 @@ def latin_hypercube(study: Study, count: int) -> list[Point]:
     return [
         {axis.name: axis.at(float(at)) for axis, at in zip(study.axes, row, strict=True)} for row in shares
     ]
-
-
-def points_of(study: Study) -> list[Point]:
-    """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
-    if study.sweep.kind != "grid":
-        return latin_hypercube(study, study.sweep.points)
-    levels = [axis.levels(study.sweep.points) for axis in study.axes]
-    count = math.prod(len(level) for level in levels)
-    if count > MOST_POINTS:
-        raise InputError(
-            f"{study.name}: a grid of {count} points; give fewer points for each parameter, "
-            "or a latin_hypercube"
-        )
-    names = [axis.name for axis in study.axes]
-    return [dict(zip(names, values, strict=True)) for values in itertools.product(*levels)]
-
-
-def sweep(study: Study, points: list[Point], workers: Workers, progress: Progress) -> list[Judged]:
-    """Run the points; gives what each came to in their order."""
-    found: list[Judged] = []
-    for first in range(0, len(points), AT_ONCE):
-        for judged in evaluate(study, points[first : first + AT_ONCE], workers, first):
-            found.append(judged)
-            progress(len(found))
-    return sorted(found, key=lambda judged: judged.number)
-
-
-@contextmanager
-def swept(study: Study, means: Means, out: Path) -> Iterator[Searched]:
-    """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
-    points = points_of(study)
-    with at_work(study.scenarios, study.mismatches, means, out) as work:
-        with progress_bar(study.title) as progress:
-            found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
-        yield Searched(study, found)
-
-
-def write_parquet(study: Study, found: list[Judged], path: Path) -> None:
-    """Write a row for each run: point, values, duty cycle, mismatch, figures, objectives, reason.
-
-    Figures that a run does not have are null; an objective is that of all runs of the point.
-    """
-    import pyarrow
-    from pyarrow import parquet
-
-    figures = [*(name for name in METRICS if name != "outside_tolerance_min"), "within_tolerance_min"]
-    text, number = pyarrow.string(), pyarrow.float64()
-    columns = {
-        "point": pyarrow.int64(),
-        **{axis.heading: number for axis in study.axes},
-        **{"duty_cycle": text, "mismatch": text},
-        **dict.fromkeys([*figures, *OBJECTIVES[: len(study.objectives)]], number),
-        **{"feasible": pyarrow.bool_(), "reason": text},
-    }
-    rows = [
-        {
-            "point": each.number,
-            **{axis.heading: each.point[axis.name] for axis in study.axes},
-            **{"duty_cycle": duty, "mismatch": mismatch},
-            **(each.outcomes[k].to_dict() if each.outcomes else {}),
-            **each.to_dict(),
-        }
-        for each in found
-        for k, (duty, mismatch) in enumerate(study.runs)
-    ]
-    with path.open("wb") as stream:
-        parquet.write_table(pyarrow.Table.from_pylist(rows, pyarrow.schema(list(columns.items()))), stream)

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.points import Judged
-from warmlink.orchestration.studies.study import Axis, Point, Study
+from warmlink.orchestration.studies.study import Point, Study
 
 if TYPE_CHECKING:
     import optuna

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from warmlink.fmus.component import Component, limits
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller, controller_named
 from warmlink.orchestration.closed_loop.load import driven, load_scenario
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.scenarios import mismatch as mismatches
-from warmlink.orchestration.scenarios.entries import Flag, Names, OneOf, Quantity, Text, Value, Whole
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.written import Table, read_table
+from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
-from warmlink.orchestration.system.model import StartValues
 from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
 
 LIBRARY = Path(__file__).parent / "library"
@@ -38,107 +35,6 @@ MOST_IN_A_BATCH = 1000
 
 Point = Mapping[str, float]
 """Start values in SI units under `instance.variable`."""
-
-
-@dataclass(frozen=True)
-class AxisTable(Table):
-    """Between which bounds a start value is varied, or among which values."""
-
-    min: Annotated[str | float | None, Value()] = None
-    max: Annotated[str | float | None, Value()] = None
-    log: Annotated[bool, Flag()] = False
-    values: tuple[Annotated[str | float, Value()], ...] | None = None
-
-    def __post_init__(self) -> None:
-        if self.values is None and (self.min is None or self.max is None):
-            raise InputError('has no bounds; write { min = "...", max = "..." }')
-        if self.values is not None and (self.log or self.min is not None or self.max is not None):
-            raise InputError("has bounds and values; write { min = ..., max = ... } or { values = [...] }")
-        if self.values == ():
-            raise InputError("there is nothing to choose from; give values = [...]")
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One start value that is varied, in SI units: between both bounds, or among the values of `choice`.
-
-    With `log` it is searched and spaced by its logarithm; `shipped` is what it is without the study.
-    """
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    log: bool
-    integer: bool
-    choice: tuple[float, ...]
-    shipped: float
-
-    @property
-    def heading(self) -> str:
-        """Name with unit."""
-        return f"{self.name} [{self.unit}]"
-
-    @property
-    def readable(self) -> tuple[str, float]:
-        """Unit in which people read it, and the factor to it: `µm/W`, 1e6 for a gain of some 1e-6 m/W."""
-        small = max(abs(self.low), abs(self.high)) < 1e-3 and re.match(r"[mWAVNKs](?!\w|\*)", self.unit)
-        return (f"µ{self.unit}", 1e6) if small else (self.unit, 1.0)
-
-    def shown(self, *values: float) -> str:
-        """Values for people, as `2 to 8 µm/W`."""
-        unit, factor = self.readable
-        return f"{' to '.join(f'{factor * value:.6g}' for value in values)} {unit}".removesuffix(" 1")
-
-    def at(self, share: float) -> float:
-        """Value at a share of the way from the lower bound to the upper one, 0 to 1."""
-        if self.choice:
-            return self.choice[min(int(share * len(self.choice)), len(self.choice) - 1)]
-        end = self.high + 1 if self.integer else self.high
-        value = self.low * (end / self.low) ** share if self.log else self.low + share * (end - self.low)
-        return min(max(float(math.floor(value)) if self.integer else value, self.low), self.high)
-
-    def share(self, value: float) -> float:
-        """Share of the way from the lower bound to the upper one, of an axis with bounds: undoes `at`."""
-        if self.log:
-            return math.log(value / self.low) / math.log(self.high / self.low)
-        return (value - self.low) / (self.high - self.low)
-
-    def levels(self, count: int) -> list[float]:
-        """Evenly spaced values from bound to bound, equal whole numbers once; all of a choice."""
-        if self.choice:
-            return list(self.choice)
-        shares = [i / (count - 1) for i in range(count)] if count > 1 else [0.5]
-        spaced = [replace(self, integer=False).at(share) for share in shares]
-        return sorted({float(round(value)) for value in spaced}) if self.integer else spaced
-
-
-def read_axis(
-    name: str, table: AxisTable, components: Mapping[str, Component], known: StartValues, where: str
-) -> Axis:
-    """Axis from its table in a study file, and start values that the study's scenario has without it.
-
-    InputError where it, or a bound, does not fit the component.
-    """
-    found = scalar(name, components, where)
-    place, unit = f"{where}: {name}", found.variable.unit
-    written = (table.min, table.max) if table.values is None else table.values
-    values = [start_value(name, each, components, where) for each in written if each is not None]
-    low, high = min(values), max(values)
-    if table.values is None and not values[0] < values[1]:
-        raise InputError(
-            f"{place}: nothing lies between {values[0]:g} and {values[1]:g} {unit}; give a max above the min"
-        )
-    if table.log and not low > 0:
-        raise InputError(f"{place}: log = true needs bounds above 0 {unit}; give such, or leave it out")
-    for value in values:
-        sentence = limits.problem(found, value)
-        if sentence is not None:
-            raise InputError(f"{where}: {name.partition('.')[0]}.{sentence}")
-    choice = () if table.values is None else tuple(dict.fromkeys(values))
-    integer, (instance, _, variable) = found.variable.type != "Real", name.rpartition(".")
-    shipped = float(known.get(instance, {}).get(variable, found.start or 0.0))
-    return Axis(name, unit, low, high, table.log, integer, choice, shipped)
 
 
 @dataclass(frozen=True)
@@ -242,7 +138,7 @@ class Study:
         if trials is None:
             return self
         if trials < 1:
-            raise InputError(f"--trials {trials}: not a number of trials; give 1 or more")
+            raise InputError(f"{argument('trials', trials)}: not a number of trials; give 1 or more")
         return replace(self, tune=replace(self.tune, trials=trials))
 
     def lines(self, point: Point) -> list[str]:
@@ -287,7 +183,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
     cell = None if file.scenario is None else load_scenario(_beside(file.scenario, folder))
     duties = file.duty_cycles or (file.scenario or "",)
     scenarios = tuple(_scenario(_beside(each, folder), file, controller, cell) for each in duties)
-    declared, known = scenarios[0].declared, scenarios[0].values()
+    known = scenarios[0].values()
     study = Study(
         name=name,
         title=name if file.title is None else file.title,
@@ -295,7 +191,9 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
-        axes=tuple(read_axis(key, table, declared, known, name) for key, table in file.parameters.items()),
+        axes=tuple(
+            read_axis(key, table, scenarios[0], known, name) for key, table in file.parameters.items()
+        ),
         objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,

@@ -14,6 +14,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
@@ -64,7 +65,7 @@ class Tuned(Searched):
         """What the winner has come to, a sentence for each objective."""
         study, winner, first = self.study, self.best, self.found[0]
         if winner is None:
-            return ["no trial keeps every constraint"]
+            return self.unmet
         where = "at best" if len(study.objectives) == 1 else f"in trial {winner.number}, amid the front"
         shipped = first.objectives if study.shipped else ()
         return [
@@ -133,7 +134,7 @@ def tune(
             if any(trial.point.get(axis.name) != point[axis.name] for axis in study.axes):
                 raise InputError(
                     f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this "
-                    "version of Optuna; choose another --out or storage"
+                    f"version of Optuna; choose another {argument('out')} or storage"
                 )
         for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
             batch.append(trial)

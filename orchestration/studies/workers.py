@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import whole_file
 from warmlink.fmus.packaging.cache import cache_folder, remembered, used
@@ -21,10 +22,11 @@ from warmlink.fmus.packaging.native.rollout import Rollout
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
+from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.scenarios.mismatch import Mismatch
-from warmlink.orchestration.scenarios.scenario import DEFAULT_MASTER, Scenario
+from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import (
     COMPARED,
     Case,
@@ -222,7 +224,7 @@ def agreeing(
         difference, coupling = np.max(list(good.values()), axis=0)
         told = f"joined systems: {len(good)} runs tried beside the FMUs"
         told += f"; figures differ by at most {difference:.2g} µm"
-        remark(f"{told}, the coupling error is up to {coupling:.2g} µm (--exact runs the FMUs)")
+        remark(f"{told}, the coupling error is up to {coupling:.2g} µm ({argument('exact')} runs the FMUs)")
     return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 

@@ -125,11 +125,12 @@ def end_of(components: Mapping[str, Component], name: str, where: str = "") -> t
 def read_system(path: str | Path, workdir: Path | None = None) -> System:
     """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
 
-    Its components then have dotted names; start values and connections are in their variables' own units.
+    Its components then have dotted names; start values and connections are in their variables' own units. A
+    single FMU is a system of one component, which bears the file's name.
 
     Parameters
     ----------
-    path : the .ssp file, or an .ssd file that lies beside its resources
+    path : the .ssp file, an .ssd file that lies beside its resources, or an .fmu file
     workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
 
     Raises
@@ -147,20 +148,29 @@ def read_system(path: str | Path, workdir: Path | None = None) -> System:
 def _kept(path: Path) -> Path:
     """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
     if not is_file(path):
-        raise InputError(f"{path}: no such file; give the system as the path of an .ssp")
+        raise InputError(f"{path}: no such file; give the path of an .ssp or .fmu file")
     folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
+def _system_of_one(fmu: Path) -> System:
+    """The system whose one component, of the file's name, is an FMU."""
+    info = read_description(fmu)
+    return System(
+        info.model_name, {fmu.stem: component(fmu.stem, fmu)}, (), info.default_experiment, info.remarks
+    )
+
+
 def _read(path: Path, workdir: Path) -> System:
+    if path.suffix.lower() == ".fmu":
+        return _system_of_one(path)
     structure, remarks = path, list[str]()
     if path.suffix.lower() != ".ssd":
         remarks += archive.repeated_entries(path)
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
-            told = f"look at it with `warmlink check {path}`, or run it as a component of an SSP"
-            raise InputError(f"{path.name}: is a single FMU, no system; {told}")
+            return _system_of_one(path)
         structure = folder / "SystemStructure.ssd"
     reader = Reader(workdir, remarks=remarks)
     name, experiment = reader.read(structure)
@@ -177,4 +187,10 @@ def _read(path: Path, workdir: Path) -> System:
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }
+    remarks += [
+        f"{each.target}: its start value {components[each.target_component].values[each.target_variable]} "
+        f"has no effect once the run has begun, since {each.source} feeds it; set what makes that"
+        for each in connections
+        if each.target_variable in components[each.target_component].values
+    ]
     return System(name, components, connections, experiment, tuple(dict.fromkeys(remarks)))

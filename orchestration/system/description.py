@@ -103,7 +103,9 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
-        capabilities=Capabilities(**flags),
+        capabilities=Capabilities(
+            **flags, internal_step=xml.optional(slave, "fixedInternalStepSize", xml.number, where)
+        ),
         default_experiment=DefaultExperiment(
             xml.optional(experiment, "startTime", xml.number, where) or 0.0,
             xml.optional(experiment, "stopTime", xml.number, where),

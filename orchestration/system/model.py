@@ -165,7 +165,10 @@ class Variable:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a co-simulation slave says it can do; False where its FMI version has no such flag."""
+    """What a co-simulation slave says it can do; False where its FMI version has no such flag.
+
+    The `internal_step` in s, of which steps are multiples, is None if it tells none.
+    """
 
     variable_step: bool = False
     get_set_state: bool = False
@@ -174,6 +177,7 @@ class Capabilities:
     interpolate_inputs: bool = False
     once_per_process: bool = False
     intermediate_update: bool = False
+    internal_step: float | None = None
 
 
 @dataclass(frozen=True)
@@ -208,6 +212,12 @@ class ModelInfo:
     log_categories: tuple[str, ...] = ()
     accepts_nan: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
+
+    @property
+    def own_step(self) -> float | None:
+        """Step in s that the FMU proposes and does not want to be changed; None if it takes any."""
+        step = self.default_experiment.step_size or self.capabilities.internal_step
+        return None if self.capabilities.variable_step else step
 
     def with_causality(self, causality: str) -> tuple[str, ...]:
         """Give the names of the variables of one causality, in the FMU's order."""

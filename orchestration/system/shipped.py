@@ -67,6 +67,11 @@ class Blueprint:
         return {kind for kind in self.components.values() if kind} - self.foreign.keys()
 
     @cached_property
+    def fed(self) -> Mapping[str, str]:
+        """The output behind each input that a wire feeds."""
+        return {target: source for source, target in self.wires}
+
+    @cached_property
     def reduced(self) -> Mapping[str, Component]:
         """Links that `warmlink reduce` made, among the FMUs that came with the system."""
         found = {kind: catalogue.reduced_link_in(path) for kind, path in self.foreign.items()}

@@ -2,8 +2,8 @@
 
 import pytest
 
+import warmlink as wl
 from benchmarks.six_months import aged, log, maintained
-from warmlink.orchestration import api as wl
 
 
 def test_what_was_found_is_designed_for_and_taken_out() -> None:

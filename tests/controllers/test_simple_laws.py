@@ -13,6 +13,7 @@ from scipy.special import erfc
 from warmlink.controllers import interface
 from warmlink.controllers.analytic import law as analytic_law
 from warmlink.controllers.analytic.component import COMPONENT as ANALYTIC
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.lag import fit
 from warmlink.controllers.lag import law as lag_law
 from warmlink.controllers.lag.component import COMPONENT as LAG
@@ -23,6 +24,7 @@ from warmlink.fmus.component.reference import Phase, Trajectory, integrate
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.plant import demand, plant
+from warmlink.orchestration.catalogue import controllers
 
 COLD = 295.15
 FREE = {"correction_rate_limit": 1.0, "largest_leap": 50.0}
@@ -48,6 +50,35 @@ def test_none_corrects_nothing_and_knows_it() -> None:
     instance.step(0.0, 1.0)
     assert instance.outputs().tolist() == [0.0, 0.0, 5e-5, 0.0, 0.0, 0.0]
     assert running(NONE, {"elongation_std": 2e-6}).get("ready") == 1.0
+
+
+DUTY = ("speed", "torque", "ambient_temperature")
+
+
+@pytest.mark.parametrize(
+    "component", sorted(controllers().values(), key=lambda c: c.name), ids=lambda c: c.name
+)
+@pytest.mark.parametrize("lost", DUTY)
+def test_a_duty_signal_that_is_lost_is_no_error_of_the_law(component: Component, lost: str) -> None:
+    """The README said that it was handled; the FMU refused to set it."""
+    instance = running(component, dict.fromkeys(SENSED, COLD) | {"speed": 3.0, "torque": 2.0})
+    for k in range(60):
+        instance.set({lost: math.nan if 20 <= k < 40 else {"speed": 3.0, "torque": 2.0}.get(lost, COLD)})
+        instance.step(float(k), 1.0)
+        assert np.isfinite(instance.outputs()).all()
+        missed = 20 <= k < 40 and component.name not in {"NoCompensator", "AnalyticCompensator"}
+        if missed and component.name != "RegressionCompensator" and (component, lost) != (LAG, DUTY[2]):
+            assert instance.get("distrusted") == 1.0
+            assert instance.get("ready") == 0.0
+
+
+@pytest.mark.parametrize(
+    "component", sorted(controllers().values(), key=lambda c: c.name), ids=lambda c: c.name
+)
+def test_a_law_may_start_without_any_signal(component: Component) -> None:
+    instance = running(component, dict.fromkeys((*SENSED, *DUTY), math.nan))
+    instance.step(0.0, 1.0)
+    assert np.isfinite(instance.outputs()).all()
 
 
 # analytic -------------------------------------------------------------------------------------------------
@@ -127,6 +158,30 @@ def test_nan_from_the_start_goes_by_the_surroundings() -> None:
     depth = math.sqrt(DIFFUSIVITY * 60)
     expected = analytic_law.corrected(10.0, depth, SPAN, ALPHA)
     assert instance.get("correction") == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("by", [3.0, 5.0, -5.0])
+def test_a_step_of_the_base_is_doubted_for_a_while_and_not_for_ever(by: float) -> None:
+    """Beyond `largest_leap` it was left out for good, and the law said ready."""
+    instance = running(ANALYTIC, {"base_temperature": COLD})
+    for k in range(30):
+        instance.step(float(k), 1.0)
+    instance.set({"base_temperature": COLD + by})
+    instance.step(30.0, 1.0)
+    assert (instance.get("distrusted"), instance.get("ready")) == (1.0, 0.0)
+    wait = (abs(by) - 2.0) / 0.05
+    for k in range(31, 34 + round(wait)):
+        instance.step(float(k), 1.0)
+    assert instance.get("distrusted") == 0.0
+    assert math.copysign(1.0, by) * instance.get("predicted_elongation") > 0
+
+
+def test_a_link_that_was_left_warm_is_not_ready_until_its_cold_temperature_is_stated() -> None:
+    """The first reading counted as the cold link's: 90 um off, and ready all the time."""
+    given = {"base_temperature": COLD + 20.0, "ambient_temperature": COLD}
+    assert running(ANALYTIC, given).get("ready") == 0.0
+    assert running(ANALYTIC, {**given, "base_temperature": COLD + 1.0}).get("ready") == 1.0
+    assert running(ANALYTIC, {**given, "ambient_temperature": COLD + 20.0}).get("ready") == 1.0
 
 
 # lag ------------------------------------------------------------------------------------------------------

@@ -78,7 +78,9 @@ def done(lines: str, folder: Path, beside: str = "") -> str:
 def test_the_first_page_installs_and_runs(copy: Path, installed: Path) -> None:
     """Beside Python's own library there is only what warmlink says it needs."""
     link_needed(installed)
-    there = "cd /\nwhich warmlink\nwarmlink --version\npython -c 'import warmlink.orchestration.api'"
+    there = (
+        "cd /\nwhich warmlink\nwarmlink --version\npython -c 'import warmlink; print(warmlink.__version__)'"
+    )
     told = done(USE + there, copy, str(installed))
     assert "largest error" in told
     assert str(copy / ".venv" / "bin" / "warmlink") in told

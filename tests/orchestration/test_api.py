@@ -6,55 +6,47 @@ import ast
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
 
+import warmlink as wl
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.duties.duty import Segment
 from warmlink.orchestration.system.write import write_ssp
 
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
-SECTION = README.partition("## You work in a notebook")[2].partition("\n## ")[0]
-SCRIPTS = re.findall(r"```python\n(.*?)```", SECTION, re.DOTALL)
+(SCRIPT,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a system and a measured run."""
+    """A folder with a system."""
     folder = tmp_path_factory.mktemp("notebook")
     (folder / "dist").mkdir()
     scenario = load_scenario("stop_and_go")
     write_ssp(scenario.system(scenario.files(FmuStore("native"))), folder / "dist" / "WarmupCell.ssp")
-    work = [Segment(1800.0, 3.43, 2.5), Segment(1800.0)]
-    hide.write_csv(hide.hide({"hub_heat_loss": 0.1}, work, interval=60.0), folder / "run.csv")
     return folder
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=["run", "simulate", "diagnose"])
-def test_a_script_of_the_readme_is_six_lines_or_fewer_and_works(
-    script: str, place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_the_script_of_the_readme_is_short_and_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(place)
-    assert len([line for line in script.splitlines() if line]) <= 6
-    exec(script, {})
+    monkeypatch.chdir(tmp_path)
+    assert len([line for line in SCRIPT.splitlines() if line]) <= 10
+    exec(SCRIPT, {})
     printed = capsys.readouterr().out
-    if "run(" in script:
-        assert "removed" in printed
-        assert Path("error.html").stat().st_size > 1e5
-    elif "simulate" in script:
-        assert "link.elongation [m]" in printed
-    else:
-        assert printed.startswith("named ('hub_heat_loss',)")
+    assert "removed" in printed
+    assert "error [m]" in printed
+    assert Path("error.html").stat().st_size > 1e5
+    assert "named ('joint_resistance',)" in printed
 
 
 def test_every_name_is_there_and_says_what_it_does() -> None:
@@ -62,6 +54,7 @@ def test_every_name_is_there_and_says_what_it_does() -> None:
     assert {"diagnose", "build", "join", "linearise", "plot"} < set(wl.__all__)
     for name in wl.__all__:
         assert getattr(wl, name).__doc__, name
+    assert wl.__version__ == version("warmlink")
     with pytest.raises(AttributeError, match=r"has no rum; did you mean run\?"):
         wl.rum  # noqa: B018
 
@@ -75,13 +68,50 @@ def test_a_type_checker_knows_every_name() -> None:
     assert {*wl.__all__} <= known
 
 
+def test_a_law_is_exported_and_a_run_made_up(tmp_path: Path) -> None:
+    exported = wl.export("lag", {"compensator.time_constant": 500.0})
+    assert repr(exported).startswith("lag: lag.h, lag.c, lag_test.c, README.md; ")
+    exported.write(tmp_path / "plc")
+    assert (tmp_path / "plc" / "lag.c").read_text("utf-8") == exported.files["lag.c"]
+    duty = tmp_path / "work.toml"
+    duty.write_text("stop_time = '10 min'\n[[segment]]\nduration = '10 min'\nspeed = '3 rad/s'\n")
+    frame = wl.hide(["joint_resistance"], str(duty), seed=3)
+    assert frame["time [s]"].iloc[-1] == pytest.approx(600.0, abs=10.0)
+    assert frame.equals(wl.hide({"joint_resistance": 0.3}, str(duty), seed=3))
+
+
+def test_sentences_speak_of_arguments_where_no_command_runs() -> None:
+    for call, sentence in (
+        (lambda: wl.hide(seed=-1), "seed=-1: is negative"),
+        (lambda: wl.hide(solver="grit"), "solver='grit': no such solver; did you mean grid"),
+        (lambda: wl.hide(solver="fea", axis=1), "axis=1: .* leave solver='fea' out"),
+        (lambda: wl.reduce("absent.step", ["#1"], "0, 0, 0 mm", mesh_size="a"), "`mesh_size`: "),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            call()
+
+
+def test_the_former_place_has_the_same_names_and_warns() -> None:
+    from warmlink.orchestration import api
+
+    assert {*api.__all__} == {*wl.__all__} - {"__version__"}
+    assert api.InputError is wl.InputError
+    with (
+        pytest.warns(DeprecationWarning, match=r"api\.run will be removed in 0\.2\.0; use warmlink\.run"),
+        pytest.raises(InputError, match="wiper: no such scenario"),
+    ):
+        api.run("wiper")
+    with pytest.raises(AttributeError, match="api has no rum; import warmlink as wl"):
+        api.rum  # noqa: B018
+
+
 def test_importing_it_loads_nothing_heavy() -> None:
     script = (
-        "import sys\nfrom warmlink.orchestration import api\n"
+        "import sys\nimport warmlink\n"
         "print([name for name in sys.modules if name.partition('.')[0] in ('warmlink', 'numpy')])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['warmlink', 'warmlink.orchestration', 'warmlink.orchestration.api']"
+    assert done.stdout.strip() == "['warmlink']"
 
 
 def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
@@ -126,9 +156,15 @@ def test_a_design_goes_into_a_run(place: Path) -> None:
         (lambda: wl.read_system("absent.ssp"), "absent.ssp: no such file"),
         (lambda: wl.assemble("s", {}, values={"link": {}}), "link: there is no component of this name"),
         (lambda: wl.assemble("s", {"link": "absent.fmu"}), "absent.fmu"),
-        (lambda: wl.compare(mismatches=[]), "--mismatch: names none"),
+        (lambda: wl.compare(mismatches=[]), "`mismatches`: names none"),
+        (lambda: wl.run(fmus="pyhton"), "fmus='pyhton': no such kind; did you mean python?"),
+        (lambda: wl.run(stop="soon"), "`stop`: 'soon'"),
+        (
+            lambda: wl.run(mismatches="thermal_hihg"),
+            "thermal_hihg: no such mismatch; did you mean thermal_high",
+        ),
         (lambda: wl.compare(system=ARM, controllers=["regression"]), "has no design for SixAxisArm"),
-        (lambda: wl.design(law="lag"), "'lag' has no design"),
+        (lambda: wl.design(law="lag"), "law='lag': has no design"),
         (lambda: wl.diagnose(pandas.DataFrame({"a": [1.0]})), "time"),
         (lambda: wl.tune("absent"), "absent: no such study"),
         (lambda: wl.build(fmus="nativ"), "did you mean native"),
@@ -154,7 +190,7 @@ def test_a_script_that_compares_needs_no_guard(tmp_path: Path) -> None:
         "stop_time = '60 s'\nrepeat = true\n[[segment]]\nduration = '60 s'\nspeed = '3 rad/s'\n"
     )
     script.write_text(
-        "from warmlink.orchestration import api as wl\nprint('begun')\n"
+        "import warmlink as wl\nprint('begun')\n"
         "print(wl.compare(['none'], ['work.toml'], ['nominal'], means=wl.Means(jobs=1)))\n"
     )
     done = subprocess.run(

@@ -144,4 +144,4 @@ def test_the_interface_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError, match="no such component; did you mean"):
         list_(["interface", "ThermalLnk"])
     with pytest.raises(InputError, match="nothing to list"):
-        list_(["interfaces"])
+        list_(["interfaces", "ThermalLink"])

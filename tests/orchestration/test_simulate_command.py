@@ -152,6 +152,7 @@ def test_refused_in_one_sentence(
     assert sorted(Path().rglob("*")) == before
 
 
-def test_a_single_fmu_is_sent_to_check(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_single_fmu_runs(fmu: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert called(fmu) == 2
-    assert "is a single FMU, no system; look at it with `warmlink check" in capsys.readouterr().err
+    assert 'the system proposes no stop time; give one, as --stop "1 h"' in capsys.readouterr().err
+    assert called(fmu, "--stop", "10 s") == 0

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.orchestration import api, threads
+import warmlink as wl
+from warmlink.orchestration import threads
 from warmlink.orchestration.diagnosis import diagnose
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
@@ -43,7 +44,7 @@ def test_a_diagnosis_in_a_notebook_takes_one_thread(tmp_path: Path, monkeypatch:
         for each in threads._libraries():
             threads._call(*each, "set")(2)
         with pytest.raises(SearchedError):
-            api.diagnose(path)
+            wl.diagnose(path)
         assert seen == [{1}]
         assert counts() == {2}
     finally:

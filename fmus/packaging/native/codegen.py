@@ -1,46 +1,43 @@
 """From a component's declaration to C: its functions by CasADi, its variables as a table."""
 
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import accumulate
 from typing import Any
 
-import numpy as np
-
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
-from warmlink.fmus.packaging.native import joint_code
+from warmlink.fmus.packaging.native import joint_code, joint_step
 from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import (
     Expression,
+    Function,
     Symbols,
     beginning,
     function,
     sampling,
 )
+from warmlink.fmus.packaging.native.groups import output_groups
 from warmlink.fmus.packaging.native.micro_step import stepping
+from warmlink.fmus.packaging.native.wired import Plan
 from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
 """Parameters that the sentence of a check may name, as `model.h` has it."""
 
-_SHARED_WORK = 0.25
-"""Share of the lesser output's operations above which two outputs are computed together."""
 
-LARGEST_COUNT = 64
-"""Groups that one word of flags can hold."""
-
-
-def generate(component: Component, arrays: bool = False) -> dict[str, str]:
+@lru_cache(maxsize=64)
+def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """Write the generated C files of a component, all but `identity.h`; texts by name.
 
     `component.h` holds sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
     time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
-    groups = output_groups(component)
+    plan = None if component.joint is None else Plan(component)
+    groups, functions = _running(component, plan)
     header = '#include "model.h"\n'
-    starting = header + functions_text(_starting_functions(component))
-    running = header + functions_text(_running_functions(component, groups))
+    starting = header + functions_text(_starting(component, plan))
+    running = header + functions_text(functions)
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
@@ -83,95 +80,65 @@ def _header(about: str, values: Mapping[str, object]) -> str:
     return f"/* {about}; generated. */\n{lines}"
 
 
-def _starting_functions(component: Component) -> Iterator[Any]:
+def _starting(component: Component, plan: Plan | None) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
+    if plan is not None:
+        yield from (function(*part) for part in joint_code.starting(plan))
+        return
     s = Symbols.of(component)
     margins = [check.margin(component.p.read(s.p)) for check in component.checks]
     yield function("margins", [s.p], casadi.vertcat(*margins))
-    if component.joint is not None:
-        parts = joint_code.starting(component, component.joint)
+    yield function("settle", [s.p], component.settled(s.p))
+    yield from (function(*part) for part in beginning(component))
+
+
+def _running(component: Component, plan: Plan | None) -> tuple[list[list[int]], list[Any]]:
+    """Groups of outputs, and the CasADi functions that run all the time, as the C wrapper calls them.
+
+    Where parts of a joined component recur, what they do is called; else all is written out.
+    """
+    if plan is None:
+        parts = [sampling(component, number) for number in range(len(component.clocks))]
     else:
-        yield function("settle", [s.p], component.settled(s.p))
-        parts = beginning(component)
-    yield from (function(*part) for part in parts)
+        parts = [*joint_code.samples(plan)]
+    if plan is None or not plan.repeats:
+        groups = output_groups(component)
+        parts += _written_out(component, groups)
+    else:
+        groups, outputs = joint_code.seen(plan)
+        moving = component.continuous.size > 0
+        parts += [*joint_step.stepping(plan)] if moving else []
+        parts += [*joint_step.slopes(plan)] if moving and not component.sampled else []
+        parts += outputs
+    return groups, [function(*part) for part in parts]
 
 
-def _running_functions(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Any]:
-    """Yield the CasADi functions that run all the time, as the C wrapper calls them."""
+def _written_out(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Function]:
     import casadi
 
     s = Symbols.of(component)
-    sampled = (sampling(component, number) for number in range(len(component.clocks)))
-    joint = component.joint
-    for part in sampled if joint is None else joint_code.samples(component, joint):
-        yield function(*part)
     if component.continuous.size:
-        yield from (function(*each) for each in stepping(component, s, _like(s.u)))
+        yield from stepping(component, s, _like(s.u))
         if not component.sampled:  # what samples gives no output derivatives
             rates = casadi.SX(component.rates_of(*s.now))
-            yield function("rates", s.now, rates)
+            yield "rates", s.now, rates
             yield _tangent("rates_tangent", s, rates)
     y = casadi.SX(component.outputs_of(*s.now))
     for number, group in enumerate(groups):
-        yield function(f"outputs_{number}", s.now, y[group])
+        yield f"outputs_{number}", s.now, y[group]
     yield _tangent("tangent", s, y[: component.output_count])
 
 
-def output_groups(component: Component) -> list[list[int]]:
-    """Indices of the outputs, in groups to be computed together: those that share much of their work.
-
-    A host asks for a few outputs of many; the others need not be computed, nor the local variables, which are
-    the last of at most `LARGEST_COUNT` groups.
-    """
-    from scipy.sparse.csgraph import connected_components
-
-    count = component.output_count
-    used = np.array([[i in outputs for i in range(count)] for outputs in _operations(component)], dtype=int)
-    shared = used.reshape(-1, count).T @ used.reshape(-1, count)
-    lesser = np.minimum.outer(shared.diagonal(), shared.diagonal())
-    number, labels = connected_components(shared > _SHARED_WORK * lesser, directed=False)
-    groups = [np.flatnonzero(labels == label).tolist() for label in range(number)]
-    local = [list(range(count, component.y.size))] if count < component.y.size else []
-    alone = LARGEST_COUNT - 1 - len(local)
-    rest = [i for group in groups[alone:] for i in group]
-    return [*groups[:alone], *([rest] if rest else []), *local]
-
-
-def _operations(component: Component) -> list[frozenset[int]]:
-    """For each operation of the outputs' expressions, the outputs that use its result."""
-    import casadi
-
-    now = Symbols.of(component).now
-    y = casadi.cse(casadi.SX(component.outputs_of(*now))[: component.output_count])
-    function = casadi.Function("outputs", now, [y])
-    row = function.sparsity_out(0).row()
-    leaves = {casadi.OP_INPUT, casadi.OP_CONST, casadi.OP_PARAMETER}
-    wanted: dict[int, frozenset[int]] = defaultdict(frozenset)
-    operations = []
-    for k in reversed(range(function.n_instructions())):
-        kind = function.instruction_id(k)
-        taken, given = function.instruction_input(k), function.instruction_output(k)
-        if kind == casadi.OP_OUTPUT:
-            wanted[taken[0]] |= {row[given[1]]}
-            continue
-        users = wanted.pop(given[0], frozenset())
-        if kind not in leaves:
-            operations.append(users)
-            for slot in taken:
-                wanted[slot] |= users
-    return operations
-
-
-def _tangent(name: str, s: Symbols, expression: Expression) -> Any:
-    """Derivative of an expression along a direction of states, inputs and time, as a function."""
+def _tangent(name: str, s: Symbols, expression: Expression) -> Function:
+    """Derivative of an expression along a direction of states, inputs and time."""
     import casadi
 
     moving = [s.x, s.u, s.time]
     along = [_like(each) for each in moving]
     slope = casadi.jtimes(expression, casadi.vertcat(*moving), casadi.vertcat(*along))
-    return function(name, [*s.now, *along], slope)
+    return name, [*s.now, *along], slope
 
 
 def _like(symbols: Expression) -> Expression:

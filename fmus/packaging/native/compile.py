@@ -9,7 +9,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -18,6 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import FLAGS
@@ -67,8 +67,17 @@ SMALL_PLATFORMS = _by_name(
 BROWSER = Platform("wasm32-wasi", "", "wasm32-wasi")
 """Browsers, which run no FMUs but WebAssembly."""
 
-ONCE_RUN = ("starting.c",)
-"""Units whose code runs once for each instance: large, and not worth a long optimisation."""
+_FEW_BRANCHES = ("-fno-gcse", "-fno-tree-vrp")
+"""Leaves out of an optimisation what finds next to nothing in this code, and takes long."""
+
+UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
+    "starting.c": ("-O0",),  # large, and run once for each instance: not worth any optimisation
+    # What one function stores number by number, another one would read in pairs, and wait for both.
+    "running.c": ("-fno-tree-slp-vectorize", *_FEW_BRANCHES),
+    "fmi2_cs.c": _FEW_BRANCHES,
+    "fmi3_cs.c": _FEW_BRANCHES,
+}
+"""Flags of units beside those of all."""
 
 
 @dataclass(frozen=True)
@@ -105,13 +114,13 @@ class Compiler:
 
     def made(self, target: str, files: Mapping[str, bytes], arguments: Sequence[str]) -> bytes:
         """File that the compiler makes of others, in a folder of their own; InputError if it fails."""
-        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        with scratch_folder() as work:
             for name, content in files.items():
-                (Path(work) / name).write_bytes(content)
+                (work / name).write_bytes(content)
             command = [*self.command, *self.flags, *arguments]
             done = subprocess.run(command, cwd=work, capture_output=True, text=True, errors="replace")
             if done.returncode == 0:
-                return (Path(work) / target).read_bytes()
+                return (work / target).read_bytes()
         errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
         reason = (errors or done.stderr.splitlines() or ["no message"])[0]
         raise InputError(f"{self.command[0]}: cannot compile for {self.platform.name}: {reason.strip()}")
@@ -190,20 +199,20 @@ def _object(
     compiler: Compiler, unit: str, texts: tuple[tuple[str, str], ...], include: tuple[Path, ...]
 ) -> bytes:
     """Object file of a unit, compiled once for the same texts: both FMI versions share most of theirs."""
-    quick = ["-O1"] if unit in ONCE_RUN else []
-    arguments = ["-I.", *(f"-I{path}" for path in include), *quick, "-c", unit, "-o", "unit.o"]
+    own = UNIT_FLAGS.get(unit, ())
+    arguments = ["-I.", *(f"-I{path}" for path in include), *own, "-c", unit, "-o", "unit.o"]
 
     def compiled() -> bytes:
         return compiler.made("unit.o", {file: text.encode() for file, text in texts}, arguments)
 
     headers = [header.read_bytes() for path in include for header in sorted(path.glob("*.h"))]
-    return kept("objects", (compiler, _version(compiler.command), quick, unit, texts, headers), compiled)
+    return kept("objects", (compiler, _version(compiler.command), own, unit, texts, headers), compiled)
 
 
 @cache
 def _version(command: tuple[str, ...]) -> bytes:
     """What a compiler says of its version; zig leaves a file (`a.o`) where it is asked for macOS."""
-    with suppress(OSError), tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+    with suppress(OSError), scratch_folder() as work:
         return subprocess.run([*command, "--version"], cwd=work, capture_output=True).stdout
     return b""
 

@@ -110,7 +110,7 @@ def native_sources(
     """
     if speaker != "browser":
         component = opened(component)
-    sources = generate(component, arrays)
+    sources = dict(generate(component, arrays))
     folder = importlib.resources.files("warmlink.fmus.packaging.native") / "sources"
     for file in sorted(folder.iterdir(), key=lambda each: each.name):
         if file.name.startswith(_SOURCES[speaker]):

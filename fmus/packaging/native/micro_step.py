@@ -41,44 +41,66 @@ def elimination_order(coupled: list[set[int]]) -> list[int]:
 
 
 def solver(matrix: Expression) -> Callable[[Expression], Expression]:
-    """Solution of a matrix (SX, shape (n, n)) for any right-hand side, shape (n,), as a function of that.
+    """Solution of a matrix (SX, shape (n, n)) for any right-hand side, shape (n,), as a function of that."""
+    return Elimination(matrix).solved
+
+
+class Elimination:
+    """A matrix (SX, shape (n, n)) and the solutions of equations with it.
 
     The elimination is written out once, so that a C compiler sees plain arithmetic. Pivots are taken from the
     diagonal without exchange: the matrices are I - gamma h J of dissipative systems, whose diagonal dominates
     for every step size.
+
+    Attributes
+    ----------
+    factors : what solutions need of the matrix, a vector
     """
-    import casadi
 
-    size = matrix.shape[0]
-    rows: list[dict[int, Expression]] = [{} for _ in range(size)]
-    coupled: list[set[int]] = [set() for _ in range(size)]
-    for i, j, element in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
-        rows[i][j] = element
-        coupled[i].add(j)
-        coupled[j].add(i)
-    order = elimination_order(coupled)
-    reciprocals: dict[int, Expression] = {}
-    lower: list[tuple[int, int, Expression]] = []
-    for k, pivot in enumerate(order):
-        reciprocals[pivot] = 1 / rows[pivot][pivot]
-        factors = _eliminate(rows, pivot, sorted(order[k + 1 :]), reciprocals[pivot])
-        lower += [(i, pivot, factor) for i, factor in factors]
+    def __init__(self, matrix: Expression) -> None:
+        import casadi
 
-    def solved(right: Expression) -> Expression:
-        known = [right[i] for i in range(size)]
-        for i, pivot, factor in lower:
+        self._size = size = matrix.shape[0]
+        rows: list[dict[int, Expression]] = [{} for _ in range(size)]
+        coupled: list[set[int]] = [set() for _ in range(size)]
+        for i, j, element in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
+            rows[i][j] = element
+            coupled[i].add(j)
+            coupled[j].add(i)
+        self._order = elimination_order(coupled)
+        reciprocals: dict[int, Expression] = {}
+        lower: dict[tuple[int, int], Expression] = {}
+        for k, pivot in enumerate(self._order):
+            reciprocals[pivot] = 1 / rows[pivot][pivot]
+            left = sorted(self._order[k + 1 :])
+            lower |= {(i, pivot): each for i, each in _eliminate(rows, pivot, left, reciprocals[pivot])}
+        upper = {(i, j): element for i, row in enumerate(rows) for j, element in row.items() if i != j}
+        self._lower, self._upper = list(lower), list(upper)
+        numbers = (*(reciprocals[i] for i in range(size)), *lower.values(), *upper.values())
+        self.factors = casadi.vertcat(*numbers)
+
+    def solved(self, right: Expression, factors: Expression | None = None) -> Expression:
+        """Solution for a right-hand side, shape (n,), from the factors, or symbols that stand for them."""
+        import casadi
+
+        numbers = self.factors if factors is None else factors
+        each = iter([numbers[k] for k in range(numbers.numel())])
+        reciprocals = [next(each) for _ in range(self._size)]
+        known = [right[i] for i in range(self._size)]
+        for (i, pivot), factor in zip(self._lower, each, strict=False):
             known[i] = known[i] - factor * known[pivot]
+        rows: list[dict[int, Expression]] = [{} for _ in range(self._size)]
+        for (i, j), element in zip(self._upper, each, strict=True):
+            rows[i][j] = element
         solution: dict[int, Expression] = {}
-        for pivot in reversed(order):
+        for pivot in reversed(self._order):
             value = known[pivot]
             for j, element in rows[pivot].items():
                 if j in solution:
                     value = value - element * solution[j]
             with unsimplified():
                 solution[pivot] = value * reciprocals[pivot]
-        return casadi.vertcat(*(solution[i] for i in range(size)))
-
-    return solved
+        return casadi.vertcat(*(solution[i] for i in range(self._size)))
 
 
 def _eliminate(

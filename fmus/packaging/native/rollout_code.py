@@ -24,10 +24,11 @@ from warmlink.fmus.packaging.native.casadi_code import (
     unsimplified,
 )
 from warmlink.fmus.packaging.native.compile import library_here
-from warmlink.fmus.packaging.native.joint_code import part_inputs, sampled_parts, samples
+from warmlink.fmus.packaging.native.joint_code import sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
+from warmlink.fmus.packaging.native.wired import Plan
 
 _LOOP = Path(__file__).parent / "sources" / "rollout.c"
 """The loop over the tasks of a run."""
@@ -96,9 +97,9 @@ def _sources(
     assert driven.joint is not None
     s = Symbols.of(driven)
     (held, advance), seen = stepping(driven, s), _seen(driven, s, given, recorded)
-    clocks = enumerate(sampled_parts(driven, driven.joint))
+    clocks = enumerate(sampled_parts(Plan(driven)))
     changes = [("WL(advance)", 0, driven.continuous.size)]
-    changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, _, x) in clocks]
+    changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, x) in clocks]
     defined = {
         "GIVEN": len(given),
         "LONGEST": max(driven.x.size, *(result.numel() for *_, result in (inputs, held, seen[0]))),
@@ -134,13 +135,14 @@ def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequenc
     values = {name: s.x[i] for name, i in driven.x.index.items()}
     values |= {name: outputs[i] for name, i in driven.y.index.items()}
     values |= {name: extra[i] for i, name in enumerate(given)}
+    read = driven.x.read(s.x), driven.u.read(s.u), driven.d.read(s.d), s.time
     refused = [
         each
         for key, part in driven.joint.parts.items()
-        for each in _refused(part.inputs, casadi.SX(part_inputs(driven, driven.joint, key, s.now)))
+        for each in _refused(part.inputs, casadi.SX(driven.joint.inputs(key, *read)))
     ]
     row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
-    clocks = [function(*each) for each in samples(driven, driven.joint)]
+    clocks = [function(*each) for each in samples(Plan(driven))]
     with unsimplified():
         sampled = [each(*s.now, s.step) for each in clocks]
     (row, *sampled), known, view = apart([row, *sampled], s.x[: driven.continuous.size], s.u, s.d, s.time)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
@@ -52,7 +53,7 @@ def hide_in_arm(
     axis, or an effect cannot be hidden in an axis.
     """
     if not 1 <= number <= AXES:
-        raise InputError(f"--axis {number}: the arm has no such axis; choose 1 to {AXES}")
+        raise InputError(f"{argument('axis', number)}: the arm has no such axis; choose 1 to {AXES}")
     scale: dict[str, float] = {}
     parameters: dict[str, float] = {}
     for effect, size in effects.items():

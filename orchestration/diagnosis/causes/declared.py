@@ -14,7 +14,8 @@ from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
-from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value, converter, quantity
+from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value
+from warmlink.orchestration.scenarios.quantities import converter, quantity
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shown
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -67,7 +68,9 @@ def duty_of(name: str) -> tuple[Segment, ...]:
     """
     duty = load_scenario(name).duty
     if not isinstance(duty, Duty):
-        raise InputError(f"{name}: is a program of the arm; give a duty cycle, or --axis with the program")
+        raise InputError(
+            f"{name}: is a program of the arm; give a duty cycle, or {argument('axis')} with the program"
+        )
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
     if any(segment.pad_mode == PAD_POWER for segment in duty.segments):

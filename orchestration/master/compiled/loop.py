@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, runtime_checkabl
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
@@ -39,7 +40,7 @@ def stepping_named(name: str) -> Stepping:
     """Give the way to step by its name; InputError where there is none of that name."""
     kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
     if name not in kinds:
-        raise InputError(f"--stepping {name}: not known; {instead(name, kinds)}")
+        raise InputError(f"{argument('stepping', name)}: not known; {instead(name, kinds)}")
     return kinds[name]
 
 
@@ -242,9 +243,14 @@ class CompiledLoop:
         tables, rows, cells = (each.ctypes for each in (self.layout.tables, row, failure))
         reached = library().advance(tables, first, last, rows, cells)
         took = time.perf_counter() - began
+        if failure[under_way.TURNED]:
+            cast("FmiSlave", network.slaves[int(failure[under_way.TURNED]) - 1]).turned()
+            failure[under_way.TURNED] = 0
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
         if failure[0] == STEP and failure[2] == _DISCARD and self._keyframe is not None:
+            for slave in network.slaves:  # for what they say if they do not go back
+                cast("FmiSlave", slave).time = self._points.time(reached)
             network.rewind(self._keyframe)
             return False
         self.layout.unload()

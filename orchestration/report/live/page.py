@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import resources
-from pathlib import Path
 
 from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
@@ -42,8 +41,8 @@ def usual_laws(scenario: Scenario) -> list[Controller]:
     return [law for law in laws if law is scenario.controller or given <= settable(law.component).keys()]
 
 
-def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> None:
-    """Write the page of a scenario with some controllers beside each other; `asked` is how it was named.
+def live_page(scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> str:
+    """The page of a scenario with some controllers beside each other; `asked` is how it was named.
 
     Each system is compiled once, without start values, for all scenarios that share it.
 
@@ -58,11 +57,11 @@ def write_live_page(path: Path, scenario: Scenario, controllers: Sequence[Contro
         whole = one.joined({})
         module = kept(MODULES, _made_from(one), partial(browser_module, whole))
         systems.append(Whole(one, whole, module))
-    path.write_text(_page(systems, asked), encoding="utf-8")
+    return _page(systems, asked)
 
 
 def kept_live_page(scenario: Scenario, asked: Asked) -> str:
-    """The page of a scenario whose system `write_live_page` has compiled before; empty where it has not.
+    """The page of a scenario whose system `live_page` has compiled before; empty where it has not.
 
     Of the laws that `warmlink live` shows, those are on it whose systems are compiled.
     """

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.safe_text import of_cell
-from warmlink.orchestration.scenarios.entries import converter, heading
-from warmlink.orchestration.system.units import Conversion, parse_unit
+from warmlink.orchestration.scenarios.quantities import converter, heading
+from warmlink.orchestration.system.units import SPELLINGS, Conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shown
 
 TIME = "time"
@@ -33,18 +33,6 @@ Headers = tuple[list[str], list[str | None]]
 
 _MOST_PARTS = 6
 """Parts, as of `rad_per_s`, that a unit at the end of a name may have."""
-
-_MEANT = {
-    "degC": "C|ºC|℃|Â°C|Celsius|Deg C",
-    "degF": "F",
-    "N.m": "Nm|NM",
-    "mN.m": "mNm",
-    "rpm": "1/min|U/min|r/min",
-    "rad/s": "rad_s|rad_per_s|rads",
-    "s": "S|Sec|seconds|hh:mm:ss",
-}
-_SPELLINGS = {spelling: unit for unit, each in _MEANT.items() for spelling in each.split("|")}
-"""Spellings that would mean something else, or nothing, where a unit of this quantity is due."""
 
 
 def plain(name: str) -> str:
@@ -73,7 +61,7 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit, with or without brackets."""
     bare = _bare(text)
-    if not bare or bare in _SPELLINGS:
+    if not bare or bare in SPELLINGS:
         return bool(bare)
     try:
         parse_unit(bare)
@@ -89,12 +77,7 @@ def _bare(unit: str) -> str:
 
 def conversion_to(unit: str, si_unit: str, where: str, *, difference: bool) -> tuple[Conversion, str]:
     """Conversion of a unit as loggers spell it to an SI unit, and how we spell it; raises InputError."""
-    try:
-        return converter(unit, si_unit, where, difference=difference), unit
-    except InputError:
-        if unit not in _SPELLINGS:
-            raise
-        return converter(_SPELLINGS[unit], si_unit, where, difference=difference), _SPELLINGS[unit]
+    return converter(unit, si_unit, where, difference=difference), spelled(unit, si_unit)
 
 
 def with_suffix(name: str) -> Iterator[tuple[str, str]]:

@@ -13,6 +13,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.logged import layout
@@ -96,7 +97,7 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
     it.
     """
     if decimal and decimal not in DECIMALS:
-        raise InputError(f"--decimal {decimal}: {instead(decimal, DECIMALS)}")
+        raise InputError(f"{argument('decimal', decimal)}: {instead(decimal, DECIMALS)}")
     if not isinstance(source, Path):
         return _of_frame(source, "the DataFrame", decimal, "DataFrame")
     if not is_file(source):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import os
-import re
 import shutil
 import subprocess
 import zipfile
@@ -20,6 +19,7 @@ from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import Component, System
 
+from .hand_written import compiled
 from .pairs import wire
 
 DESCRIPTION = """<fmiModelDescription fmiVersion="3.0" modelName="Arrays" instantiationToken="{a}">
@@ -38,26 +38,7 @@ DESCRIPTION = """<fmiModelDescription fmiVersion="3.0" modelName="Arrays" instan
 
 @pytest.fixture(scope="module")
 def arrays(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    import fmpy
-
-    compiler = shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
-        pytest.skip("the slave of this test needs a C compiler: install gcc or clang")
-    folder = tmp_path_factory.mktemp("arrays")
-    library = folder / f"Arrays{fmpy.sharedLibraryExtension}"
-    headers = Path(fmpy.__file__).parent / "c-code"
-    source = Path(__file__).with_name("arrays.c")
-    # FMPy asks for every function of the standard.
-    every = set(re.findall(r"FMI3_Export \w+ +(fmi3\w+);", (headers / "fmi3Functions.h").read_text()))
-    own = re.findall(r"^\w[\w *]*?(fmi3\w+)\(", source.read_text(), re.MULTILINE)
-    absent = folder / "absent.c"
-    absent.write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(every - set(own))))
-    flags = ["-O1", "-fPIC", "-shared", "-w", f"-I{headers}"]
-    subprocess.run([compiler, *flags, str(source), str(absent), "-o", str(library)], check=True)
-    with zipfile.ZipFile(folder / "Arrays.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
-        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
-    return folder / "Arrays.fmu"
+    return compiled(tmp_path_factory.mktemp("arrays"), Path(__file__).with_name("arrays.c"), DESCRIPTION)
 
 
 def test_the_state_space_of_the_reference_fmus_runs(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ pytest.importorskip("pymor", reason="pyMOR is not installed: pip install 'warmli
 from tests.orchestration.reduction.parts import bar, drawn
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
+from warmlink.orchestration.reduction.solid import point
 
 FACES = ("--heat-face", "0, 10, 3 mm", "--tool-point", "330.2, 12.7, 3 mm")
 
@@ -105,8 +106,8 @@ def test_what_is_no_link_is_refused(draw: Callable[[Any], None], sentence: str, 
         ((*FACES, "--cooled", "#2;"), "--cooled : no such face"),
         ((*FACES, "--cooled", "#2;#3", "--cooled", "#3"), "--cooled: face #3 is named twice"),
         (
-            (*FACES, "--material", "aluminium"),
-            "--material aluminium: no such material; did you mean aluminium_6061",
+            (*FACES, "--material", "aluminum"),
+            "--material aluminum: no such material; did you mean aluminium",
         ),
         ((*FACES, "--convection", "60 .. 2 W/(m2.K)"), "ends below where it begins"),
         ((*FACES, "--unit", "mm"), "a STEP file says its unit"),
@@ -121,6 +122,14 @@ def test_options_that_fit_nothing_are_refused(
     with pytest.raises(InputError, match=sentence):
         reduce(bar(tmp_path / "bar.step"), *options, "--mesh-size", "30 mm")
     assert [path.name for path in tmp_path.iterdir()] == ["bar.step"]
+
+
+def test_a_point_has_one_unit_or_three() -> None:
+    for text in ("25.4, 6, 0 mm", "25.4 mm, 6 mm, 0 mm", "2.54 cm, 6 mm, 0 m"):
+        np.testing.assert_allclose(point(text, "tool_point"), [0.0254, 0.006, 0.0])
+    for text in ("25.4, 6, 0", "25.4 mm, 6 mm", "1 mm, 2 mm, 3", "a, b, c mm"):
+        with pytest.raises(InputError, match="is no point"):
+            point(text, "tool_point")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS, Mismatch
 from warmlink.orchestration.scenarios.scenario import changed
-from warmlink.orchestration.studies.design import plant_in
+from warmlink.orchestration.studies.plants import plant_in
 
 IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("none"))
 

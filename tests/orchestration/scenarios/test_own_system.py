@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
+import warmlink as wl
 from tests.chromium import Chromium
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration import api as wl
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
 from warmlink.orchestration.closed_loop.outcome import run as run_
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.studies.design import plant_in
+from warmlink.orchestration.studies.plants import plant_in
 from warmlink.orchestration.system.assemble import component, connected, read_system
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp

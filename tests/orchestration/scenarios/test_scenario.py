@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,8 @@ from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario, scenario_names
-from warmlink.orchestration.scenarios.entries import quantity
 from warmlink.orchestration.scenarios.overrides import start_values
+from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.scenarios.scenario import Scenario
 
 HOUR = "stop_time = '1 h'\n"
@@ -295,3 +296,21 @@ def test_a_parameter_that_the_duty_cycle_sets_is_refused_where_it_would_have_no_
     assert replace(scenario, parameters=same).values()["duty"] == said
     with pytest.raises(InputError, match=r"duty.segment_speed\[1\] is set by the duty cycle wind"):
         _ = replace(scenario, parameters={"duty.segment_speed[1]": "0 rad/s"}).values()
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "value"),
+    [
+        ("2.5 Nm", "N.m", 2.5),
+        ("300 mNm", "N.m", 0.3),
+        ("60 1/min", "rad/s", 2 * math.pi),
+        ("60 rpm", "rad/s", 2 * math.pi),
+        ("60 U/min", "rad/s", 2 * math.pi),
+        ("22 °C", "K", 295.15),
+        ("22 C", "K", 295.15),
+        ("71.6 F", "K", 295.15),
+        ("1 1/min", "1/s", 1 / 60),
+    ],
+)
+def test_units_are_read_as_people_write_them(written: str, unit: str, value: float) -> None:
+    assert quantity(written, unit) == pytest.approx(value, rel=1e-12)

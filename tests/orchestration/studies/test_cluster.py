@@ -12,9 +12,9 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.points import points_of, sweep
 from warmlink.orchestration.studies.processes import ClusterWorkers, connected
 from warmlink.orchestration.studies.study import load_study
+from warmlink.orchestration.studies.sweep import points_of, sweep
 from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here

@@ -6,7 +6,7 @@ from tests.pages import plots
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.studies.design import plant_of
+from warmlink.orchestration.studies.plants import plant_of
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -65,7 +65,7 @@ def test_a_systems_own_parameters_are_designed_for(
         (["BenchRod"], "BenchRod: has no motor with a link"),
         (
             ["WarmupCell", "--law", "lag"],
-            "'lag' has no design; choose regression, observer or",
+            "lag: has no design; choose regression, observer or",
         ),
         (["WarmupCell", "--camera-std", "1 um"], "observer does not use the camera; observer_drift does"),
         (

@@ -21,9 +21,10 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
-from warmlink.orchestration.studies.points import best, points_of, sweep
+from warmlink.orchestration.studies.points import best
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
+from warmlink.orchestration.studies.sweep import points_of, sweep
 from warmlink.orchestration.studies.tune import tune
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.shipped import WARMUP_CELL

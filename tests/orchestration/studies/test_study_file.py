@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.studies.study import Axis, load_study, names, read_study
+from warmlink.orchestration.studies.axis import Axis
+from warmlink.orchestration.studies.study import load_study, names, read_study
 
 GIVEN: dict[str, Any] = {
     "controller": "lag",

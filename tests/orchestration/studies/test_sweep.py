@@ -11,8 +11,9 @@ from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_sweep
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
-from warmlink.orchestration.studies.points import Searched, best, front, points_of, sweep, write_parquet
+from warmlink.orchestration.studies.points import Searched, best, front
 from warmlink.orchestration.studies.study import Study, SweepSettings, load_study
+from warmlink.orchestration.studies.sweep import Swept, points_of, sweep
 from warmlink.orchestration.studies.workers import FmuSet
 
 from .conftest import Here
@@ -53,7 +54,7 @@ def test_the_table_has_a_row_a_run(study: Study, fmus: FmuSet, tmp_path: Path) -
 
     points = [*points_of(study)[:2], {**points_of(study)[2], "compensator.time_constant": -1.0}]
     found = sweep(study, points, Here(fmus), lambda done: None)
-    write_parquet(study, found, tmp_path / "sweep.parquet")
+    Swept(study, found).write(tmp_path / "sweep.parquet")
     frame = pd.read_parquet(tmp_path / "sweep.parquet")
     assert list(frame["point"]) == [0, 0, 1, 1, 2, 2]
     assert not undescribed("sweep.parquet", dict.fromkeys(frame))
@@ -83,7 +84,7 @@ def test_points_are_laid_out_a_share_at_a_time(
             asked.append(len(cases))
             return super().run(cases)
 
-    monkeypatch.setattr("warmlink.orchestration.studies.points.AT_ONCE", 4)
+    monkeypatch.setattr("warmlink.orchestration.studies.sweep.AT_ONCE", 4)
     done: list[int] = []
     assert sweep(study, points_of(study), Counted(fmus), done.append) == whole
     assert asked == [8, 8, 2]
@@ -105,7 +106,7 @@ def test_two_objectives_are_both_in_the_answer_the_table_and_the_page(
     assert f"amid the front: {winner.objective:.4g}, point {winner.number}" in told
     assert "front, by worst max_abs_um and worst correction_rate_um_s" in told
     assert all(re.search(rf"^  point {each.number} .*{each.objective:.4g}", told, re.M) for each in kept)
-    write_parquet(two, found, tmp_path / "sweep.parquet")
+    Swept(two, found).write(tmp_path / "sweep.parquet")
     frame = pd.read_parquet(tmp_path / "sweep.parquet")
     assert not undescribed("sweep.parquet", dict.fromkeys(frame))
     assert list(frame["second_objective"][::2]) == [each.objectives[1] for each in found]
@@ -116,7 +117,11 @@ def test_two_objectives_are_both_in_the_answer_the_table_and_the_page(
 def test_it_is_said_that_no_point_keeps_every_constraint(study: Study, fmus: FmuSet) -> None:
     strict = replace(study, constraints=(Constraint("rms_um", at_most=0.0),))
     found = sweep(strict, points_of(strict)[:2], Here(fmus), lambda done: None)
-    assert "no point keeps every constraint" in Searched(strict, found).summary()
+    summary = Searched(strict, found).summary()
+    close = min(found, key=lambda each: each.excess)
+    assert "no point keeps every constraint" in summary
+    missed = f"worst rms_um {close.excess[0]:.4g}, {close.excess[0]:.4g} above 0"
+    assert f"nearest is point {close.number}: {missed}" in summary
 
 
 def test_parameters_of_one_name_both_have_an_axis(study: Study, fmus: FmuSet, tmp_path: Path) -> None:

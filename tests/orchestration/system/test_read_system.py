@@ -257,3 +257,10 @@ def test_what_fmi_three_has_and_we_do_not_is_refused(lab: Lab, connected: str, s
     with pytest.raises(InputError) as refusal:
         lab.read(text, {"resources/Link3.fmu": lab.fmu("Link3", FMI3).read_bytes()})
     assert str(refusal.value) == sentence
+
+
+def test_a_start_value_of_an_input_that_is_fed_is_remarked_on(lab: Lab) -> None:
+    fed = connection("motor.heat_flow", "link.heat_flow")
+    read = lab.read(lab.cell(fed, link=parameters("heat_flow:Real:5")))
+    told = "link.heat_flow: its start value 5.0 has no effect once the run has begun, since motor.heat_flow"
+    assert [each for each in read.remarks if each.startswith(told)] == list(read.remarks) != []

@@ -12,9 +12,9 @@ from fmpy import read_model_description
 
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.files import write_archive
-from warmlink.fmus.packaging.native.codegen import output_groups
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
+from warmlink.fmus.packaging.native.groups import output_groups
 from warmlink.fmus.packaging.views import exchanged_states, opened
 from warmlink.fmus.thermal_link.equations import stretches
 

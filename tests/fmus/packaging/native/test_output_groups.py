@@ -10,7 +10,7 @@ import pytest
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Input, Output
 from warmlink.fmus.component.arithmetic import Number, cos, exp, sin
-from warmlink.fmus.packaging.native.codegen import LARGEST_COUNT, output_groups
+from warmlink.fmus.packaging.native.groups import LARGEST_COUNT, output_groups
 
 
 def observe(x: Any, u: Any, p: Any, time: Number) -> Mapping[str, Number]:

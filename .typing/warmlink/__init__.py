@@ -1,0 +1,1 @@
+../../orchestration/face/__init__.py

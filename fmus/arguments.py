@@ -1,0 +1,37 @@
+"""What a caller gave, as the caller wrote it: `--stop soon` on the command line, `stop='soon'` in Python."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+_options: Mapping[str, str] | None = None
+
+
+@contextmanager
+def speaking_of_options(names: Mapping[str, str]) -> Iterator[None]:
+    """Let sentences speak of a command's options meanwhile, as while a command runs.
+
+    Parameters
+    ----------
+    names : option of each argument that is not called alike, as `--mismatch` of `mismatches`
+    """
+    global _options
+    before, _options = _options, names
+    try:
+        yield
+    finally:
+        _options = before
+
+
+def argument(name: str, *value: object) -> str:
+    """Name an argument, with its value where one is given, for a sentence of an error or a remark.
+
+    Parameters
+    ----------
+    name : of the argument of the Python function
+    value : at most one
+    """
+    if _options is not None:
+        option = _options.get(name, f"--{name.strip('_').replace('_', '-')}")
+        return " ".join([option, *(f"{each:g}" if isinstance(each, float) else str(each) for each in value)])
+    return f"{name}={str(value[0]) if isinstance(value[0], Path) else value[0]!r}" if value else f"`{name}`"

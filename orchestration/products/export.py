@@ -1,0 +1,74 @@
+"""A law as C for a robot's or machine's own controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from warmlink.controllers.export.core import Core, Precision, designed, export_files
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import controller_named
+from warmlink.orchestration.console import Answer
+from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.scenarios.overrides import given_values, start_values
+from warmlink.orchestration.system.shipped import COMPENSATOR
+
+
+@dataclass(frozen=True, repr=False)
+class Exported(Answer):
+    """A law's C: the core, a program that tests it, and a README, as texts by the name of their files."""
+
+    core: Core
+    files: Mapping[str, str]
+
+    @property
+    def name(self) -> str:
+        """Name of the law, after which files and functions are named."""
+        return self.core.name
+
+    def summary(self) -> str:
+        """Files, and what a step takes."""
+        step = f"{self.core.operations()} operations in a step of {self.core.period:g} s"
+        return f"{self.name}: {', '.join(self.files)}; {step}"
+
+    def write(self, folder: str | Path) -> None:
+        """Write the files into a folder, all or none; InputError if that is not possible."""
+        with fresh_folder(Path(folder)) as scratch:
+            for name, text in self.files.items():
+                (scratch / name).write_text(text, encoding="utf-8")
+
+
+def export(
+    law: str,
+    design: str | Path | Mapping[str, str | float] | None = None,
+    *,
+    precision: Precision = "double",
+) -> Exported:
+    """Give a controller's law as C99 for a robot's or machine's own controller.
+
+    Parameters
+    ----------
+    law : controller, as `observer`, or a law of one's own, as `my_law.py:MyLaw`
+    design : parameter set (SSV) from `design`, or its values by name; the design that ships by default
+    precision : of the arithmetic, double or single
+
+    Raises
+    ------
+    InputError
+        If there is no such law, it computes nothing at a sample, or the design is not for it.
+    """
+    found = controller_named(law)
+    name, component = found.name, found.component
+    if not component.states:
+        raise InputError(f"{name}: has nothing to compute at a sample; export another controller")
+    if design is not None:
+        where = str(design) if isinstance(design, (str, Path)) else "design"
+        every = given_values(design)
+        given = {each: value for each, value in every.items() if each.startswith(f"{COMPENSATOR}.")}
+        if not given:
+            raise InputError(f"{where}: holds nothing for a {COMPENSATOR}; give the values of a design")
+        values = start_values(given, {COMPENSATOR: component}, where)[COMPENSATOR]
+        component = designed(component, {each: float(value) for each, value in values.items()})
+    core = Core(component, name, precision)
+    return Exported(core, export_files(core))

@@ -1,0 +1,73 @@
+"""A page in which a scenario runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from types import MappingProxyType
+
+from warmlink.fmus.names import several
+from warmlink.orchestration.catalogue import controller_named
+from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.report.live.content import Asked
+from warmlink.orchestration.report.live.page import live_page, usual_laws
+from warmlink.orchestration.scenarios.overrides import given_values
+from warmlink.orchestration.scenarios.scenario import changed
+
+
+@dataclass(frozen=True, repr=False)
+class LivePage(Answer):
+    """One page with a system inside that runs in the browser; a notebook shows it."""
+
+    name: str
+    html: str
+
+    def summary(self) -> str:
+        """What the page is of, and its size."""
+        return (
+            f"live page of {self.name}, {len(self.html) / 1e6:.1f} MB; write it to a file to open or send it"
+        )
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{escape(self.html)}" style="width:100%; height:900px; border:0"></iframe>'
+
+    def write(self, path: str | Path) -> None:
+        """Write the page; InputError if it cannot be written."""
+        with fresh_file(Path(path)) as target:
+            target.write_text(self.html, encoding="utf-8")
+
+
+def live(
+    scenario: str = "windshield_wiper",
+    controllers: Sequence[str] | str = (),
+    *,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+) -> LivePage:
+    """Make one page in which a scenario runs: drag the duty and the sliders, and see the error at once.
+
+    Parameters
+    ----------
+    scenario : a shipped scenario by name, or a file (TOML, CSV)
+    controllers : the controllers that the page compares; by default the scenario's, and `observer` where it
+        has the start values that are given
+    parameters : start values by name, or the path of a parameter set (SSV)
+
+    Raises
+    ------
+    InputError
+        If something of a name does not exist, the system contains foreign FMUs, or zig is not installed.
+    """
+    given = given_values(parameters)
+    asked = changed(load_scenario(scenario), parameters=given)
+    laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
+    with spinner("compiling the system for the browser"):
+        html = live_page(asked, laws, Asked(scenario, given))
+    advice, _ = judged(asked)
+    if advice is not None:
+        remark(advice)
+    return LivePage(asked.name, html)

@@ -1,0 +1,40 @@
+"""FMUs of hand-written C, for tests of what a master tells them and hears from them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+
+
+def compiled(folder: Path, source: Path, description: str) -> Path:
+    """Compile a file of C into an FMU of this machine, whose version is that of its description.
+
+    Functions of the standard that the file lacks answer with an error.
+    """
+    import fmpy
+
+    compiler = shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("the slave of this test needs a C compiler: install gcc or clang")
+    version = 3 if 'fmiVersion="3.0"' in description else 2
+    identifier = re.findall(r'modelIdentifier="(\w+)"', description)[0]
+    library = folder / f"{identifier}{fmpy.sharedLibraryExtension}"
+    headers = Path(fmpy.__file__).parent / "c-code"
+    # FMPy asks for every function of the standard.
+    types = (headers / f"fmi{version}Functions.h").read_text()
+    every = set(re.findall(rf"FMI{version}_Export \w+ +(fmi{version}\w+);", types))
+    own = re.findall(rf"^\w[\w *]*?(fmi{version}\w+)\(", source.read_text(), re.MULTILINE)
+    absent = folder / "absent.c"
+    absent.write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in sorted(every - set(own))))
+    flags = ["-O1", "-fPIC", "-shared", "-w", f"-I{headers}", f"-DFMI={version}"]
+    subprocess.run([compiler, *flags, str(source), str(absent), "-o", str(library), "-lm"], check=True)
+    place = fmpy.platform if version == 2 else fmpy.platform_tuple
+    with zipfile.ZipFile(folder / f"{identifier}.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", description)
+        archive.write(library, f"binaries/{place}/{library.name}")
+    return folder / f"{identifier}.fmu"
