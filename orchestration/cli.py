@@ -134,7 +134,7 @@ def main() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:  # `print` would take standard output instead
-        sys.stderr = os.fdopen(2, "w")
+        sys.stderr = os.fdopen(2, "w", closefd=False)
     print_plainly()
     signal.signal(signal.SIGTERM, end_as_interrupted)
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.

@@ -15,7 +15,7 @@ from itertools import count
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from warmlink.orchestration.safe_text import printable
+from warmlink.fmus.safe_text import printable
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -11,6 +11,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import (
@@ -24,7 +25,6 @@ from warmlink.orchestration.console import (
 )
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
-from warmlink.orchestration.safe_text import write_frame
 from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:

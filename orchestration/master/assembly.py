@@ -58,8 +58,8 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     """Unpack and instantiate every FMU of a system, in the folder `unpacked` where it is to be kept.
 
     With an isolation every FMU gets a process of its own; without one, those that a process may hold once get
-    one from their second instance on. InputError where a file is not an FMU that can run
-    here, SlaveError where an FMU does not instantiate.
+    one from their second instance on. InputError where a file is not an FMU that can run here, SlaveError
+    where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
     workplace = ExitStack()

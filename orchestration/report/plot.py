@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
+from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.recorded import TIME, columns_of
-from warmlink.orchestration.safe_text import as_cell
 from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.text_files import shortened
 

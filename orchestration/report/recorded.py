@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.safe_text import of_cell
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import settle
 from warmlink.orchestration.master.recording.recorder import VALUES, values_in
-from warmlink.orchestration.safe_text import of_cell
 from warmlink.orchestration.text_files import is_file, shown
 
 if TYPE_CHECKING:
