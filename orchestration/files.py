@@ -37,11 +37,10 @@ def fresh_folder(
     """Folder to write results into; its files move to `folder` when all are written.
 
     Files of the same names are replaced, and before that the `old` ones go, or are `kept_in` a folder of that
-    name inside; others in `folder` are left
-    alone, and so are all where nothing was written. Whatever ends the process, either the old files are there
-    or the new ones: what it had no time for, `settle` does. Folders made for the purpose go again where
-    nothing came of it, and so does what a process that was killed left there. InputError if the folder cannot
-    be written; NoRoomError where the disk is full.
+    name inside; others in `folder` are left alone, and so are all where nothing was written. Whatever ends
+    the process, either the old files are there or the new ones: what it had no time for, `settle` does.
+    Folders made for the purpose go again where nothing came of it, and so does what a process that was killed
+    left there. InputError if the folder cannot be written; NoRoomError where the disk is full.
     """
     shown, folder = folder, folder.absolute()
     with _made(folder, shown):

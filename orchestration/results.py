@@ -1,7 +1,7 @@
 """Folders of results: each holds those of one command line; what another one left there is kept.
 
-So `warmlink run --controller lag` after `warmlink run` replaces nothing: the earlier results move into a folder
-inside, `earlier-1`. The same command line replaces its own.
+So `warmlink run --controller lag` after `warmlink run` replaces nothing: the earlier results move into a
+folder inside, `earlier-1`. The same command line replaces its own.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from warmlink.orchestration.files import fresh_folder, settle
 from warmlink.orchestration.shell import command as command_line
 from warmlink.orchestration.text_files import is_file
 
-RESULTS = {
+ASKED = "command.txt"
+"""File beside the results with the command line that made them."""
+
+_WRITTEN = {
     "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
     "simulate": ("results.csv", "results.parquet"),
     "compare": ("compare.csv", "report.html"),
@@ -31,11 +34,9 @@ RESULTS = {
     ),
     "reproduce": ("report.html",),
 }
+RESULTS = {command: (*names, ASKED) for command, names in _WRITTEN.items()}
 """Files that each command writes as its results, a pattern for several; it may leave some out."""
 
-
-ASKED = "command.txt"
-"""File beside the results with the command line that made them."""
 
 _MATTERS_NOT = ("--json", "--quiet", "--resume", "--no-report", "--no-csv")
 """Options that do not change what is computed."""
@@ -62,7 +63,7 @@ def results_in(folder: Path, command: str) -> list[Path]:
 
 
 def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
-    """Folder inside in which results of another command line are to be kept, and that line; both may be empty."""
+    """Folder inside in which another command line's results are to be kept, and that line, or nothing."""
     before = ""
     with suppress(OSError, ValueError):
         before = (folder / ASKED).read_text(encoding="utf-8").strip()
@@ -83,10 +84,7 @@ def results_folder(folder: Path, command: str) -> Iterator[Path]:
     asked = command_line("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT))
     kept_in, before = _earlier(folder, command, asked)
 
-    def old() -> list[Path]:
-        return [*results_in(folder, command), *(path for path in [folder / ASKED] if is_file(path))]
-
-    with fresh_folder(folder, old, kept_in) as work:
+    with fresh_folder(folder, lambda: results_in(folder, command), kept_in) as work:
         yield work
         written = any(work.iterdir())
         if written:
