@@ -1,4 +1,4 @@
-"""What building costs from an empty cache, and how the steps of built systems compare with another checkout's."""
+"""What building costs from an empty cache, and how the systems' steps compare with another checkout's."""
 
 from __future__ import annotations
 
@@ -133,14 +133,11 @@ def main(
     if json:
         answer_json({"costs": [asdict(each) for each in costs], "steps": [asdict(each) for each in pairs]})
         return
-    answer(
-        f"{'processor time in s':24}{'Python':>9}{'compilers':>11}{'together':>10}{'largest compiler':>19}"
-    )
-    for cost in costs:
-        together = cost.python + cost.compilers
-        answer(
-            f"{cost.what:24}{cost.python:9.1f}{cost.compilers:11.1f}{together:10.1f}{cost.compiler_memory:16.0f} MB"
-        )
+    heads = f"{'Python':>9}{'compilers':>11}{'together':>10}{'largest compiler':>19}"
+    answer(f"{'processor time in s':24}{heads}")
+    for each in costs:
+        times = f"{each.python:9.1f}{each.compilers:11.1f}{each.python + each.compilers:10.1f}"
+        answer(f"{each.what:24}{times}{each.compiler_memory:16.0f} MB")
     for pair in pairs:
         answer(f"{pair.system}: a step {pair.here:.2f} µs, there {pair.there:.2f} µs, ratio {pair.ratio:.3f}")
 
