@@ -3,9 +3,15 @@
  * It misbehaves on request: from time fail_at on, doStep does what fail_status says
  * (2 discard, 3 error, 4 fatal, 5 crash, 6 never return, 7 NaN, 8 exit, 9 another folder,
  * 10 another rounding, 11 another locale, 12 print, 13 fork, 14 take all memory, 15 give its rate no
- * more), and a step longer than largest_step is discarded. An FMI 2.0 instance whose label is "crash in terminate", "crash in
- * free" or "hang in free" does so, and one named "endless" is never instantiated.
+ * more, 16 write into descriptors 3 to 255, 17 into every one that is open, 18 write beyond its memory, 19 have faults of
+ * arithmetic end the process, 20 drop very small numbers), and a step longer than largest_step is discarded. An FMI 2.0
+ * instance whose label is "crash in terminate", "crash in free" or "hang in free" does so, "crash in restore", "hang in
+ * restore", "exit in restore" and "discard in restore" when its state is set; one with "no state" gives null for it, and
+ * one named "endless" is never instantiated.
  * Compiled with -DFMI3 it speaks FMI 3.0, else FMI 2.0. */
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
 #include <fenv.h>
 #include <locale.h>
 #include <math.h>
@@ -13,6 +19,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
 #ifndef _WIN32
 #include <unistd.h>
 #else
@@ -130,6 +139,20 @@ static int save(const void *data, void **state) {
 /* The body of a function that reads or writes n values. */
 #define EACH(passed) { for (size_t k = 0; k < n; k++) if (!(passed)) return ERROR; return OK; }
 
+#ifdef __linux__
+/* As programs do that close or use what they did not open. */
+static void write_junk(int last) {
+    for (int fd = 3; fd <= last; fd++) {
+        char name[32], target[256];
+        snprintf(name, sizeof name, "/proc/self/fd/%d", fd);
+        ssize_t n = readlink(name, target, sizeof target - 1);
+        if (n < 0) continue;
+        target[n] = 0;
+        if (target[0] != '/' && write(fd, "junk that is no answer to anything", 34) < 0) continue;
+    }
+}
+#endif
+
 static int advance(Slave *s, double t, double h) {
     Data *d = &s->data;
     if (h > d->r[LARGEST_STEP] * (1 + 1e-12)) {
@@ -151,6 +174,15 @@ static int advance(Slave *s, double t, double h) {
 #endif
         case 14: for (;;) { char *p = malloc(1 << 24); if (!p) abort(); memset(p, 1, 1 << 24); }
         case 15: d->mute = 1; break;
+#ifdef __linux__
+        case 16: write_junk(255); break;
+        case 17: write_junk(65535); break;
+        case 19: feenableexcept(FE_INVALID | FE_DIVBYZERO); break;
+#endif
+        case 18: { char *p = malloc(24); memset(p, 0x41, 4096); free(p); free(malloc(3000)); abort(); }
+#ifdef __SSE2__
+        case 20: _mm_setcsr(_mm_getcsr() | 0x8040); break;
+#endif
         default: complain(s, d->fail_status, "it fails from", d->r[FAIL_AT]); return d->fail_status;
         }
     }

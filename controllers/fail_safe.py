@@ -12,12 +12,13 @@ Innovation tests: Y. Bar-Shalom, X. R. Li and T. Kirubarajan, *Estimation with A
 Navigation*, Wiley 2001, section 5.4.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED, length, told
-from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component import Parameter, Record, State
+from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.component import Parameter, Record, State, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
@@ -71,6 +72,12 @@ SENSOR_STD = Parameter(
     nominal=0.1,
 )
 
+FASTEST = 0.05
+"""K/s, somewhat more than a pad's largest power does to the shaft: no temperature changes faster."""
+
+FIRST_TIME = 10.0
+"""s after a start in which one wrong reading may be all that a law goes by."""
+
 RETURN_GATE = 3.0
 """Standard deviations within which innovations must stay before a signal is used again."""
 
@@ -98,11 +105,12 @@ def reported(x: Record, std: Number, p: Record, distrusted: Number = 0.0) -> dic
     ----------
     x, p : states and parameters
     std : standard deviation in m of the error of `elongation`
-    distrusted : 1 where a signal is left out as not credible, else 0
+    distrusted : 1 where a signal is left out as not credible, so that the law is not ready; else 0
     """
     correction_std = (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
     raised = warning(x.correction, x.elongation, p)
-    return told(x.correction, correction_std, p, x.elongation, distrusted, raised)
+    said = told(x.correction, correction_std, p, x.elongation, distrusted, raised)
+    return said | {"ready": said["ready"] * (1.0 - distrusted)}
 
 
 class Trust(NamedTuple):
@@ -204,6 +212,54 @@ def distrusted(trust: Trust, readings: Number, p: Record) -> Number:
 def in_use(trust: Trust, news: Number, p: Record) -> Number:
     """1 where a sensor in use brings news, else 0: nothing would show an unknown heat come or go."""
     return truth(total(where(p.sensor_std > 0, news * (1.0 - trust.out), 0.0)) > 0)
+
+
+@kept_whole
+def begins_again(waited: Number, last: Number, readings: Number, p: Record, step: Number) -> Number:
+    """1 where a law has only begun, and a reading leaps or comes for the first time; else 0.
+
+    Either the reading was wrong by which it began, or this one is. The law then begins again from this one,
+    and once more from the next if that leaps back.
+
+    Parameters
+    ----------
+    waited : time in s since the start for which there were readings
+    last : last readings
+    """
+    largest = 2.0**0.5 * p.gate * p.sensor_std + FASTEST * step
+    leapt = where(absolute(readings - last) > largest, 1.0, 0.0)
+    new = maximum(leapt, present(readings) * (1.0 - present(last)))
+    return truth(total(truth(p.sensor_std > 0) * new) > 0) * truth(waited < FIRST_TIME)
+
+
+@kept_whole
+def waited_on(waited: Number, readings: Number, p: Record, step: Number) -> Number:
+    """Time in s since the start for which there were readings, or none is asked for."""
+    used = truth(p.sensor_std > 0)
+    some = truth(total(used * present(readings)) > 0)
+    return waited + where(total(used) > 0, some, 1.0) * step
+
+
+def begun_again(
+    begin: Callable[[Record, Record], Values], later: Values, u: Record, p: Record, again: Number
+) -> dict[str, Number]:
+    """States after a sample: those of a start, by a law's `begin`, where `again` is 1."""
+    names = tuple(sorted(later))
+    states = _begun_again(tuple(later[name] for name in names), begin, names, u, p, again)
+    return dict(zip(names, states, strict=True))
+
+
+@idle_at_zero
+def _begun_again(
+    before: tuple[Number, ...],
+    begin: Callable[[Record, Record], Values],
+    names: tuple[str, ...],
+    u: Record,
+    p: Record,
+    again: Number,
+) -> tuple[Number, ...]:
+    fresh = begin(u, p)
+    return tuple(where(again > 0, fresh[name], was) for name, was in zip(names, before, strict=True))
 
 
 class Memory(NamedTuple):

@@ -1,16 +1,17 @@
 """The connectors that every compensating controller has, so that one can replace another."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, stack, truth
+from warmlink.fmus.component.arithmetic import Number, absolute, stack, truth, where
 from warmlink.fmus.component.quantities import (
     DUTY,
     bus,
     growth_input,
-    growth_output,
+    growth_told,
     sample_time_parameter,
     temperature_input,
     thermometers,
@@ -32,7 +33,7 @@ INPUTS = (
         replace(temperature_input(name, f"measured temperature of the {_PLACES[name]}"), accepts_nan=True)
         for name in SENSED
     ),
-    *DUTY[:3],
+    *(replace(each, accepts_nan=True) for each in DUTY[:3]),
     growth_input(
         "measured_drift", "the camera's last reading of elongation minus correction", accepts_nan=True
     ),
@@ -47,9 +48,9 @@ def _flag(name: str, description: str) -> Output:
 
 
 OUTPUTS = (
-    growth_output("correction", "distance the tool point is moved back by"),
-    growth_output("predicted_elongation", "controller's estimate of the growth"),
-    growth_output("correction_std", "standard deviation of the correction's error", nominal=1e-6),
+    growth_told("correction", "distance the tool point is moved back by"),
+    growth_told("predicted_elongation", "controller's estimate of the growth"),
+    growth_told("correction_std", "standard deviation of the correction's error", nominal=1e-6),
     _flag("ready", "the remaining error is within tolerance"),
     _flag("distrusted", "a signal is left out as not credible"),
     _flag("warning", "a limit on the correction acts or is near"),
@@ -63,6 +64,9 @@ TERMINALS = (
 )
 
 SAMPLE_TIME = sample_time_parameter("time between two corrections")
+
+HOTTEST = 1e4
+"""K, which no thermometer reads: the square of much more is beyond what single precision holds."""
 
 SIGMAS = 2.0
 """Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""
@@ -116,8 +120,9 @@ def compensator(
 
 
 def sensed(u: Record) -> Number:
-    """Readings in K in the sensors' order, shape (5,); NaN where there is none."""
-    return stack(*(getattr(u, name) for name in SENSED))
+    """Readings in K in the sensors' order, shape (5,); NaN where there is none, or none that can be."""
+    readings = stack(*(getattr(u, name) for name in SENSED))
+    return where(absolute(readings) <= HOTTEST, readings, math.nan)
 
 
 def ready(correction_std: Number, tolerance: Number) -> Number:

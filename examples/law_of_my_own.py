@@ -10,8 +10,7 @@ from tempfile import mkdtemp
 import warmlink as wl
 
 LAW = '''
-from warmlink.controllers.own import Law
-from warmlink.fmus.component import Parameter, State
+from warmlink import Law, Parameter, State
 
 class MeanRise(Law):
     """Growth by the mean of the temperatures at both ends of the link."""

@@ -4,15 +4,23 @@ import hashlib
 import os
 import shutil
 import sys
+import tempfile
 import threading
+import time
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 WRITING = ".writing-"
 """How the names of files begin that are not whole yet."""
+
+TEMPORARY = "warmlink-run-"
+"""How the names of folders among temporary files begin."""
+
+NEW_SECONDS = 60.0
+"""Within which whoever has made a folder has locked it, or is dead."""
 
 
 @contextmanager
@@ -77,8 +85,9 @@ def _locked(scratch: Path) -> int | None:
 def sweep(folder: Path, prefix: str) -> None:
     """Remove what killed processes left: files and folders of a prefix that nobody holds."""
     for path in folder.glob(f"{prefix}*"):
-        if path.name.startswith(f"{prefix}new-"):  # its owner is about to lock it
-            continue
+        with suppress(OSError):  # its owner is about to lock it
+            if path.name.startswith(f"{prefix}new-") and time.time() - path.stat().st_mtime < NEW_SECONDS:
+                continue
         handle, free = lock(path)
         if handle is not None and free:
             if path.is_dir():
@@ -86,6 +95,43 @@ def sweep(folder: Path, prefix: str) -> None:
             else:
                 path.unlink(missing_ok=True)
         unlock(handle)
+
+
+def hold(parent: Path, prefix: str) -> tuple[Path, int | None]:
+    """Make a temporary folder that is locked as long as its owner lives, so that `sweep` can tell.
+
+    Gives it with the handle that `let_go` takes; OSError where it cannot be made.
+    """
+    made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
+    handle, _ = lock(made)
+    # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
+    return made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1))), handle
+
+
+def let_go(work: Path, handle: int | None) -> None:
+    """Remove a folder that `hold` made, if it is still there."""
+    shutil.rmtree(work, ignore_errors=True)
+    unlock(handle)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Folder among temporary files, gone afterwards; those that killed processes left go too.
+
+    OSError where it cannot be made.
+    """
+    home = Path(tempfile.gettempdir())
+    _sweep_once(home)
+    work, handle = hold(home, TEMPORARY)
+    try:
+        yield work
+    finally:
+        let_go(work, handle)
+
+
+@cache
+def _sweep_once(home: Path) -> None:
+    sweep(home, TEMPORARY)
 
 
 def lock(path: Path, wait: bool = False) -> tuple[int | None, bool]:

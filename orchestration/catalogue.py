@@ -5,13 +5,13 @@ A class or a Component in a Python file becomes an FMU like the shipped ones.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import importlib
 import sys
-import tempfile
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,6 +23,7 @@ from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import whole
 from warmlink.fmus.reduced_link.component import reduced_link
@@ -157,7 +158,7 @@ def load_own_law(place: str) -> Controller:
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:
     """Import the file inside a package of its own, whose name no other module has."""
-    folder = Path(tempfile.mkdtemp(prefix="warmlink-own-"))
+    folder = _own_laws()
     home = folder / package
     home.mkdir()
     (home / "__init__.py").write_bytes(b"")
@@ -180,6 +181,14 @@ def _import(package: str, source: bytes, attribute: str, place: str) -> None:
         importlib.import_module(f"{package}.component")
     finally:
         sys.path.remove(str(folder))
+
+
+@cache
+def _own_laws() -> Path:
+    """Folder for the modules of laws that are not warmlink's, which goes with the process."""
+    held = ExitStack()
+    atexit.register(held.close)
+    return held.enter_context(scratch_folder())
 
 
 def _is_law(found: object) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -17,7 +18,14 @@ if TYPE_CHECKING:
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import Command, carry_out, for_typer, plain_values
-from warmlink.orchestration.console import BAD_INPUT, FAILED, interrupted, remark
+from warmlink.orchestration.console import (
+    BAD_INPUT,
+    FAILED,
+    end_as_interrupted,
+    interrupted,
+    print_plainly,
+    remark,
+)
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.threads import one_thread_from_the_start
 
@@ -126,7 +134,9 @@ def main() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:  # `print` would take standard output instead
-        sys.stderr = os.fdopen(2, "w")
+        sys.stderr = os.fdopen(2, "w", closefd=False)
+    print_plainly()
+    signal.signal(signal.SIGTERM, end_as_interrupted)
     # What a run makes lasts to its end: to look for garbage in it takes a tenth of a short run.
     gc.set_threshold(50_000)
     atexit.register(gc.freeze)
@@ -165,8 +175,8 @@ def guarded(command: Callable[[], None]) -> None:
         told = os.strerror(fault.errno).lower()
         remark(f"the answer cannot be written ({told}); free space there, and run it again")
         raise SystemExit(FAILED) from None
-    except KeyboardInterrupt:
-        raise interrupted() from None
+    except KeyboardInterrupt as fault:
+        raise interrupted(fault) from None
 
 
 if __name__ == "__main__":

@@ -2,22 +2,54 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import sys
 import time
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from warmlink.orchestration.safe_text import printable
+from warmlink.fmus.safe_text import printable
 
 if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-"""Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C."""
+FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+"""Exit codes: a run stopped early or a check failed; what was given cannot be used; Ctrl-C; SIGTERM."""
+
+_PLAIN = {"µ": "u", "·": "-", "±": "+-", "°": "deg", "σ": "sigma", "→": "->", "–": "-", "…": "...", "•": "*"}
+"""What is printed where a terminal's encoding lacks a character."""
+
+
+class Terminated(KeyboardInterrupt):
+    """The process was told to end (SIGTERM), as by docker stop, SLURM or systemd: the same as Ctrl-C."""
+
+
+def end_as_interrupted(number: int, frame: FrameType | None) -> NoReturn:
+    """Handler of SIGTERM in commands."""
+    raise Terminated
+
+
+def print_plainly() -> None:
+    """Print on standard output and standard error what their encodings lack in other characters."""
+    codecs.register_error("plainly", _plainly)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not stream.encoding.lower().startswith("utf"):
+            stream.reconfigure(errors="plainly")
+
+
+def _plainly(fault: UnicodeError) -> tuple[str, int]:
+    if not isinstance(fault, UnicodeEncodeError):
+        raise fault
+    lacking = fault.object[fault.start : fault.end]
+    plain = (_PLAIN.get(each) or unicodedata.normalize("NFKD", each) for each in lacking)
+    return "".join(text if text.isascii() else "?" for text in plain), fault.end
 
 
 class Answer:
@@ -57,10 +89,10 @@ def remark_once(text: str) -> None:
     remark(text)
 
 
-def interrupted() -> SystemExit:
-    """Say that Ctrl-C came before there was anything to keep, and give what ends the process."""
-    remark("interrupted; there are no results")
-    return SystemExit(INTERRUPTED)
+def interrupted(fault: KeyboardInterrupt, told: str = "there are no results") -> SystemExit:
+    """Say that Ctrl-C or SIGTERM came, and what of it; give what ends the process."""
+    remark(f"interrupted; {told}")
+    return SystemExit(TERMINATED if isinstance(fault, Terminated) else INTERRUPTED)
 
 
 @contextmanager

@@ -9,15 +9,20 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.files import WRITING, lock, sweep, unlock, whole_file
+from warmlink.fmus.files import TEMPORARY, WRITING, hold, let_go, lock, sweep, unlock, whole_file
 
-TEMPORARY = "warmlink-run-"
+WRITTEN = ".written-"
+"""How the names of folders begin whose files are whole, and are about to take their places."""
+
+_GOES = ".goes"
+"""Folder in such a folder with the names of files that go before."""
+
 ENDING_SECONDS = 1.0
 """Within which the processes of a command that was killed have ended, and hold no folder any more."""
 
@@ -26,27 +31,64 @@ FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 
 @contextmanager
-def fresh_folder(folder: Path) -> Iterator[Path]:
+def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
-    Files of the same names are replaced, others in `folder` are left alone. Folders made for the purpose go
-    again where nothing came of it, and so does what a process that was killed left there. InputError if the
-    folder cannot be written; NoRoomError where the disk is full.
+    Files of the same names are replaced, and before that the `old` ones go; others in `folder` are left
+    alone, and so are all where nothing was written. Whatever ends the process, either the old files are there
+    or the new ones: what it had no time for, `settle` does. Folders made for the purpose go again where
+    nothing came of it, and so does what a process that was killed left there. InputError if the folder cannot
+    be written; NoRoomError where the disk is full.
     """
-    folder = folder.absolute()
-    with _made(folder):
+    shown, folder = folder, folder.absolute()
+    with _made(folder, shown):
+        settle(folder)
         sweep(folder, WRITING)
-        with _owned(folder, WRITING, "choose another --out") as work:
+        with _owned(folder, WRITING, "choose another --out", shown) as work:
             try:
                 yield work
+                new = [path.relative_to(work) for path in sorted(work.rglob("*")) if path.is_file()]
+                for name in new:
+                    if (folder / name).is_dir():
+                        raise InputError(f"{shown / name}: is a folder; choose another --out, or move it")
+                (work / _GOES).mkdir()
+                for path in old() if new else ():
+                    (work / _GOES / path.name).touch()
             except OSError as fault:
                 if fault.errno not in FULL_DISK:
                     raise
                 told = os.strerror(fault.errno).lower()
-                raise NoRoomError(f"{folder}: cannot be written ({told}); free space there") from None
-            for path in sorted(work.iterdir()):
-                with _refused("{}: cannot be replaced ({}); choose another --out", folder / path.name):
-                    path.replace(folder / path.name)
+                raise NoRoomError(f"{shown}: cannot be written ({told}); free space there") from None
+            if new:
+                with _refused("{}: cannot be replaced ({}); choose another --out", shown):
+                    ready = work.rename(work.with_name(work.name.replace(WRITING, WRITTEN, 1)))
+                    _take_places(ready)
+
+
+def settle(folder: Path) -> None:
+    """Finish what a killed process had begun in a folder: files that it had written take their places.
+
+    Where that cannot be done, as in a folder that is read-only, all stays as it is.
+    """
+    with suppress(OSError, ValueError):  # a name that no folder can have
+        for path in [*folder.glob(f"{WRITTEN}*")]:
+            handle, _ = lock(path, wait=True)  # by who is at it now, for a moment
+            with suppress(OSError):
+                _take_places(path)
+            unlock(handle)
+
+
+def _take_places(ready: Path) -> None:
+    """Have the old files go, then the new ones move up; may be done again after it was interrupted."""
+    for name in [*(ready / _GOES).glob("*")]:
+        (ready.parent / name.name).unlink(missing_ok=True)
+        name.unlink()
+    for path in sorted(ready.rglob("*")):
+        if path.is_file():
+            place = ready.parent / path.relative_to(ready)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(place)
+    shutil.rmtree(ready)
 
 
 @contextmanager
@@ -84,9 +126,12 @@ def unstamped(line: bytes) -> dict[str, Any] | None:
         return None
 
 
-def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> str | None:
+def write_files(
+    folder: Path, writers: Mapping[str, Callable[[Path], object]], earlier: bool = False
+) -> str | None:
     """Write files by name, each whole or not there, whatever becomes of the others, into a fresh folder.
 
+    Where not all can be written and there are results of an `earlier` run, none is left, so that those stay.
     Returns what could not be written and why, as a sentence; None where everything was.
     """
     lost, reason = [], ""
@@ -100,8 +145,13 @@ def write_files(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -
             (folder / name).unlink(missing_ok=True)
     if not lost:
         return None
-    names = " and ".join(lost)
-    return f"lost, because it could not be written ({reason}): {names}; free space or choose another --out"
+    stay = ""
+    if earlier:
+        lost, stay = list(writers), "; the results of an earlier run stay"
+        for name in writers:
+            (folder / name).unlink(missing_ok=True)
+    told = f"lost, because {'not all' if earlier else 'it'} could{'' if earlier else ' not'} be written"
+    return f"{told} ({reason}): {' and '.join(lost)}{stay}; free space or choose another --out"
 
 
 @contextmanager
@@ -123,14 +173,26 @@ def locked_folder(folder: Path) -> Iterator[None]:
                     continue
                 if not free:
                     raise InputError(
-                        f"{folder}: another warmlink is writing there; wait until it has ended, or choose "
-                        "another --out"
+                        f"{folder}: another warmlink is writing there{_holder(folder)}; wait until it has "
+                        "ended, or choose another --out"
                     )
                 if handle is None or _is_still(handle, folder):
                     yield
                     return
         finally:
             unlock(handle)  # only now, so that nobody locks a folder that is about to go again
+
+
+def _holder(folder: Path) -> str:
+    """Number of the process that holds a folder, in brackets, where the system tells."""
+    with suppress(OSError):
+        facts = folder.stat()
+        place = f"{os.major(facts.st_dev):02x}:{os.minor(facts.st_dev):02x}:{facts.st_ino}"
+        for line in Path("/proc/locks").read_text("ascii").splitlines():
+            words = line.split()
+            if "FLOCK" in words and place in words and "->" not in words:
+                return f" (process {words[words.index(place) - 1]})"
+    return ""
 
 
 @contextmanager
@@ -158,11 +220,11 @@ def _refused(sentence: str, path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _made(folder: Path) -> Iterator[None]:
-    """Make a folder; those made go again where nothing came of it."""
+def _made(folder: Path, shown: Path | None = None) -> Iterator[None]:
+    """Make a folder, which may be shown otherwise; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        with _refused("{}: cannot be written ({}); choose another --out", folder):
+        with _refused("{}: cannot be written ({}); choose another --out", shown or folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
         yield
@@ -173,18 +235,14 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _owned(parent: Path, prefix: str, remedy: str) -> Iterator[Path]:
+def _owned(parent: Path, prefix: str, remedy: str, shown: Path | None = None) -> Iterator[Path]:
     """Temporary folder that is locked as long as its owner lives, so that `sweep` can tell."""
-    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", parent):
-        made = Path(tempfile.mkdtemp(prefix=f"{prefix}new-", dir=parent))
-    handle, _ = lock(made)
-    # It gets its name only now that it is locked, so that nobody takes it for an ownerless one.
-    work = made.rename(made.with_name(made.name.replace(f"{prefix}new-", prefix, 1)))
+    with _refused(f"{{}}: cannot be written ({{}}); {remedy}", shown or parent):
+        work, handle = hold(parent, prefix)
     try:
         yield work
     finally:
-        shutil.rmtree(work, ignore_errors=True)
-        unlock(handle)
+        let_go(work, handle)
 
 
 def _is_still(handle: int, folder: Path) -> bool:

@@ -10,6 +10,7 @@ from typing import Literal
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.files import WRITING, sweep
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
@@ -78,6 +79,7 @@ class FmuStore:
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
 
         try:
+            sweep(folder, WRITING)
             built = (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, folder)
             for path in built:
                 vouch(path)

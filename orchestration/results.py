@@ -8,7 +8,7 @@ from pathlib import Path
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.files import fresh_folder, settle
 from warmlink.orchestration.text_files import is_file
 
 RESULTS = {
@@ -28,9 +28,10 @@ RESULTS = {
 
 def refuse_others(folder: Path, command: str) -> None:
     """Raise InputError where a folder holds results of another command, beside which its own would stand."""
-    own = _held(folder, command)
+    settle(folder)
+    own = results_in(folder, command)
     for other in RESULTS:
-        for path in _held(folder, other):
+        for path in results_in(folder, other):
             if path not in own:
                 raise InputError(
                     f"{folder}: holds {path.name} of warmlink {other}; choose another "
@@ -38,7 +39,7 @@ def refuse_others(folder: Path, command: str) -> None:
                 )
 
 
-def _held(folder: Path, command: str) -> list[Path]:
+def results_in(folder: Path, command: str) -> list[Path]:
     """Files in a folder that are results of a command; a name that no folder can have holds none."""
     with suppress(OSError, ValueError):
         return [path for name in RESULTS[command] for path in folder.glob(name) if is_file(path)]
@@ -47,14 +48,10 @@ def _held(folder: Path, command: str) -> list[Path]:
 
 @contextmanager
 def results_folder(folder: Path, command: str) -> Iterator[Path]:
-    """A fresh folder for the results of a command, from which go those that it wrote before and not now.
+    """A fresh folder for the results of a command, before which go those that it wrote before.
 
     Raises as `refuse_others` and `fresh_folder`.
     """
     refuse_others(folder, command)
-    with fresh_folder(folder) as work:
+    with fresh_folder(folder, lambda: results_in(folder, command)) as work:
         yield work
-        written = {path.name for path in work.iterdir()}
-    for path in _held(folder, command):
-        if path.name not in written:
-            path.unlink(missing_ok=True)

@@ -22,6 +22,7 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
+from warmlink.orchestration.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
@@ -77,11 +78,12 @@ def simulate(
         how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": record}
         how["fmu_tolerance"] = relative_tolerance(fmu_tolerance)
         with progress_bar(read.name) as progress:
-            return guarded(
+            found = guarded(
                 lambda line: simulate_system(read, *times, chosen, unpacked=work, line=line, **how),
                 lambda done, count: progress(done / count),
                 remark,
             )
+        return within_bands(found, declared_in(read))
 
 
 def in_turns(
@@ -121,7 +123,18 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
         step_size = _common(own.values())
         count = math.floor(duration / step_size + _ROUNDING)
         stop_time = stop_time if count == 0 else proposed.start_time + count * step_size
-    return stop_time, step_size or duration / DEFAULT_STEPS
+    return stop_time, step_size or _usual_step(system, duration)
+
+
+def _usual_step(system: System, duration: float) -> float:
+    """Give one of `DEFAULT_STEPS` in s, or a multiple of what FMUs step inside that divides the run."""
+    usual = duration / DEFAULT_STEPS
+    infos = (read_description(held.fmu) for held in system.components.values())
+    inside = [info.capabilities.internal_step for info in infos if info.capabilities.internal_step]
+    if inside and _divides(part := _common(inside), duration):
+        least, count = max(1, math.ceil(usual / part - _ROUNDING)), round(duration / part)
+        return part * next((m for m in range(least, 10 * least) if count % m == 0), 1)
+    return usual
 
 
 def own_steps(system: System) -> dict[str, float]:

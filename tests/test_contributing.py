@@ -14,10 +14,11 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-ROOMS = ("fmus", "controllers", "orchestration", "tests")
+ROOMS = ("fmus", "controllers", "orchestration", "tests", "benchmarks", "examples")
 
 FILES = re.findall(r"`(\w+/[\w/.]+)`:\n\n```\w+\n(.*?)```", TEXT, re.DOTALL)
 PACKAGES = re.findall(r'^    "warmlink\.[\w.]+",$', TEXT, re.MULTILINE)
+LINES = re.findall(r"^```markdown\n(\| `[\w/]+/` \| .*\|)\n```$", TEXT, re.MULTILINE)
 COMMANDS = re.findall(r"^pytest (\S+)$", TEXT, re.MULTILINE)
 
 
@@ -32,7 +33,9 @@ def test_the_recipes_work(tmp_path: Path) -> None:
     (home / "pyproject.toml").write_text(listed, "utf-8")
     for name in ("__main__.py", "LICENSE"):
         (home / name).write_bytes((ROOT / name).read_bytes())
-    assert [len(FILES), len(PACKAGES), len(COMMANDS)] == [11, 2, 3]
+    assert [len(FILES), len(PACKAGES), len(LINES), len(COMMANDS)] == [11, 2, 2, 4]
+    last = "| `docs/`, `examples/` |"
+    (home / "CONTRIBUTING.md").write_text(TEXT.replace(last, "\n".join([*LINES, last]), 1), "utf-8")
     for name, text in FILES:
         assert not (ROOT / name).exists(), f"{name} is there already; the recipe needs another example"
         (home / name).parent.mkdir(parents=True, exist_ok=True)
@@ -46,8 +49,7 @@ def test_the_recipes_work(tmp_path: Path) -> None:
         assert run.returncode == 0, run.stdout + run.stderr
         return run.stdout
 
-    house = "tests/test_house.py::test_the_list_of_packages_is_the_tree"
-    told = done("pytest", "-n", "0", "-p", "no:cacheprovider", "--durations", "0", *COMMANDS, house)
+    told = done("pytest", "-n", "0", "-p", "no:cacheprovider", "--durations", "0", *COMMANDS)
     assert "passed" in told
     shown = json.loads(done("warmlink", "list", "--json"))
     assert "ColdPlate" in shown["components"]

@@ -34,6 +34,13 @@ SOURCES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py
 LAWS = [p for p in SOURCES if p.name in LAW_FILES and p.relative_to(ROOT).parts[0] != "orchestration"]
 
 
+def sources(room: str) -> list[Path]:
+    """Python files of a room and those below; a room that was renamed fails, and is not passed over."""
+    found = sorted((ROOT / room).rglob("*.py"))
+    assert found, f"{room} holds no Python; it was renamed, or moved"
+    return found
+
+
 def imports(path: Path) -> set[str]:
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -58,7 +65,7 @@ def test_what_is_imported_of_ours_is_there(folder: str) -> None:
     """Also inside functions, which no other test may call."""
     missing = {
         f"{path.relative_to(ROOT)}: {name}"
-        for path in (ROOT / folder).rglob("*.py")
+        for path in sources(folder)
         for node in ast.walk(ast.parse(path.read_text("utf-8")))
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("warmlink.")
         for name in [node.module.removeprefix("warmlink.").replace(".", "/")]
@@ -80,14 +87,13 @@ def test_the_face_is_warmlink_and_holds_nothing_but_names() -> None:
 @pytest.mark.parametrize("floor", FLOORS)
 def test_imports_point_one_way(floor: str) -> None:
     above = FLOORS[FLOORS.index(floor) + 1 :]
-    for path in SOURCES:
-        if path.relative_to(ROOT).parts[0] == floor:
-            up = {name for name in imports(path) if name.startswith(tuple(f"warmlink.{a}" for a in above))}
-            assert not up, f"{path.relative_to(ROOT)} imports {up}"
+    for path in sources(floor):
+        up = {name for name in imports(path) if name.startswith(tuple(f"warmlink.{a}" for a in above))}
+        assert not up, f"{path.relative_to(ROOT)} imports {up}"
 
 
 def test_what_a_component_is_knows_nothing_of_fmus() -> None:
-    for path in (ROOT / "fmus" / "component").rglob("*.py"):
+    for path in sources("fmus/component"):
         assert not {name for name in imports(path) if "packaging" in name or "fmi" in name.lower()}, path
 
 
@@ -103,7 +109,11 @@ BELOW = {
 
 @pytest.mark.parametrize("room", BELOW)
 def test_a_room_does_not_import_what_stands_on_it(room: str) -> None:
-    for path in (ROOT / room).rglob("*.py"):
+    for above in BELOW[room]:
+        place = above.removeprefix("orchestration.").replace(".", "/")
+        there = ROOT / "orchestration" / place
+        assert sources(f"orchestration/{place}") if there.is_dir() else there.with_suffix(".py").is_file()
+    for path in sources(room):
         up = {n for n in imports(path) if any(f"warmlink.{a}" in n or f".{a}" in n for a in BELOW[room])}
         assert not up, f"{path.relative_to(ROOT)} imports {up}"
 
@@ -124,21 +134,23 @@ def test_rooms_do_not_import_each_other_in_a_circle() -> None:
 
 @pytest.mark.parametrize("room", FLOORS)
 def test_rooms_can_be_overlooked(room: str) -> None:
-    for folder in (ROOT / room, *(p for p in (ROOT / room).rglob("*") if p.is_dir())):
+    for folder in {path.parent for path in sources(room)}:
         files = list(folder.glob("*.py"))
         assert len(files) <= 16, f"{folder.relative_to(ROOT)} holds {len(files)} files; it wants walls"
 
 
 @pytest.mark.parametrize("room", [*FLOORS, "benchmarks", "examples", "tests"])
 def test_a_file_has_one_subject(room: str) -> None:
-    for path in (ROOT / room).rglob("*.py"):
+    for path in sources(room):
         lines = len(path.read_text("utf-8").splitlines())
         assert lines <= 320, f"{path.relative_to(ROOT)} has {lines} lines; part it by subject"
 
 
 def test_contributing_says_of_each_room_what_the_room_says_of_itself() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    for path in (each for room in (*FLOORS, "benchmarks") for each in (ROOT / room).rglob("__init__.py")):
+    for path in (each for room in (*FLOORS, "benchmarks") for each in sources(room)):
+        if path.name != "__init__.py":
+            continue
         sentence = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
         line = f"| `{path.parent.relative_to(ROOT)}/` | {sentence} |"
         assert line in text, f"CONTRIBUTING.md, The tree: wants the line {line}"
@@ -173,7 +185,7 @@ def test_help_loads_nothing_heavy() -> None:
 def test_each_file_of_tests_is_imported_under_a_name_of_its_own() -> None:
     """Folders without ``__init__.py`` share one namespace, in which pytest refuses the second of a name."""
     files = defaultdict(list)
-    for path in (ROOT / "tests").rglob("test_*.py"):
+    for path in (each for each in sources("tests") if each.name.startswith("test_")):
         folder = path.parent.relative_to(ROOT) if (path.parent / "__init__.py").exists() else Path()
         files[folder / path.name].append(str(path.relative_to(ROOT)))
     assert {name: twice for name, twice in files.items() if len(twice) > 1} == {}
@@ -188,3 +200,8 @@ def test_the_project_speaks_of_itself_only() -> None:
         path = ROOT / name
         if path.suffix in (".py", ".md", ".toml", ".c", ".h", ".txt", ".j2") and path.is_file():
             assert home not in path.read_text("utf-8"), f"{name} holds a path of one machine"
+
+
+def test_a_room_that_is_gone_is_noticed() -> None:
+    with pytest.raises(AssertionError, match="fmus/parts holds no Python"):
+        sources("fmus/parts")

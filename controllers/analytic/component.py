@@ -35,8 +35,8 @@ COMPONENT = compensator(
     _PARAMETERS,
     (
         *(State(name, "K") for name in ("reference", "held")),
-        *(State(name, "s") for name in ("missing_for", "heated_for")),
+        *(State(name, "s") for name in ("waited", "unheard_for", "heated_for")),
         *(State(name, "m") for name in ("elongation", "correction")),
-        State("distrusted", "1"),
+        *(State(name, "1") for name in ("warm", "distrusted")),
     ),
 )

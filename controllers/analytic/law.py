@@ -7,19 +7,17 @@ its present temperature when heating began.
 
 import math
 
-from warmlink.controllers.fail_safe import limited, reported
+from warmlink.controllers.fail_safe import FASTEST, FIRST_TIME, limited, reported
 from warmlink.controllers.interface import error_std
 from warmlink.fmus.component import Record, Values
-from warmlink.fmus.component.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, where
+from warmlink.fmus.component.arithmetic import Number, absolute, erf, exp, finite, maximum, sqrt, truth, where
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 
 PRINTED, CORRECTED = 0, 1
 """Values of the parameter `form`."""
 
 BASE, SHAFT = 0, 1
 """Values of the parameter `temperature_source`."""
-
-FASTEST_HEATING = 0.05
-"""K/s, somewhat more than the pad's largest power does to the shaft."""
 
 _EVER = 1e6
 """s for which a reading that is missing at the start may have been missing."""
@@ -31,11 +29,14 @@ _SHORTEST = 1e-9
 def begin(u: Record, p: Record) -> Values:
     """States at the start: the first good reading is where the link does not deform."""
     reading = measured(u, p)
-    first = where(finite(reading), reading, u.ambient_temperature)
+    ambient = where(finite(u.ambient_temperature), u.ambient_temperature, ROOM_TEMPERATURE)
+    first = where(finite(reading), reading, ambient)
     return {
-        "reference": where(p.reference_temperature > 0, p.reference_temperature, first),
+        "reference": _reference(first, p),
+        "warm": _left_warm(reading, u, p),
         "held": first,
-        "missing_for": where(finite(reading), 0.0, _EVER),
+        "waited": 0.0,
+        "unheard_for": where(finite(reading), 0.0, _EVER),
         "heated_for": 0.0,
         "elongation": 0.0,
         "correction": 0.0,
@@ -46,27 +47,45 @@ def begin(u: Record, p: Record) -> Values:
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
     """States after a sample."""
     reading = measured(u, p)
-    # A reading may have gone anywhere while it was missing, but does not leap while it is there.
-    leap = p.largest_leap + FASTEST_HEATING * x.missing_for
-    good = absolute(where(finite(reading), reading, math.inf) - x.held) <= leap
-    temperature = where(good, reading, x.held)
-    rise = temperature - x.reference
+    there = truth(finite(reading))
+    # A reading does not leap, but may have gone anywhere while it was missing or not believed. Of one that
+    # leaps soon after the start and the first one it is not known which is wrong: the later one is believed.
+    leap = p.largest_leap + FASTEST * x.unheard_for
+    near = where(absolute(reading - x.held) <= leap, there, 0.0)
+    early = there * truth(x.waited < FIRST_TIME)
+    good = maximum(near, early)
+    temperature = where(good > 0, reading, x.held)
+    reference = where(early * (1.0 - near) > 0, _reference(reading, p), x.reference)
+    rise = temperature - reference
     heated_for = where(absolute(rise) < p.heating_rise, 0.0, x.heated_for + step)
     predicted = where(heated_for > 0, elongation(rise, heated_for, p), 0.0)
     return {
-        "reference": x.reference,
+        "reference": reference,
+        "warm": where(early * (1.0 - near) > 0, _left_warm(reading, u, p), x.warm),
         "held": temperature,
-        "missing_for": where(finite(reading), where(good, 0.0, x.missing_for), x.missing_for + step),
+        "waited": x.waited + there * step,
+        "unheard_for": where(good > 0, 0.0, x.unheard_for + step),
         "heated_for": heated_for,
         "elongation": predicted,
         "correction": limited(x.correction, predicted, p, step),
-        "distrusted": where(good, 0.0, 1.0),
+        "distrusted": 1.0 - good,
     }
+
+
+def _reference(reading: Number, p: Record) -> Number:
+    """Temperature in K at which the link does not deform, a reading where none is stated."""
+    return where(p.reference_temperature > 0, p.reference_temperature, reading)
+
+
+def _left_warm(reading: Number, u: Record, p: Record) -> Number:
+    """1 where the first reading is no cold link's, so that nobody knows how much it has grown; else 0."""
+    beyond = truth(absolute(reading - u.ambient_temperature) > p.largest_leap)
+    return where(p.reference_temperature > 0, 0.0, beyond)
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
-    return reported(x, error_std(x.elongation, p), p, x.distrusted)
+    return reported(x, error_std(x.elongation, p), p, maximum(x.distrusted, x.warm))
 
 
 def measured(u: Record, p: Record) -> Number:

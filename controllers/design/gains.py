@@ -211,20 +211,18 @@ def uniform_profile(reduced: ReducedPlant) -> Array:
 
 
 def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:
-    """Covariance of the states that past heat in the shaft leaves, shape (r, r).
+    """Covariance of the states that past heat in the motor leaves, shape (r, r).
 
-    The stationary covariance under heat with a correlation time in s, scaled such that the shaft's
-    temperature has the variance 1 K2; where nobody reads it, the read one that varies most.
+    The stationary covariance under as much heat in the shaft as in the winding, each with a correlation time
+    in s, scaled such that the shaft's temperature has the variance 1 K2; where nobody reads it, the read one
+    that varies most.
     """
-    heat = reduced.B[:, INPUTS.index("shaft_heat")]
-    size = reduced.order + 1
-    state = np.zeros((size, size))
-    state[:-1, :-1] = np.diag(reduced.rate)
-    state[:-1, -1] = heat
-    state[-1, -1] = -1 / time
-    drive = np.zeros((size, size))
-    drive[-1, -1] = 2 / time
-    covariance = linalg.solve_continuous_lyapunov(state, -drive)[:-1, :-1]
+    heats = reduced.B[:, [INPUTS.index(f"{place}_heat") for place in ("shaft", "winding")]]
+    count = heats.shape[1]
+    state = linalg.block_diag(np.diag(reduced.rate), -np.eye(count) / time)
+    state[: reduced.order, reduced.order :] = heats
+    drive = linalg.block_diag(np.zeros((reduced.order,) * 2), 2 / time * np.eye(count))
+    covariance = linalg.solve_continuous_lyapunov(state, -drive)[: reduced.order, : reduced.order]
     variances = [float(row @ covariance @ row) for row in reduced.C[:-1]]
     return covariance / (variances[OUTPUTS.index("shaft_temperature")] or max(variances))
 

@@ -28,5 +28,9 @@ COMPONENT = compensator(
         *(parameter for parameter in MOTOR.parameters if parameter.name in _LOSSES),
         *error_parameters(2e-6),
     ),
-    (State("elongation", "m"), State("correction", "m")),
+    (
+        State("loss", "W"),
+        *(State(name, "m") for name in ("elongation", "correction")),
+        State("distrusted", "1"),
+    ),
 )

@@ -8,6 +8,7 @@ this heat and the other less, see `filters.py`. Readings enter one after the oth
 out. See README.md.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -58,18 +59,25 @@ from warmlink.fmus.component.arithmetic import (
     where,
 )
 
+STEADY = 0.04
+"""Tolerances a second by which the correction changes at most, some time after a start: links grow slower."""
+
 HEAT = (0, HEATS)
 """Places of the unknown heats among the disturbances: the first, and the one after the last."""
 
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start: in equilibrium with the surroundings, or as warm as the first readings say."""
-    filters, states = begun(u, p, STATES)
-    return {**states, "elongation": elongation(filters.quiet.mean, p)}
+    return begun(u, p, STATES, elongation)
 
 
-def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
-    """Both filters after the first readings, and the start values of all states except the elongation."""
+def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Number]) -> dict[str, Number]:
+    """States of the observer after the first readings.
+
+    Parameters
+    ----------
+    grown : elongation in m by the state of a filter, of `size` elements, and the parameters
+    """
     told, readings = first_believed(u, p), sensed(u)
     recalled = retained.recalled(told, p)
     start = retained.first_belief(recalled, told, readings, p, size)
@@ -78,7 +86,9 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
         together(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
     )
     duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
-    return filters, {
+    # Where bounds held the correction back before a restart, they still do.
+    held = recalled.valid * (1.0 - recalled.known)
+    return {
         **named(filters, trust, 0.0),
         **told_named(told),
         **witnesses.first_states(readings, told, recalled.known),
@@ -94,6 +104,7 @@ def begun(u: Record, p: Record, size: int) -> tuple[Filters, dict[str, Number]]:
         "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
+        "elongation": where(held > 0, recalled.correction, grown(filters.quiet.mean, p)),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
@@ -104,7 +115,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     seen = evidence(x.evidence, sample.filters, HEAT, p, sample.heard)
     filters = led(sample.filters, seen, sample.again, p)
     wanted, states = settled(x, sample, filters, elongation(filters.quiet.mean, p), p, step)
-    return {**named(filters, sample.trust, seen), **states, "elongation": wanted}
+    later = {**named(filters, sample.trust, seen), **states, "elongation": wanted}
+    return begun_again(begin, later, sample, x, u, p, step)
 
 
 class Sample(NamedTuple):
@@ -128,6 +140,21 @@ class Sample(NamedTuple):
     again: Number
     heard: Number
     doubted: Number
+
+
+def begun_again(
+    begin: Callable[[Record, Record], Values],
+    later: Values,
+    sample: Sample,
+    x: Record,
+    u: Record,
+    p: Record,
+    step: Number,
+) -> Values:
+    """States after a sample; those of a start where a first reading was wrong, except the correction."""
+    kept = {name: later[name] for name in ("correction", "waited")}
+    again = fail_safe.begins_again(x.waited, x.trust_last, sample.readings, p, step)
+    return fail_safe.begun_again(begin, later, u, p, again) | kept
 
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
@@ -169,6 +196,9 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
+    # After a start the correction has a long way to go; later no bound that comes or goes makes it leap.
+    reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
+    wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)
     suspected = offset.compared(
         x, filters, what.own_heat, sample.readings, sample.trust, sensors, verdict, told, p, step
     )
@@ -182,7 +212,7 @@ def settled(
         "lagged": sensors.lagged,
         "known_for": verdict.known_for,
         "agreed_for": verdict.agreed_for,
-        "waited": x.waited + step,
+        "waited": fail_safe.waited_on(x.waited, sample.readings, p, step),
         **suspected,
         "doubt": where(what.wild > 0, 2.0, maximum(maximum(doubted, unconfirmed), silent)),
         "duty_modes": verdict.duty_modes,
@@ -194,8 +224,8 @@ def settled(
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
-    row = stack(p.elongation_row, *[0.0] * HEATS)
-    return reported(x, filters_of(x), row, p)
+    row, filters = stack(p.elongation_row, *[0.0] * HEATS), filters_of(x)
+    return reported(x, filters, elongation(filters.quiet.mean, p), row, p)
 
 
 def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, Number]:
@@ -258,14 +288,23 @@ def _carried_over(
 
 
 def reported(
-    x: Record, filters: Filters, row: Number, p: Record, taught: Number = 0.0, watched: Number = 0.0
+    x: Record,
+    filters: Filters,
+    estimate: Number,
+    row: Number,
+    p: Record,
+    taught: Number = 0.0,
+    watched: Number = 0.0,
 ) -> dict[str, Number]:
-    """The outputs, from the derivative of the elongation by the state (`row`) and the camera's evidence.
+    """The outputs, from the filter's elongation, its derivative (`row`) and the camera's evidence.
+
+    By how much a bound holds the correction off that elongation, it may be wrong.
 
     While a camera watches (1) it shows what thermometers are off by; else (0) what they may be off by counts.
     """
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
+    variance = variance + (estimate - x.elongation) ** 2
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
     expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)

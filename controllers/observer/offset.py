@@ -19,7 +19,7 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, temperatures
-from warmlink.controllers.observer.readings import FASTEST, Compared
+from warmlink.controllers.observer.readings import Compared
 from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Parameter, Record, State
@@ -164,7 +164,7 @@ def compared(
 @kept_whole
 def _leap(change: Number, p: Record, step: Number) -> Number:
     """A change of readings in K, where neither noise nor heat makes as much in `step` seconds; else 0."""
-    largest = 2.0**0.5 * p.gate * p.sensor_std + FASTEST * step
+    largest = 2.0**0.5 * p.gate * p.sensor_std + fail_safe.FASTEST * step
     return where(absolute(change) > largest, where(finite(change), change, 0.0), 0.0)
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
+from warmlink.controllers.matrices import matrix
 from warmlink.controllers.observer.model import BASE, SENSORS, WINDING, Told
 from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record
@@ -21,11 +22,11 @@ from warmlink.fmus.component.arithmetic import (
 SMOOTHING = 10.0
 """s over which noise is taken out of the readings."""
 
-FASTEST = 0.05
-"""K/s, somewhat more than the pad's largest power does to the shaft: no reading is followed faster."""
+FLATTEST = 0.94
+"""Largest rise of an outer over that of an inner thermometer where heat comes from the shaft."""
 
-FLATTEST, FLATTEST_LEFT = 0.94, 0.85
-"""Largest rise of an outer over that of an inner thermometer where heat comes from the shaft; at a start."""
+FALL = 0.3
+"""Least fall along a cell that was left warm, as a share of that which its model has after a long rest."""
 
 REACH_TIME, LEAST_REACH, BURST_REACH = 600.0, 0.4, 0.15
 """Of an inner thermometer's rise, smoothed over so many s, an outer one shows this at least; of a pad's."""
@@ -90,7 +91,7 @@ def compared(
 ) -> Compared:
     """Compare the readings, without most of their noise and without leaps, with what the duty explains."""
     share = step / (step + SMOOTHING)
-    toward = clip(share * (readings - x.seen), -FASTEST * step, FASTEST * step)
+    toward = clip(share * (readings - x.seen), -fail_safe.FASTEST * step, fail_safe.FASTEST * step)
     seen = where(finite(readings), x.seen + toward, x.seen)
     used = truth(p.sensor_std > 0)
     there = used * fail_safe.present(readings)
@@ -107,44 +108,72 @@ def compared(
     return Compared(seen, lagged, rise, excess, there, trusted, called, least, whole)
 
 
+INWARDS = (0, *range(2, SENSORS))
+"""Thermometers from the shaft outwards, without the winding's, which has a heat source of its own."""
+
+
+@kept_whole
+def cools(sensors: Compared, p: Record) -> Number:
+    """1 where readings look like a cell that heat in the shaft has left warm, else 0.
+
+    The longest rest leaves the slowest mode. From the innermost to the outermost thermometer readings must
+    fall at least `FALL` times as much as that does, as a shift of all of them does not, and they must reach
+    out, as that of one alone does not. Of what the duty explains a sixth may be wrong.
+    """
+    slowest = matrix(p.sensor_rows, SENSORS)[:, 0]
+    fits: Number = 1.0
+    inside, most, before, last, first_kept, kept = 0.0, 0.0, 0.0, 0.0, 1.0, 1.0
+    for i in INWARDS:
+        excess, called = sensors.excess[i], sensors.called[i]
+        odd = maximum(truth(excess > most + 3.0 * p.sensor_std[i]), truth(excess < BURST_REACH * before))
+        fits = where(called * inside * odd > 0, 0.0, fits)
+        first = called * (1.0 - inside)
+        most = where(first > 0, excess - absolute(sensors.rise[i]) / 6.0, most)
+        first_kept = where(first > 0, slowest[i], first_kept)
+        before = where(called > 0, excess, before)
+        last, kept = (
+            where(called * inside > 0, now, was) for now, was in ((excess, last), (slowest[i], kept))
+        )
+        inside = maximum(inside, called)
+    return where(last > (1.0 - FALL * (1.0 - kept / first_kept)) * most, where(last > 0, 0.0, fits), fits)
+
+
 @kept_whole
 def shape_of(sensors: Compared, known: Number, early: Number, heated: Number, p: Record) -> Shape:
-    """Heat that no input tells of, and that of a cell left warm, fall from the shaft outwards and reach out.
+    """Heat that no input tells of falls from the shaft outwards and reaches out.
 
     A shift of all thermometers, or of the surroundings, does not fall; that of one alone does not reach out.
 
     Parameters
     ----------
-    known : 1 once it is known how warm the cell is; before, a third of what the duty explains may be wrong
+    known : 1 once it is known how warm the cell is
     early : 1 where heat has had no time to reach out: a reading as the winding's may be the winding's
     heated : 1 while heat flows that no model's error explains, as a pad's: less of it need have reached out
     """
     excess = sensors.excess
-    doubtful = (1.0 - known) / 3.0 * absolute(sensors.rise)
-    # It must have reached the next one, or may still be there.
-    left = where(known > 0, sensors.lagged, excess)
     reach = LEAST_REACH - heated * (LEAST_REACH - BURST_REACH)
     falls: Number = 1.0
     alike, inner, earlier, noise, inside, further = 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
-    for i in (0, *range(2, SENSORS)):  # the winding has a heat source of its own
+    for i in INWARDS:
         called = sensors.called[i]
         slack = 0.25 * (p.sensor_std[i] + noise)
-        flattest = where(known > 0, minimum(p.flattest_rise[i] / further, FLATTEST), FLATTEST_LEFT)
-        flat = truth(excess[i] > flattest * maximum(inner, known * maximum(earlier, 0.0)) + slack)
+        flattest = minimum(p.flattest_rise[i] / further, FLATTEST)
+        # It must have reached the next one, or may still be there.
+        flat = truth(excess[i] > flattest * maximum(inner, earlier) + slack)
         steep = truth(excess[i] < reach * maximum(earlier, 0.0) - 4.0 * slack)
         falls = where(called * inside * maximum(flat, steep) > 0, 0.0, falls)
         side = where(excess[i] > 0, 1.0, -1.0)
         here, further_in = side * excess[i], side * inner
         same = where(here > FLATTEST * maximum(further_in, side * earlier), minimum(here, further_in), 0.0)
         alike = maximum(alike, called * inside * same)
-        inner = where(called > 0, excess[i] - doubtful[i], inner)
-        earlier = where(called > 0, left[i], earlier)
+        inner = where(called > 0, excess[i], inner)
+        earlier = where(called > 0, sensors.lagged[i], earlier)
         noise = where(called > 0, p.sensor_std[i], noise)
         further = where(called > 0, p.flattest_rise[i], further)
         inside = maximum(inside, called)
     gap = sensors.rise[WINDING] - sensors.rise[BASE]
     as_winding = truth(absolute(excess[BASE] - gap) < WINDING_SHARE * gap)
-    return Shape(falls * (1.0 - known * early * as_winding), known * alike)
+    return Shape(falls * (1.0 - early * as_winding), known * alike)
 
 
 def extremes(values: Number, there: Number) -> tuple[Number, Number]:

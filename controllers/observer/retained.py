@@ -10,6 +10,7 @@ up to its check, or was never kept, is not used: the law starts unsure.
 
 from typing import NamedTuple
 
+from warmlink.controllers.fail_safe import FASTEST
 from warmlink.controllers.kalman import Belief
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper
 from warmlink.controllers.observer import offset, witnesses
@@ -22,7 +23,7 @@ from warmlink.controllers.observer.model import (
     decay_and_reach,
     temperature,
 )
-from warmlink.controllers.observer.readings import FASTEST, SMOOTHING
+from warmlink.controllers.observer.readings import SMOOTHING
 from warmlink.fmus.component import Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -122,16 +123,17 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     """Belief before any reading.
 
     Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
-    first readings: the largest distance of a reading from that, less its noise, is how warm the cell may be,
-    with the temperature profiles that heat in the shaft leaves behind. Where all is recalled, the cell may
-    have gone on: unknown heat (`disturbance_std`) may have flowed into the shaft all the time since.
+    first readings: the largest distance of a reading from that, less twice its noise, both squared, is how
+    warm the cell may be, with the temperature profiles that heat in the motor leaves behind. Where all is
+    recalled, unknown heat (`disturbance_std`) may have flowed into the shaft since.
     """
     start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
     cold = p.uniform_profile * (start - p.linearisation_temperature)
     modes = where(recalled.valid > 0, recalled.modes, cold)
     warmth: Number = 0.0
     for i in range(SENSORS):
-        beyond = absolute(readings[i] - temperature(i, modes, p)) - 3.0 * p.sensor_std[i]
+        apart = readings[i] - temperature(i, modes, p)
+        beyond = maximum(apart**2 - (2.0 * p.sensor_std[i]) ** 2, 0.0) ** 0.5
         warmth = maximum(warmth, where(p.sensor_std[i] > 0, where(finite(beyond), beyond, 0.0), 0.0))
     warmth = _warmest(recalled, warmth, p)
     uniform = outer(p.uniform_profile, p.uniform_profile) * p.initial_std**2

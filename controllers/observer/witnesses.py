@@ -9,16 +9,18 @@ README.md has the equations and the reasons.
 from typing import NamedTuple
 
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import MODES, SENSORS, Told, elongation
-from warmlink.controllers.observer.readings import Compared, Shape, extremes, shape_of
+from warmlink.controllers.observer.model import MODES, SENSORS, WINDING, Told, elongation
+from warmlink.controllers.observer.readings import Compared, Shape, cools, extremes, shape_of
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    clip,
     finite,
     maximum,
     minimum,
+    placed,
     stack,
     total,
     truth,
@@ -39,7 +41,11 @@ KNOWN_TIME, AGREEMENT_TIME = 60.0, 600.0
 """s for which all must agree after a start, and after a disagreement."""
 
 COLD_TIME = 10.0
-"""s for which readings must be as foreseen after a cold start: soon a pad would make them differ."""
+"""s for which readings must be as foreseen after a cold start, as soon a pad would make them differ, and for
+which they must look like a cell that was left warm before the correction begins to follow them."""
+
+SHOWN_TIME = 50.0
+"""s for which they must do so until the correction may go all the way."""
 
 WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
@@ -131,9 +137,8 @@ def heard(
     already = truth(x.known_for >= KNOWN_TIME)
     early = truth(x.waited < WARM_TIME)
     shape = shape_of(sensors, already, early, x.heated, p)
-    # While unknown heat flows, only what the first readings showed can be left of another.
-    at_once = where(x.heated > 0, truth(x.known_for > x.waited - COLD_TIME), 1.0)
-    warm = early * shape.falls * at_once
+    # Only what the first readings showed can be left of another shift: heat that flows soon looks like it.
+    warm = truth(x.known_for > x.waited - COLD_TIME) * cools(sensors, p)
     known = _known(Known(x.known_for, 0.0), sensors, warm, p, step, 1.0 - already)
     return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
@@ -143,14 +148,15 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
     some = truth(total(used) > 0)
-    whole = truth(total(used) - total(sensors.trusted) < 0.5)
-    excess, rise = sensors.excess, sensors.rise
-    far = where(absolute(excess) > 2.5 * p.sensor_std + 0.05 * absolute(rise), used, 0.0)
+    excess, rise, whole = sensors.excess, sensors.rise, sensors.whole
+    # What all of them are off by matters where it makes more growth than the tolerance.
+    slight = maximum(2.5 * p.sensor_std, p.tolerance / p.elongation_per_kelvin)
+    far = where(absolute(excess) > slight + 0.05 * absolute(rise), used, 0.0)
     near = whole * where(total(far) > 0, 0.0, 1.0)
     left_warm = whole * where(sensors.least > 0, 1.0 - near, 0.0) * warm
     pace = where(near > 0, KNOWN_TIME / COLD_TIME, left_warm)
     pace = where(some > 0, pace, KNOWN_TIME * absolute(p.mode_rate[0]) / 3.0)
-    known_for = where(pace > 0, before.known_for + pace * step, 0.0)
+    known_for = maximum(before.known_for + where(pace > 0, pace, -1.0) * step, 0.0)
     warm = where(known_for >= KNOWN_TIME, left_warm, 0.0)
     return Known(where(unknown > 0, known_for, before.known_for), unknown * warm)
 
@@ -177,15 +183,21 @@ def _weighed(
     by_one = total(p.growth_by_one * called * excess) / maximum(count, 1.0)
     sensed = by_duty + where(every > 0, total(p.growth_by_all * excess), by_one)
     known = truth(after.known_for >= KNOWN_TIME)
+    # The longer readings look like a cell left warm, the further the duty's bound follows: nothing leaps.
+    shown = clip((after.known_for - COLD_TIME) / (SHOWN_TIME - COLD_TIME), 0.0, 1.0)
+    told = by_duty + where(x.known_for < KNOWN_TIME, shown, 0.0) * (estimate - by_duty)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
     margin = 0.5 * p.tolerance
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     unsure = total(sensors.there - sensors.trusted) + 1.0 - known
-    low_d, high_d = _allowed(by_duty, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
-    # Until it is known how warm the cell is, no thermometer outvotes another.
-    largest, least = extremes(by_duty + p.growth_by_one * excess, sensors.there)
+    low_d, high_d = _allowed(told, where(unsure > 0, UNSURE_SHARE, DUTY_SHARE), margin)
+    # Until it is known how warm the cell is, no thermometer outvotes another; the winding's tells least.
+    winding = placed(1.0, WINDING, SENSORS)
+    others = sensors.there * (1.0 - winding)
+    alone = where(total(others) > 0, others, sensors.there)
+    largest, least = extremes(by_duty + p.growth_by_one * excess, alone)
     low_s, _ = _allowed(where(known > 0, sensed, largest), SENSED_SHARE, margin)
     _, high_s = _allowed(where(known > 0, sensed, least), SENSED_SHARE, margin)
     lasting = where(x.agreed_for >= AGREEMENT_TIME, heat, 0.0)

@@ -87,9 +87,8 @@ CAMERA_UNITS = Camera(
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start: those of the observer, and no reading of the camera yet."""
-    filters, states = observer.begun(u, p, STATES)
     drift = where(finite(u.measured_drift), u.measured_drift, 0.0)
-    return {**states, **_named(Camera(drift, *[0.0] * 8)), "elongation": elongation(filters.quiet.mean, p)}
+    return {**observer.begun(u, p, STATES, elongation), **_named(Camera(drift, *[0.0] * 8))}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
@@ -108,7 +107,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     shown = maximum(valid * absolute(camera.last), absolute(learnt) / LARGEST_LEARNT)
     off = truth(shown > p.tolerance)
     distrusted = maximum(states["distrusted"], doubtful(camera, filters.quiet, u, p))
-    return {
+    later = {
         **observer.named(filters, sample.trust, seen),
         **_named(camera._replace(free_for=free, evidence=camera_seen)),
         **states,
@@ -116,13 +115,15 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
         "doubt": maximum(maximum(states["doubt"], distrusted), off),
         "distrusted": distrusted,
     }
+    return observer.begun_again(begin, later, sample, x, u, p, step)
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Correction and its uncertainty in m."""
     filters, camera = filters_of(x), Camera(*(getattr(x, f"camera_{name}") for name in Camera._fields))
-    row = elongation_row(filters.quiet.mean, p)
-    return observer.reported(x, filters, row, p, camera.evidence, watching(camera, p))
+    mean = filters.quiet.mean
+    row = elongation_row(mean, p)
+    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, watching(camera, p))
 
 
 def update_from_camera(

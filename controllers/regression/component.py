@@ -32,6 +32,7 @@ COMPONENT = compensator(
         *fail_safe.trust_states("K", len(SENSED)),
         *(State(name, "m") for name in ("correction", "elongation")),
         *(State(name, "1") for name in ("distrusted", "wild")),
+        State("waited", "s"),
     ),
     checks=(
         Check(

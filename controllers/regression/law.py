@@ -44,7 +44,7 @@ def begin(u: Record, p: Record) -> Values:
     belief = Estimate(stack(*[0.0] * STATES), p.moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
-    return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0}
+    return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0, "waited": 0.0}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
@@ -55,7 +55,11 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     sound, belief = _tamed(belief, p)
     wanted = where(sound > 0, LENGTH * belief.mean[SENSORS], x.correction)
     correction = fail_safe.limited(x.correction, wanted, p, step)
-    return {**_named(belief, trust, correction, readings, p), "wild": 1.0 - sound}
+    later = {**_named(belief, trust, correction, readings, p), "wild": 1.0 - sound}
+    waited = fail_safe.waited_on(x.waited, readings, p, step)
+    again = fail_safe.begins_again(x.waited, x.trust_last, readings, p, step)
+    kept = {"correction": correction, "waited": waited}
+    return fail_safe.begun_again(begin, later | kept, u, p, again) | kept
 
 
 @kept_whole
@@ -80,7 +84,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     variance = LENGTH**2 * maximum(upper_diagonal(x.spread, STATES)[SENSORS], 0.0)
     doubt = maximum(x.distrusted, x.wild)
     told = fail_safe.reported(x, (variance + p.residual_std**2) ** 0.5, p, doubt)
-    return told | {"ready": told["ready"] * (1.0 - doubt), "warning": maximum(told["warning"], x.wild)}
+    return told | {"warning": maximum(told["warning"], x.wild)}
 
 
 def sense(

@@ -5,7 +5,7 @@ from math import pi
 from warmlink.fmus.arm_kinematics import equations
 from warmlink.fmus.component import Check, Component, Derived, Input, Output, Parameter, Record
 from warmlink.fmus.component.arithmetic import Number, absolute
-from warmlink.fmus.component.quantities import growth_input, growth_output, length_parameter
+from warmlink.fmus.component.quantities import growth_input, growth_told, length_parameter
 
 AXES = equations.AXES
 
@@ -67,10 +67,10 @@ COMPONENT = Component(
     outputs=(
         _point("position", "tool point of the grown arm: x, y, z"),
         _point("nominal_position", "tool point with nominal dimensions"),
-        growth_output("error", _MISSED.format("adjusted"), size=3),
-        growth_output("error_norm", "length of the error"),
-        growth_output("uncompensated_error", _MISSED.format("nominal"), size=3),
-        growth_output("uncompensated_error_norm", "length of that error"),
+        growth_told("error", _MISSED.format("adjusted"), size=3),
+        growth_told("error_norm", "length of the error"),
+        growth_told("uncompensated_error", _MISSED.format("nominal"), size=3),
+        growth_told("uncompensated_error_norm", "length of that error"),
         *(
             Output(f"sensitivity_{k}", "1", f"{k} of the tool point by each elongation", size=AXES, nominal=1)
             for k in equations.COORDINATES

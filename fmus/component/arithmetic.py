@@ -34,7 +34,12 @@ def real(value: Number) -> Number:
 def where(condition: Number, then: Number, otherwise: Number) -> Number:
     """`then` where the condition holds, else `otherwise`; the branch not taken may be NaN.
 
-    A condition on complex numbers is to be made on `real(...)`.
+    It stands for `if` in a law or an equation, so that the same lines become C.
+
+    Parameters
+    ----------
+    condition : a comparison, of `real(...)` where the numbers may be complex
+    then, otherwise : values of any unit, the same for both
     """
     if _from_casadi(condition.__class__) or _from_casadi(then.__class__) or _from_casadi(otherwise.__class__):
         import casadi
@@ -98,7 +103,12 @@ sin = partial(alike, "sin")
 
 
 def finite(value: Number) -> Number:
-    """Whether a number is neither NaN nor infinite."""
+    """Whether a number is neither NaN nor infinite.
+
+    Parameters
+    ----------
+    value : a float, an array or an expression, as an input of a law
+    """
     return alike("fabs" if symbolic(value) else "abs", value) < LARGEST
 
 

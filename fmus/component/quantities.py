@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME, Choice, Input, Output, Parameter, Terminal, Variable
-from warmlink.fmus.component.variables import NOMINAL_TEMPERATURE, is_difference
+from warmlink.fmus.component.variables import NOMINAL_TEMPERATURE, Band, is_difference
 
 ROOM_TEMPERATURE = 295.15
 """K, the temperature from which every cold start begins."""
@@ -53,20 +53,34 @@ def _kind(made: Callable[..., Declared], unit: str, **fixed: Any) -> Callable[..
     return lambda name, *told, **more: made(name, unit, *told, **{**fixed, **more})
 
 
-_TEMPERATURE: dict[str, Any] = {"display": "degC", "nominal": NOMINAL_TEMPERATURE}
 _GROWTH: dict[str, Any] = {"display": "um", "nominal": 5e-5}
+
+TEMPERATURES = Band(150.0, 600.0)
+"""K, in which metals conduct, store heat and grow about as declared: aluminium melts at 930 K."""
+
+GROWTHS = Band(-0.01, 0.01)
+"""m, for links of metal of a few metres at most."""
+
+_TEMPERATURE: dict[str, Any] = {
+    "display": "degC",
+    "nominal": NOMINAL_TEMPERATURE,
+    "plausible": TEMPERATURES,
+}
 
 temperature_input = _kind(Input, "K", start=ROOM_TEMPERATURE, minimum=0, **_TEMPERATURE)
 """Absolute temperature in K, read in degC, at room temperature where nothing is connected."""
 
 temperature_output = _kind(Output, "K", **_TEMPERATURE)
-"""Absolute temperature in K, read in degC."""
+"""Absolute temperature in K, read in degC, of a thing; a reading that may be wrong has no plausible band."""
 
 growth_input = _kind(Input, "m", **_GROWTH)
 """Growth of a link in m, or what makes up for it, read in um."""
 
-growth_output = _kind(Output, "m", **_GROWTH)
-"""Growth of a link in m, or what follows from it, read in um."""
+growth_output = _kind(Output, "m", plausible=GROWTHS, **_GROWTH)
+"""Growth of a link in m, read in um."""
+
+growth_told = _kind(Output, "m", **_GROWTH)
+"""What a camera or controller says of a growth in m, read in um, right or wrong."""
 
 length_parameter = _kind(Parameter, "m", display="mm")
 """Length or place in m, read in mm."""

@@ -60,6 +60,25 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Band:
+    """Lowest and highest value at which a model still describes the thing, and why it is mostly left."""
+
+    low: float
+    high: float
+    why: str = ""
+
+    @property
+    def far(self) -> tuple[float, float]:
+        """Bounds beyond which a value means nothing: twice the band's width away from it."""
+        width = self.high - self.low
+        return self.low - FAR * width, self.high + FAR * width
+
+
+FAR = 2.0
+"""Widths of its band by which a value that means nothing lies outside."""
+
+
+@dataclass(frozen=True)
 class Variable(Named):
     """Base class of inputs, parameters and outputs.
 
@@ -69,6 +88,7 @@ class Variable(Named):
     display : unit in which people read it, as `degC` or `um`; None where it is the unit itself
     nominal : size of an ordinary value, by which tolerances are scaled
     minimum, maximum : bounds that the value may reach
+    plausible : values at which the model describes the thing; looked at after a run, never inside an FMU
     choice : names of the values of an Integer that chooses among a few; its type and bounds follow
     """
 
@@ -76,6 +96,7 @@ class Variable(Named):
     nominal: float | None = field(default=None, kw_only=True)
     minimum: float | None = field(default=None, kw_only=True)
     maximum: float | None = field(default=None, kw_only=True)
+    plausible: Band | None = field(default=None, kw_only=True)
     type: VariableType = field(default="Real", kw_only=True)
     choice: Choice | None = field(default=None, kw_only=True)
 

@@ -8,7 +8,7 @@ from warmlink.fmus.component.quantities import (
     bus,
     extra,
     growth_input,
-    growth_output,
+    growth_told,
     sample_time_parameter,
     tunable,
 )
@@ -54,7 +54,7 @@ COMPONENT = Component(
         State("age_count", "1"),
     ),
     outputs=(
-        growth_output("measured_drift", _MEASURED_DRIFT),
+        growth_told("measured_drift", _MEASURED_DRIFT),
         Output("drift_valid", "1", "whether the last picture is good", type="Boolean", discrete=True),
         Output("age", "s", "time since the last good picture was taken", nominal=30),
     ),

@@ -32,7 +32,14 @@ def lasting(part: str, lasts: str) -> Check:
 # Discrete: they jump from segment to segment, so that no master may interpolate them over a step.
 _DEMANDS = tuple(
     Output(
-        v.name, v.unit, v.description, display=v.display, nominal=v.nominal, choice=v.choice, discrete=True
+        v.name,
+        v.unit,
+        v.description,
+        display=v.display,
+        nominal=v.nominal,
+        plausible=v.plausible,
+        choice=v.choice,
+        discrete=True,
     )
     for v in DUTY
 )

@@ -13,6 +13,7 @@ from warmlink.fmus.component.quantities import (
     temperature_parameter,
     tunable,
 )
+from warmlink.fmus.component.variables import Band
 from warmlink.fmus.motor_heat_source import equations
 
 _SPEED, _TORQUE, _AMBIENT_TEMPERATURE, _PAD_MODE, *_PAD = DUTY
@@ -27,6 +28,14 @@ _INPUTS = (
     temperature_input("link_base_temperature", "temperature of the link at base position"),
     temperature_input("neighbour_temperature", "temperature of the neighbouring joint"),
 )
+
+_WINDING = Band(
+    150.0,
+    520.0,
+    "copper loss grows with the square of the torque and with the winding's own temperature, so that beyond "
+    "some torque nothing stops it; take less torque, or pauses",
+)
+"""K, up to which insulation lasts; enamel fails at some 250 degC."""
 
 _COPPER = "relative change of resistance per kelvin (copper)"
 _JOINT = "relative rise of the joint's conductance per kelvin of the shaft above 295.15 K"
@@ -63,7 +72,7 @@ _OUTPUTS = (
     Output("heat_flow", "W", "heat flow into the link", nominal=5),
     Output("neighbour_heat_flow", "W", "heat flow to the neighbouring joint", nominal=5),
     temperature_output("shaft_temperature", "temperature of the shaft"),
-    temperature_output("winding_temperature", "temperature of the winding"),
+    temperature_output("winding_temperature", "temperature of the winding", plausible=_WINDING),
     Output("heat_delivered", "J", "heat delivered to the link since the start", nominal=1e4),
 )
 

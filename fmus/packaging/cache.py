@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.files import file_digest, lock, unlock, whole_file
+from warmlink.fmus.files import WRITING, file_digest, lock, sweep, unlock, whole_file
 from warmlink.fmus.packaging.trust import others_may_write
 
 CACHE_VARIABLE = "WARMLINK_CACHE"
@@ -83,6 +83,7 @@ def remembered(folder: str, made_from: object, make: Callable[[], Made]) -> Made
 def _write(folder: str, made_from: object, content: bytes) -> None:
     place = _place(folder, made_from)
     place.parent.mkdir(parents=True, exist_ok=True)
+    sweep(place.parent, WRITING)
     with whole_file(place) as scratch:
         # A damaged library would end the process that loads it.
         scratch.write_bytes(hashlib.sha256(content).digest() + content)

@@ -59,7 +59,12 @@ COMPONENT = Component(
         State("generator_b", "1", size=CHANNELS),
     ),
     outputs=(
-        temperature_output("reading", "reading of each sensor; NaN where it dropped out", size=CHANNELS),
+        temperature_output(
+            "reading",
+            "reading of each sensor; NaN where it dropped out",
+            size=CHANNELS,
+            plausible=None,
+        ),
     ),
     terminals=(
         thermometers("places", [f"temperature[{i}]" for i in range(1, CHANNELS + 1)]),

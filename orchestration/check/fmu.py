@@ -5,18 +5,18 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.orchestration.check.cases import CASES, Outcome
 from warmlink.orchestration.check.subject import Subject
-from warmlink.orchestration.master.slaves.isolation import START_LIMIT, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
+from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
@@ -57,8 +57,8 @@ def check_fmu(
     info = read_description(path)
     outcomes = {"validates": _validity(path, time_limit), "platforms inside": _platforms(path)}
     chosen = list(CASES if cases is None else cases)
-    with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
-        folder = unpack(path, Path(work))
+    with scratch_folder() as work:
+        folder = unpack(path, work)
         library = _library(folder, info)
         if library is None:
             outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))
@@ -97,7 +97,7 @@ def _library(folder: Path, info: ModelInfo) -> Path | None:
     return library if library.is_file() else None
 
 
-def _find_problems(pipe: Pipe, path: Path) -> None:
+def _find_problems(pipe: Frames, path: Path) -> None:
     pipe.send(validity_problems(path))
 
 
@@ -153,6 +153,8 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
             process.answer(START_LIMIT)
             for _ in remaining:
                 outcomes.append(process.answer(time_limit))
+        except DamagedError:
+            outcomes.append(("fail", "it writes to descriptors that are not its own"))
         except TimeoutError:
             outcomes.append(("fail", f"no answer within {time_limit:g} s"))
         except ProcessEndedError as ended:
@@ -166,7 +168,7 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
     return outcomes
 
 
-def _make_checks(pipe: Pipe, subject: Subject, names: list[str], told: Path) -> None:
+def _make_checks(pipe: Frames, subject: Subject, names: list[str], told: Path) -> None:
     """Answer with verdict and detail of each check; what the FMU prints goes to a file."""
     with told.open("wb") as file:
         os.dup2(file.fileno(), 1)

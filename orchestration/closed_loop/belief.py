@@ -11,6 +11,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.system.shipped import COMPENSATOR
 
 PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
@@ -43,17 +44,20 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
         return None, False
     real, known = (_differing(scenario, e.parameters) for e in (scenario, scenario.as_believed))
     changed = [name for name in known if name.startswith(PLANT)]
+    own = {name.removeprefix(LAW) for name in known if name.startswith(LAW)}
     told = f"differs in {listed(changed)}" if changed else "is the nominal one"
     if design_file(law).is_file():  # its parameters come from a design, which is not loaded to find out
         noisy = scenario.in_use.noise is not None or any(name.startswith(THERMOMETERS) for name in real)
         ideal = not noisy and _suits(scenario, real, REAL_CELLS)
         if _suits(scenario, known):
             return None, ideal
-        return (
-            f"{law} was designed for another cell; this one {told}; design it anew: "
-            f"{_command(scenario, changed, law)}; then add --parameters {law}.ssv"
-        ), ideal
-    own = {name.removeprefix(LAW) for name in known if name.startswith(LAW)}
+        said = f"{law} was designed for another cell; this one {told}"
+        anew = _command(scenario, changed, law)
+        if own & _facts(law, {}).keys():
+            remedy = f"leave out the design that is given, or put that of this cell in its place: {anew}"
+            other = "if the cell is that other one, say so by its values, as --set or in a scenario"
+            return f"{said}; {remedy}; {other}", ideal
+        return f"{said}; design it anew: {anew}; then add --parameters {law}.ssv", ideal
     if not changed or own - _NO_PART_OF_A_DESIGN:
         return None, False
     # What these laws go by is no temperature, or the rise of one since the start.
@@ -71,8 +75,9 @@ def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
     """Command that designs a law for a scenario's cell, of which so much is changed."""
     known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
     given = scenario.as_believed.parameters
-    settings = "".join(f' --set "{n}={given[n]}"' for n in changed if known.get(n) != given[n])
-    return f"warmlink design {scenario.file or CELL.name} --law {law}{settings} --out {law}.ssv"
+    settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]
+    words = scenario.file or CELL.name, "--law", law, *settings, "--out", f"{law}.ssv"
+    return command("warmlink", "design", *words)
 
 
 def _differing(scenario: Scenario, written: Mapping[str, str | float]) -> dict[str, float]:

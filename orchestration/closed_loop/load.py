@@ -25,6 +25,7 @@ from warmlink.orchestration.scenarios.entries import Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
 from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
 
 LIBRARY = Path(__file__).parent / "library"
@@ -58,9 +59,9 @@ class ScenarioFile(DutyTables, Settings):
 
 
 _OTHERS = {
-    ".ssp": "it is a system: warmlink simulate {}",
-    ".fmu": "it is an FMU: warmlink check {}",
-    ".ssv": "it is a parameter set: warmlink run --parameters {}",
+    ".ssp": ("a system", "simulate"),
+    ".fmu": ("an FMU", "check"),
+    ".ssv": ("a parameter set", "run", "--parameters"),
 }
 """What a file that is no scenario is, and the command that reads it, by the file's ending."""
 
@@ -94,7 +95,8 @@ def load_scenario(name: str) -> Scenario:
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
     if path.suffix in _OTHERS and is_file(path):
-        raise InputError(f"{name}: is no scenario; {_OTHERS[path.suffix].format(name)}")
+        what, *words = _OTHERS[path.suffix]
+        raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
     known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
     raise InputError(f"{shortened(name)}: no such scenario; {known_names}")
 
@@ -139,4 +141,5 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
-    return read.applied(Scenario(name, title, drive.reason, drive, setup), folder)
+    about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason
+    return read.applied(Scenario(name, title, about, drive, setup), folder)

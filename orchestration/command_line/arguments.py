@@ -43,7 +43,7 @@ EXPLAINED = {
     "tolerance": 'Largest coupling error, such as "0.1 um". The step is then as long as --step and the '
     "sample times allow, or shorter where the error asks for it.",
     "statistics": "Count and time the calls of each FMU; the steps then go plainly.",
-    "record": "Variables to write, separated by commas, as --record link.*,controller.correction. "
+    "record": "Variables to write, separated by commas, as --record link.*,compensator.correction. "
     "Default: every one.",
     "csv": "Write results.csv beside results.parquet.",
     "scheduler": "Dask scheduler, such as tcp://10.0.0.1:8786. Default: processes on this machine.",
@@ -113,8 +113,8 @@ def for_typer(command: Command) -> Command:
     def called(**values: Any) -> None:
         try:
             carry_out(command, values)
-        except KeyboardInterrupt:  # which typer would make an exit without a word
-            raise interrupted() from None
+        except KeyboardInterrupt as fault:  # which typer would make an exit without a word
+            raise interrupted(fault) from None
 
     called.__doc__ = about
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

@@ -19,8 +19,9 @@ from warmlink.orchestration.console import (
     progress_bar,
     remark,
 )
-from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.files import fresh_folder, temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -139,21 +140,22 @@ def build_files(
     own = None if scenario is None else load_scenario(str(scenario))
     if own is not None:
         advise(own)
-    try:
-        versions = [_VERSIONS[fmi]] if fmi else [*_VERSIONS.values()]
-        making = _Making(fmus, platforms, out, valid_flags, arrays, versions)
-        built = making.shipped(_chosen(names)) if own is None else making.own(own)
-    except OSError as fault:
-        place = Path(fault.filename or out)
-        shown = out if place.is_relative_to(out) else place
-        raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
-    for path in built:
-        if path.suffix != ".fmu":
-            with temporary_folder() as work:
-                read_system(path, work)
-        elif problems := validity_problems(path):
-            raise InputError(f"{path}: {problems[0]}; please report this")
-    return built
+    chosen, versions = _chosen(names), [_VERSIONS[fmi]] if fmi else [*_VERSIONS.values()]
+    with fresh_folder(out) as fresh:
+        making = _Making(fmus, platforms, fresh, valid_flags, arrays, versions)
+        try:
+            built = making.shipped(chosen) if own is None else making.own(own)
+        except OSError as fault:
+            place = Path(fault.filename or fresh)
+            shown = out if place.is_relative_to(fresh) else place
+            raise InputError(f"{shown}: cannot be written ({fault.strerror}); choose another --out") from None
+        for path in built:
+            if path.suffix != ".fmu":
+                with temporary_folder() as work:
+                    read_system(path, work)
+            elif problems := validity_problems(path):
+                raise InputError(f"{path.name}: {problems[0]}; please report this")
+    return [out / path.relative_to(fresh) for path in built]
 
 
 @dataclass(frozen=True)
@@ -314,7 +316,7 @@ def save(
     built = store(kind_named(fmus), sorted(asked.kinds), remark)
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
-    answer(f"system  {path}    run it: warmlink simulate {path}")
+    answer(f"system  {path}    run it: {command('warmlink', 'simulate', path)}")
 
 
 def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> None:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import settings_given
 from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.results import refuse_others
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -91,15 +93,19 @@ def diagnose(
 
     if check:
         _show(list(arm_experiments(data[0]).values()) if whole_arm else [measured()], bool(whole_arm), json)
-    elif whole_arm:
-        _diagnose_arm(data[0], folder, json)
-    else:
-        _diagnose_cell(data, measured, folder, json)
+        return
+    with locked_folder(folder):
+        if whole_arm:
+            _diagnose_arm(data[0], folder, json)
+        else:
+            _diagnose_cell(data, measured, folder, json)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
-    found = [each.understood() for each in experiments]
+    from warmlink.orchestration.diagnosis.answer.slips import slips
+
+    found = [{**each.understood(), "slips": slips(each).certain} for each in experiments]
     if json:
         answer_json(found if whole_arm else found[0])
         return
@@ -113,6 +119,8 @@ def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
                 ends = ("" if each[end] is None else f"{each[end]:.5g}" for end in ("least", "largest"))
                 rows.append((each["column"], each["variable"], *cells, *ends))
             print_table("", headings, rows, texts=3, width=120)
+        for told in experiment["slips"]:
+            answer(f"- likely slip: {told}")
         for told in experiment["remarks"]:
             answer(f"- {told}")
 
@@ -148,7 +156,8 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
         if following := files.get(SCENARIO):
-            answer(f"next    {following}    practise it: warmlink hide EFFECT --duty {following}")
+            practise = command("warmlink", "hide", "EFFECT", "--duty", following)
+            answer(f"next    {following}    practise it: {practise}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:

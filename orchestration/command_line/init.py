@@ -12,6 +12,7 @@ from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import loaded
 from warmlink.orchestration.console import answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.shell import quoted
 
 WIDE = 200
 """Width in characters of a table where the output is not a terminal."""
@@ -31,7 +32,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
     """
     if kind not in KINDS:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
-    command, *names = KINDS[kind]
+    begins, *names = KINDS[kind]
     paths = [out / name for name in names]
     for path in paths:
         if path.exists():
@@ -40,7 +41,7 @@ def init(kind: str, *, out: Path = Path()) -> None:
         for path in paths:
             WRITERS[path.suffix](work / path.name)
     answer("\n".join(map(str, paths)))
-    answer(f"try  {command} {paths[0]}{':MyLaw' if kind == 'law' else ''}")
+    answer(f"try  {begins} {quoted(paths[0])}{':MyLaw' if kind == 'law' else ''}")
 
 
 def _template(path: Path) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import values_given
 from warmlink.orchestration.console import answer, answer_json, progress_bar
-from warmlink.orchestration.files import fresh_file
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.files import fresh_file, locked_folder
+from warmlink.orchestration.results import refuse_others, results_folder
 
 PICTURES = (".svg", ".png", ".pdf")
 
@@ -40,7 +40,7 @@ def live(
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out {out}: is no page; name a file that ends in .html")
-    page = live_page(scenario, controller or (), parameters=values_given(parameters, set_))
+    page = live_page(scenario, controller or (), parameters=values_given(None, set_), sets=parameters or ())
     path = out or Path(f"{page.name}.html")
     page.write(path)
     answer(f"page  {path}    open it in a browser")
@@ -96,7 +96,8 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
     from warmlink.orchestration.paper.presentation import terminal, write_report
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce_paper
 
-    with results_folder(out, "reproduce") as target:
+    refuse_others(out, "reproduce")
+    with locked_folder(out), results_folder(out, "reproduce") as target:
         with progress_bar("The paper, reproduced") as progress:
             result = reproduce_paper(progress)
         write_report(result, target / "report.html")

@@ -7,6 +7,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file
 
 
@@ -116,7 +117,8 @@ def _write_example(part: Path) -> None:
         raise InputError(f"{part}: is no STEP file; give a name that ends in .step")
     with fresh_file(part) as scratch:
         ribbed_link(scratch)
-    answer(f'part  {part}    warmlink reduce {part} --heat-face "{HEAT_FACE}" --tool-point "{TOOL_POINT}"')
+    words = part, "--heat-face", HEAT_FACE, "--tool-point", TOOL_POINT
+    answer(f"part  {part}    {command('warmlink', 'reduce', *words)}")
 
 
 def _list(part: Path, unit: str | None, mesh_size: str | None, json: bool) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import FAILED, answer, answer_json, remark
-from warmlink.orchestration.files import write_files
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.files import locked_folder, write_files
+from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
 LIVE_PAGE = "live.html"
 
@@ -45,8 +45,8 @@ def run(
     """Run a scenario with a controller and without one, and say how far off the tool point is.
 
     Writes metrics.json, results.csv, results.parquet and report.html, which holds the page of `warmlink live`
-    where that was compiled for the system before. If you press Ctrl-C, or an FMU fails, the run ends early
-    and keeps what was computed up to there (exit code 1).
+    where that was compiled for the system before. If you press Ctrl-C, the process is told to end (SIGTERM),
+    or an FMU fails, the run ends early and keeps what was computed up to there (exit code 1).
 
     Parameters
     ----------
@@ -75,12 +75,15 @@ def run(
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        asked = Asked(scenario, given, wrong, {f"--{name}": told for name, told in how.items() if told})
+        options = {f"--{name}": told for name, told in how.items() if told}
+        typed, files = arguments.values_given(None, set_), [str(each) for each in parameters or ()]
+        asked = Asked(scenario, typed, wrong, options, files)
     written = arguments.listed(record) or ()
     if written:
         refuse_unmatched(written, [*_recorded(changed(own, controller, given, wrong), kind), *ERRORS])
     folder = out or Path("out") / own.name
-    with results_folder(folder, "run") as target:
+    refuse_others(folder, "run")
+    with locked_folder(folder), results_folder(folder, "run") as target:
         outcome = run_in_closed_loop(
             own, controller, parameters=given, mismatches=wrong, **how, fmus=kind, statistics=statistics
         )
@@ -89,7 +92,8 @@ def run(
             raise SystemExit(FAILED)
         with interruption():  # a Ctrl-C now does not cost what was computed
             series = series_writers(outcome.table, written, csv)
-            lost = _write(outcome, target, series, asked)
+            writers = _writers(outcome, series, asked)
+            lost = write_files(target, writers, earlier=bool(results_in(folder, "run")))
     if json:
         answer_json(outcome.to_dict())
     else:
@@ -112,10 +116,10 @@ def _recorded(scenario: Scenario, kind: FmuKind | None) -> list[str]:
     return [name for name, variable in variables(system).items() if is_recorded(variable)]
 
 
-def _write(
-    outcome: ClosedLoop, target: Path, series: Mapping[str, Callable[[Path], object]], asked: Asked | None
-) -> str | None:
-    """Write the results, and a report of what was asked; return which files were lost and why, or None."""
+def _writers(
+    outcome: ClosedLoop, series: Mapping[str, Callable[[Path], object]], asked: Asked | None
+) -> dict[str, Callable[[Path], object]]:
+    """What writes each file of the results, and a report of what was asked."""
     metrics = json_text.dumps(outcome.to_dict(), indent=2) + "\n"
     writers = {"metrics.json": lambda path: path.write_text(metrics, encoding="utf-8"), **series}
     if asked is not None:
@@ -126,4 +130,4 @@ def _write(
         if page:
             writers[LIVE_PAGE] = lambda path: path.write_text(page, encoding="utf-8")
         writers["report.html"] = lambda path: write_report(outcome, path, LIVE_PAGE if page else "")
-    return write_files(target, writers)
+    return writers

@@ -14,7 +14,7 @@ from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
 from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
-from warmlink.orchestration.results import refuse_others, results_folder
+from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -61,8 +61,8 @@ def simulate(
 ) -> None:
     """Run a system of FMUs, or a single FMU, and write its outputs as CSV and Parquet.
 
-    If you press Ctrl-C, or an FMU fails, the run ends early and keeps what was computed up to there (exit
-    code 1).
+    If you press Ctrl-C, the process is told to end (SIGTERM), or an FMU fails, the run ends early and keeps
+    what was computed up to there (exit code 1).
 
     Parameters
     ----------
@@ -97,6 +97,7 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
+    from warmlink.orchestration.plausible import declared_in, within_bands
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
     from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
@@ -174,11 +175,14 @@ def simulate(
             else:
                 alone = guarded(partial(attempt, chosen), lambda done, count: progress(done / count), remark)
                 found = Attempt(chosen, alone)
+            known = declared_in(read)
+            found = found.looked_at(lambda result: within_bands(result, known))
             found = found.told(*_beyond(found), *_late(read, found.unseen))
             result = found.result
             master = master if found.algorithm is chosen else FOLLOWING
             with interruption():  # a Ctrl-C now does not cost what was computed
-                lost = write_files(target, series_writers(result.table, written, csv))
+                earlier = bool(results_in(folder, "simulate"))
+                lost = write_files(target, series_writers(result.table, written, csv), earlier)
     summary = _summary(result, found.stopped, found.bounds, folder)
     if json:
         answer_json(summary)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
+import logging
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,12 +11,21 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.command_line.comparison import legend, table
-from warmlink.orchestration.console import FAILED, INTERRUPTED, answer, answer_json, print_table, remark
+from warmlink.orchestration.console import (
+    FAILED,
+    Terminated,
+    answer,
+    answer_json,
+    interrupted,
+    print_table,
+    remark,
+)
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
-from warmlink.orchestration.safe_text import write_frame
+from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
@@ -143,8 +152,9 @@ def tune(
     A table [second_objective] of the same kind asks for the Pareto front of both. Where the system is joined,
     the winner is polished along its gradient.
 
-    Writes trials.csv, winner.ssv and report.html. After an interruption the same command continues; its table
-    does not depend on the number of processes.
+    Writes trials.csv, winner.ssv and report.html. Where no trial keeps every constraint there is no winner:
+    the trial that comes nearest is named, and the exit code is 1. After an interruption the same command
+    continues; its table does not depend on the number of processes.
 
     Parameters
     ----------
@@ -169,11 +179,13 @@ def tune(
             write_tuning(found, target / "report.html")
     table = f"trials  {folder / 'trials.csv'}\nstudy   {dashboard(found.storage.place)}"
     _answer(found, table, folder, report, json)
+    if found.best is None:
+        raise SystemExit(FAILED)
 
 
 def dashboard(place: str) -> str:
     """Line for a shell that shows the trials of a storage."""
-    return f"optuna-dashboard {shlex.quote(place)}"
+    return command("optuna-dashboard", place)
 
 
 def sweep(
@@ -232,7 +244,7 @@ def _answer(found: Searched, files: str, folder: Path, report: bool, json: bool)
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let Ctrl-C end the command in order, and a second Ctrl-C end the process at once.
+    """Let Ctrl-C or SIGTERM end the command in order, and a second one end the process at once.
 
     The worker processes end with this one. Python drops what is raised in the callback of a weak reference:
     therefore it is noted too, for the next run to see.
@@ -240,16 +252,18 @@ def interruptible() -> Iterator[None]:
     cells = under_way.here.cells
 
     def first(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_DFL)
         cells[under_way.ASKED] = 1
-        raise KeyboardInterrupt
+        # A storage would print where it was interrupted.
+        logging.getLogger("sqlalchemy").setLevel(logging.CRITICAL)
+        raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
 
     try:
         with under_way.on_ctrl_c(first):
             yield
-    except KeyboardInterrupt:
-        remark("interrupted; finished runs are kept, and the same command continues")
-        raise SystemExit(INTERRUPTED) from None
+    except KeyboardInterrupt as fault:
+        raise interrupted(fault, "finished runs are kept, and the same command continues") from None
     finally:
         cells[under_way.ASKED] = 0
 

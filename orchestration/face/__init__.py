@@ -10,6 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warmlink.controllers.design.linearise import linearise as linearise
+    from warmlink.controllers.own import Law as Law
+    from warmlink.fmus.component import Component as Component
+    from warmlink.fmus.component import Input as Input
+    from warmlink.fmus.component import Output as Output
+    from warmlink.fmus.component import Parameter as Parameter
+    from warmlink.fmus.component import State as State
+    from warmlink.fmus.component.arithmetic import finite as finite
+    from warmlink.fmus.component.arithmetic import where as where
     from warmlink.fmus.component.join import join as join
     from warmlink.fmus.errors import InputError as InputError
     from warmlink.fmus.packaging.release import version
@@ -37,8 +45,14 @@ if TYPE_CHECKING:
     __version__ = version()
 
 _PLACES = {
+    "Component": "fmus.component:Component",
+    "Input": "fmus.component:Input",
     "InputError": "fmus.errors:InputError",
+    "Law": "controllers.own:Law",
     "Means": "orchestration.studies.at_work:Means",
+    "Output": "fmus.component:Output",
+    "Parameter": "fmus.component:Parameter",
+    "State": "fmus.component:State",
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.command_line.build:build_files",
     "compare": "orchestration.studies.compare:compare",
@@ -46,6 +60,7 @@ _PLACES = {
     "design": "orchestration.studies.design:design",
     "diagnose": "orchestration.diagnosis.diagnose:diagnose",
     "export": "orchestration.products.export:export",
+    "finite": "fmus.component.arithmetic:finite",
     "hide": "orchestration.diagnosis.made_up:hide_effects",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",
@@ -58,6 +73,7 @@ _PLACES = {
     "simulate": "orchestration.simulation:simulate",
     "sweep": "orchestration.studies.sweep:sweep_study",
     "tune": "orchestration.studies.tune:tune_study",
+    "where": "fmus.component.arithmetic:where",
     "write_ssp": "orchestration.system.write:write_ssp",
 }
 """Module and name of everything public, below `warmlink`."""

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import cast
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
@@ -38,43 +37,45 @@ class Assembly:
     """Slaves in the system's order and connections; used once, then closed.
 
     Start values are by slave and variable, in the variables' own units; files are those of slaves that come
-    from one; the folder, where FMUs were unpacked, is removed on closing.
+    from one; the `workplace`, where FMUs were unpacked, goes on closing.
     """
 
     slaves: Sequence[Slave]
     connections: Sequence[Connection] = ()
     values: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
-    folder: Path | None = None
+    workplace: ExitStack = field(default_factory=ExitStack)
 
     def close(self) -> None:
         """End the slaves and remove what was unpacked."""
         for slave in self.slaves:
             with suppress(SlaveError):  # which changes nothing about the run that lies behind
                 slave.terminate()
-        if self.folder is not None:
-            shutil.rmtree(self.folder, ignore_errors=True)
+        self.workplace.close()
 
 
 def assemble(system: System, isolation: Isolation | None = None, unpacked: Path | None = None) -> Assembly:
     """Unpack and instantiate every FMU of a system, in the folder `unpacked` where it is to be kept.
 
     With an isolation every FMU gets a process of its own; without one, those that a process may hold once get
-    one from their second instance on. InputError where a file is not an FMU that can run
-    here, SlaveError where an FMU does not instantiate.
+    one from their second instance on. InputError where a file is not an FMU that can run here, SlaveError
+    where an FMU does not instantiate.
     """
     infos = {name: read_description(component.fmu) for name, component in system.components.items()}
-    home = unpacked or Path(tempfile.mkdtemp(prefix="warmlink-"))
+    workplace = ExitStack()
+    home = unpacked or workplace.enter_context(scratch_folder())
     slaves: list[Slave] = []
     values = {name: component.values for name, component in system.components.items()}
     files = {name: component.fmu for name, component in system.components.items()}
-    found = Assembly(slaves, system.connections, values, files, home if unpacked is None else None)
+    found = Assembly(slaves, system.connections, values, files, workplace)
     try:
         for name, fmu in files.items():
             folder = unpack(fmu, _home(fmu, home), without=NOT_FOR_RUNNING)
             opened = partial(open_slave, name, infos[name], folder)
             limits = isolation or (UNLIMITED if _is_here(infos[name]) else None)
-            slaves.append(opened() if limits is None else cast(Slave, IsolatedSlave(name, opened, limits)))
+            slaves.append(
+                opened() if limits is None else cast(Slave, IsolatedSlave(name, infos[name], opened, limits))
+            )
         for slave in slaves:
             if isinstance(slave, IsolatedSlave):
                 slave.begin()

@@ -71,6 +71,13 @@ class Attempt:
         """Why one of the two runs ended early, but by a slave that asked for it."""
         return self.result.stopped or self.broken
 
+    def looked_at(self, look: Callable[[Result], Result]) -> Attempt:
+        """Give the same with its result looked at, which may end it early; the bounds are then unknown."""
+        result = look(self.result)
+        if result.stopped == self.result.stopped:
+            return replace(self, result=result)
+        return replace(self, result=result, bounds=dict.fromkeys(self.bounds, np.inf), broken=None, missed=())
+
     def told(self, *remarks: str) -> Attempt:
         """Give the same with more remarks on the result."""
         return replace(self, result=replace(self.result, remarks=(*self.result.remarks, *remarks)))

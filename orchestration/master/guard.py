@@ -11,7 +11,6 @@ import ctypes
 import gc
 import mmap
 import os
-import pickle
 import signal
 import sys
 import time
@@ -19,7 +18,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
@@ -27,20 +25,24 @@ from typing import Any, NoReturn
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.recording.result import Result
+from warmlink.orchestration.master.communication import CommunicationPoints
+from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, Table
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.isolation import (
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames, out_of_reach
+from warmlink.orchestration.master.slaves.other_process import (
     die_with_parent,
     how_it_ended,
     print_to_standard_error,
 )
-from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.master.slaves.slave import Calls, SlaveError, SlaveStatistics
 from warmlink.orchestration.master.slaves.under_way import on_ctrl_c
 
 Progress = Callable[[int, int], None]
 Remark = Callable[[str], None]
 
 ENDING_SECONDS = 10.0
+
+_CLASSES = (Balance, Calls, CommunicationPoints, Result, SlaveStatistics, Statistics, Table)
 
 
 def guarded(
@@ -50,9 +52,10 @@ def guarded(
 ) -> Result:
     """Do a run in a process of its own.
 
-    Ctrl-C ends the run after the present step; a second Ctrl-C ends it at once, even if an FMU does not
-    return. Recorded values are kept in both cases, and also if the process dies. InputError, SlaveError: as
-    the run does; SlaveError too where the process dies before there is a first value.
+    Ctrl-C, or SIGTERM in a command, ends the run after the present step; a second one ends it at once, even
+    if an FMU does not return. Recorded values are kept in both cases, and also if the process dies.
+    InputError, SlaveError: as the run does; SlaveError too where the process dies before there is a first
+    value.
 
     The work does the run, `lambda line: simulate(..., line=line)`; on platforms other than Linux in this
     process, with None. Progress is told here in communication steps done and to do; a remark is what the user
@@ -60,9 +63,9 @@ def guarded(
     """
     if sys.platform != "linux":
         return work(None)
-    ours, theirs = Pipe()
+    ours, theirs = (Frames(each, _CLASSES) for each in Pipe())
     status = mmap.mmap(-1, under_way.SIZE)
-    memory = os.memfd_create("warmlink-values")
+    memory = out_of_reach(os.memfd_create("warmlink-values"))
     parent = os.getpid()
     gc.freeze()  # else the other process' first collection copies every page that holds an object
     child = os.fork()
@@ -85,7 +88,7 @@ class _Guard:
     """Follows the other process until it ends."""
 
     child: int
-    pipe: Connection
+    pipe: Frames
     status: under_way.UnderWay
     memory: int
     progress: Progress | None
@@ -93,6 +96,7 @@ class _Guard:
     _begun: Result | None = None
     _file: Path | None = None
     _result: Result | None = None
+    _over: bool = False
     _ended: bool = False
     _pressed: int = 0
     _death: str = "ended"
@@ -109,9 +113,10 @@ class _Guard:
             return self._rescued()
         if self._ended:
             return self._result
-        name, _ = self.status.described()
+        name, call = self.status.described()
         how = f"did not end within {ENDING_SECONDS:g} s" if hangs else self._death
-        told = f"{name}: its process {how} while the FMUs were freed, after the run; the values are complete"
+        doing = f"in {call}" if call != "ending" else "while the FMUs were freed"
+        told = f"{name or 'the run'}: its process {how} {doing}, after the run; the values are complete"
         return replace(self._result, remarks=(*self._result.remarks, told))
 
     def _follow(self) -> bool:
@@ -122,12 +127,17 @@ class _Guard:
                 return False
             try:
                 if self.pipe.poll(0.1):
-                    self._take(*self.pipe.recv())
+                    self._take(*self.pipe.receive())
                 elif self._reap() and not self.pipe.poll(0):
                     return True
             except (EOFError, ConnectionError):
                 return True
-            if self._result is not None:
+            except DamagedError:
+                self._kill()
+                self._reap(wait=True)
+                self._death = "sent what is no answer (the FMU writes to descriptors that are not its own)"
+                return True
+            if self._over:
                 give_up = min(give_up, time.monotonic() + ENDING_SECONDS)
         return True
 
@@ -139,7 +149,8 @@ class _Guard:
         elif kind == "progress" and self.progress is not None:
             self.progress(*content)
         elif kind == "result":
-            self._result = self._filled(*content)
+            bare, rows, self._over = content
+            self._result = self._filled(bare, rows)
         elif kind == "ended":
             self._ended = True
 
@@ -190,7 +201,8 @@ class _Guard:
         else:
             self.status.cells[under_way.ASKED] = 1
             if self.remark is not None:
-                self.remark("Ctrl-C: the run ends after the present step; press again to end it at once")
+                told, again = ("SIGTERM", "send it") if number == signal.SIGTERM else ("Ctrl-C", "press")
+                self.remark(f"{told}: the run ends after the present step; {again} again to end it at once")
 
     def _kill(self) -> None:
         with suppress(OSError):
@@ -201,7 +213,7 @@ class _Guard:
 class Line:
     """Connection over which a guarded run reports to its guard; the memory for values has a descriptor."""
 
-    _pipe: Connection
+    _pipe: Frames
     _memory: int
 
     def block(self, rows: int, columns: int) -> Array:
@@ -220,14 +232,18 @@ class Line:
         """Tell how far the run is."""
         self._pipe.send(("progress", (done, count)))
 
-    def keep(self, result: Result) -> None:
-        """Hand over the result; whatever happens to this process now, it is safe."""
+    def keep(self, result: Result, over: bool = True) -> None:
+        """Hand over the result, in place of one before; whatever happens to this process now, it is safe.
+
+        Where all is `over` but the freeing of FMUs, the guard does not wait for long.
+        """
         none = np.empty((0, len(result.table.names)))
-        self._pipe.send(("result", (replace(result, table=result.table.holding(none)), len(result.table))))
+        bare = replace(result, table=result.table.holding(none))
+        self._pipe.send(("result", (bare, len(result.table), over)))
 
 
 def serve(
-    work: Callable[[Line | None], object], pipe: Connection, memory: int, status: mmap.mmap, parent: int
+    work: Callable[[Line | None], object], pipe: Frames, memory: int, status: mmap.mmap, parent: int
 ) -> NoReturn:
     """Do a guarded run, in the process that was made for it, and end that process."""
     write_out = ctypes.CDLL(None).fflush  # what code in C has printed so far
@@ -240,7 +256,7 @@ def serve(
     except BaseException as fault:
         # The guarding process raises it again.
         with suppress(OSError):
-            pipe.send(("fault", _portable(fault)))
+            pipe.send(("fault", fault))
     finally:
         # Nothing of Python's is flushed: what it has not written yet is a copy of what the other process has.
         write_out(None)
@@ -250,7 +266,7 @@ def serve(
 def _become_inner(parent: int) -> None:
     """Die with the parent, leave the terminal to it, and keep off its standard output."""
     os.setpgid(0, 0)
-    for number in (signal.SIGINT, signal.SIGTTOU):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGTTOU):
         signal.signal(number, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     die_with_parent()
@@ -260,13 +276,3 @@ def _become_inner(parent: int) -> None:
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("500")
     print_to_standard_error()
-
-
-def _portable(fault: BaseException) -> BaseException:
-    # Some packages have exceptions pickled with what caused them, and not every cause can be.
-    fault.__cause__ = fault.__context__ = None
-    try:
-        pickle.loads(pickle.dumps(fault))
-    except Exception:
-        return RuntimeError(f"{type(fault).__name__}: {fault}")
-    return fault

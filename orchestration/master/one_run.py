@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ from warmlink.orchestration.master.recording.recorder import Recorder, StoreErro
 from warmlink.orchestration.master.recording.result import Result, Statistics
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.network import Network
+from warmlink.orchestration.master.slaves.network import Network, Snapshot
 from warmlink.orchestration.master.slaves.slave import Experiment, SlaveError, TimedSlave
 from warmlink.orchestration.master.slaves.under_way import interruption
 
@@ -42,8 +43,8 @@ class OneRun:
     experiment: Experiment
     _loop: CompiledLoop | None = None
 
-    def result(self, *, check_stability: bool) -> Result:
-        """Do the run and say how it went."""
+    def result(self, keep: Callable[[Result], None], check_stability: bool) -> Result:
+        """Do the run and say how it went; that of a whole run is kept before its stability is checked."""
         recorder, network, stepper, schedule = self.recorder, self.network, self.stepper, self.schedule
         fault: SlaveError | None = None
         reason: str | None = None
@@ -81,25 +82,37 @@ class OneRun:
             slaves=tuple(deepcopy(timed)),
             memory_bytes=_memory(),
         )
-        remarks = stepper.remarks
+        ended, table = fault is not None and fault.status == "ended", recorder.table()
+
+        def found(*more: str) -> Result:
+            conduct = [told for slave in network.slaves for told in slave.remarks]
+            return Result(
+                table,
+                "completed" if reason is None else "ended" if ended else "stopped",
+                reason,
+                fault,
+                remarks=(*conduct, *stepper.remarks, *more, *([reason] if ended and reason else [])),
+                statistics=statistics,
+            )
+
         if start and schedule and (reason is None or (fault and fault.status == "not finite")):
-            name, (first, memory) = "Jacobi" if schedule.at_once else "GaussSeidel", start
+            if reason is None:
+                keep(found())
+            return found(*self._stability(schedule, *start))
+        return found()
 
-            def rewind() -> None:
-                network.rewind(first)
-                stepper.recall(memory)
+    def _stability(self, schedule: Schedule, first: Snapshot, memory: object) -> tuple[str, ...]:
+        """Say whether the run was unstable, or why that is not known; `first` is its beginning."""
 
-            remarks += instability(name, network, recorder.points, rewind, self._fill)
-        conduct = tuple(told for slave in network.slaves for told in slave.remarks)
-        ended = fault is not None and fault.status == "ended"
-        return Result(
-            recorder.table(),
-            "completed" if reason is None else "ended" if ended else "stopped",
-            reason,
-            fault,
-            remarks=(*conduct, *remarks, *([reason] if ended and reason else [])),
-            statistics=statistics,
-        )
+        def rewind() -> None:
+            self.network.rewind(first)
+            self.stepper.recall(memory)
+
+        name = "Jacobi" if schedule.at_once else "GaussSeidel"
+        try:
+            return instability(name, self.network, self.recorder.points, rewind, self._fill)
+        except SlaveError as failure:
+            return (f"whether these steps are stable is not known: {failure}",)
 
     def _step_through(self) -> bool:
         """Step over all communication points that are not recorded yet; False where Ctrl-C came."""

@@ -191,17 +191,32 @@ class Order:
                 *(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled),
                 Experiment(points.start_time, points.stop_time, self.tolerance, algorithm.goes_back),
             )
-            found = run.result(check_stability=self.check_stability and self.pacing is None)
-            result = replace(found, balances=tuple(balances))
+            about = tuple(balances)
+
+            def keep(found: Result, over: bool = False) -> None:
+                network.end_copies()
+                if line is not None:
+                    line.keep(replace(found, balances=about), over)
+
+            found = run.result(keep, self.check_stability and self.pacing is None)
+            result = replace(found, balances=about)
             network.end_copies()
             error, able = result.error, not (network.unable_to_restore() or network.of_one_step())
             anew = error and error.status in REPEATABLE and able and not algorithm.goes_back
             if error and anew and self.pacing is not None:
                 error, anew = error.because("no smaller step was tried, for the run keeps pace"), False
                 result = replace(result, reason=str(error), error=error)
-            if line is not None and not anew:
-                line.keep(result)
+            # FMUs in processes of their own harm nothing here when they end, and may take their time for it.
+            alone = any(getattr(slave, "isolation", None) for slave in assembly.slaves)
+            if not anew:
+                keep(result, over=not alone)
             network.release()
+            if alone and not anew:
+                assembly.close()
+                ended = (told for slave in network.slaves for told in slave.remarks)
+                new = tuple(told for told in ended if told not in result.remarks)
+                result = replace(result, remarks=(*result.remarks, *new))
+                keep(result, over=True)
             return result, bool(anew)
         finally:
             assembly.close()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
@@ -47,6 +47,7 @@ def live(
     controllers: Sequence[str] | str = (),
     *,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    sets: Sequence[str | Path] = (),
 ) -> LivePage:
     """Make one page in which a scenario runs: drag the duty and the sliders, and see the error at once.
 
@@ -56,18 +57,22 @@ def live(
     controllers : the controllers that the page compares; by default the scenario's, and `observer` where it
         has the start values that are given
     parameters : start values by name, or the path of a parameter set (SSV)
+    sets : paths of more parameter sets, which come before; the page's command names the files
 
     Raises
     ------
     InputError
         If something of a name does not exist, the system contains foreign FMUs, or zig is not installed.
     """
-    given = given_values(parameters)
+    typed = dict(parameters) if isinstance(parameters, Mapping) else {}
+    files = [*sets, *(() if isinstance(parameters, Mapping) else (parameters,))]
+    given = {name: value for each in files for name, value in given_values(each).items()} | typed
     asked = changed(load_scenario(scenario), parameters=given)
     laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
     with spinner("compiling the system for the browser"):
-        html = live_page(asked, laws, Asked(scenario, given))
-    advice, _ = judged(asked)
-    if advice is not None:
-        remark(advice)
+        html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]))
+    for law in laws:
+        advice, _ = judged(replace(asked, controller=law))
+        if advice is not None:
+            remark(advice)
     return LivePage(asked.name, html)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.packaging.cache import kept
-from warmlink.orchestration.safe_text import printable, printable_json
+from warmlink.fmus.safe_text import printable, printable_json
 
 if TYPE_CHECKING:
     from markupsafe import Markup

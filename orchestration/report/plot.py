@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,12 @@ from numpy.typing import NDArray
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
+from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.safe_text import as_cell, of_cell
+from warmlink.orchestration.report.recorded import TIME, columns_of
 from warmlink.orchestration.scenarios.quantities import heading
-
-if TYPE_CHECKING:
-    import pandas
-
-TIME = "time [s]"
+from warmlink.orchestration.text_files import shortened
 
 ERRORS = ("uncompensated_error", "error")
 """What is drawn where no variable is named."""
@@ -44,8 +41,8 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     InputError
         If there are no such results or variables, or they are not of one unit.
     """
-    frame = frame_of(results)
-    columns = {heading(str(column))[0]: str(column) for column in frame.columns if column != TIME}
+    found = columns_of(results)
+    columns = {heading(name)[0]: name for name in found.names if name != TIME}
     variables = variables or tuple(name for name in ERRORS if name in columns)
     if not variables:
         raise InputError(f"no variable is named, and the results hold no error; {instead('', columns)}")
@@ -54,22 +51,25 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
             raise InputError(f"{name}: no such variable in the results; {instead(name, columns)}")
     units = {heading(columns[name])[1] or "1" for name in variables}
     if len(units) != 1:
-        told = ", ".join(sorted(units))
+        told = ", ".join(sorted(map(shortened, units)))
         raise InputError(f"{', '.join(variables)}: is of {told}; name variables of one unit")
     (unit,) = units
-    lines = {name: np.asarray(frame[columns[name]]) for name in variables}
+    lines = {name: found[columns[name]] for name in variables}
     if against is not None:
-        other = frame_of(against)
+        other = columns_of(against)
         for name in variables:
-            if columns[name] not in other:
+            if columns[name] not in other.names:
                 raise InputError(f"{name}: the results to compare with have no such variable; leave it out")
-            lines[f"{name}, the other"] = np.interp(frame[TIME], other[TIME], other[columns[name]])
+            # Beyond its end it is not known.
+            there = np.interp(found.time, other.time, other[columns[name]], left=np.nan, right=np.nan)
+            lines[f"{name}, the other"] = there
     factor = 1.0
-    if unit == "m" and max(np.nanmax(np.abs(values)) for values in lines.values()) < 1e-3:
+    drawn = [values[np.isfinite(values)] for values in lines.values()]
+    if unit == "m" and max(np.max(np.abs(values), initial=0.0) for values in drawn) < 1e-3:
         unit, factor = "µm", 1e6
     axis = variables[0] if len(variables) == 1 else ""  # of several, the legend tells
-    drawn = {name: factor * values for name, values in lines.items()}
-    return time_plot(frame[TIME], drawn, f"{axis} [{unit}]".strip())
+    scaled = {name: factor * values for name, values in lines.items()}
+    return time_plot(found.time, scaled, f"{axis} [{shortened(unit)}]".strip())
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:
@@ -89,32 +89,6 @@ def picture(figure: Any, path: Path, kind: str) -> None:
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     drawn.savefig(path, format=kind)
-
-
-def frame_of(results: Any) -> pandas.DataFrame:
-    """Results of a run as columns, wherever they are; raises InputError where there are none."""
-    import pandas
-
-    if isinstance(results, pandas.DataFrame):
-        return results
-    if not isinstance(results, str | Path):
-        found: pandas.DataFrame = results.to_frame()
-        return found
-    path = Path(results)
-    places = [path / "results.parquet", path / "results.csv"] if path.is_dir() else [path]
-    for place in places:
-        if place.is_file():
-            read = pandas.read_parquet if place.suffix == ".parquet" else pandas.read_csv
-            try:
-                table = read(place)
-            except (OSError, ValueError) as fault:
-                raise InputError(f"{place}: cannot be read ({str(fault).splitlines()[0]})") from None
-            if place.suffix != ".parquet":
-                table = table.rename(columns=of_cell)
-            if TIME not in table:
-                raise InputError(f"{place}: has no column {TIME!r}; give results of run or simulate")
-            return table
-    raise InputError(f"{path}: no results there; give a folder with results.parquet, or the file itself")
 
 
 def refuse_unmatched(patterns: Sequence[str], names: Sequence[str]) -> None:
@@ -144,7 +118,7 @@ def series_writers(
     from pyarrow import parquet
 
     names = [name for name in table.names if any(_matches(name, p) for p in patterns)] or table.names
-    headings = ["time [s]", *(table.heading(name) for name in names)]
+    headings = [TIME, *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]
     kind = pyarrow.float64()
 

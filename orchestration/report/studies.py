@@ -302,5 +302,5 @@ def _cells(row: Row) -> tuple[str, ...]:
         "never" if settled is None else f"{settled / 60:.1f}",
         "" if removed is None else f"{removed:.1f}",
         "" if equal is None else f"{equal:.2g}",
-        "" if row.controller == NO_CONTROLLER else remark,
+        remark,
     )

@@ -155,9 +155,8 @@ class Quantities(Entry):
         if not isinstance(value, list) or len(value) != count:
             raise InputError(f"{shown(value)} is no list of {count}; give {count} values with their units")
         numbers = tuple(quantity(each, self.unit) for each in value)
-        for each in value:
-            refuse_bare(each, self.unit)
         for i, number in enumerate(numbers, start=1):
+            refuse_bare(value[i - 1], self.unit)
             if number < self.least:
                 raise InputError(f"value {i}: {number:g} {self.unit} is negative; give 0 or above")
         return numbers

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+from warmlink.fmus.component.quantities import TEMPERATURES
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shortened, shown
@@ -48,21 +49,18 @@ def number_and_unit(text: str | float, unit: str, where: str = "") -> tuple[floa
     return number, found.group(2)
 
 
-COLDEST_BARE = 150.0
-"""K, below which a temperature without a unit is more likely meant in degC."""
-
-
 def refuse_bare(value: str | float, unit: str, where: str = "") -> None:
     """Raise InputError if a number has no unit and is hardly meant in the SI unit.
 
-    That is so of every length but 0, which people give in um, mm or m, and of temperatures below 150 K.
+    That is so of every length but 0, which people give in um, mm or m, and of temperatures too cold for any
+    plant.
     """
     text = value.strip() if isinstance(value, str) else shown(value)
     found = _QUANTITY.match(text)
     if found is None or found.group(2):
         return
     number = float(found.group(1))
-    if (unit == "m" and number != 0) or (unit == "K" and number < COLDEST_BARE):
+    if (unit == "m" and number != 0) or (unit == "K" and number < TEMPERATURES.low):
         place, other = f"{where}: " if where else "", {"m": "um", "K": "degC"}[unit]
         told = f'write "{text} {other}" or "{text} {unit}", whichever is meant'
         raise InputError(f"{place}{text} has no unit; {told}")

@@ -21,6 +21,7 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.plausible import Declared, left, ours, tight
 from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
@@ -72,7 +73,7 @@ class Outcome:
     The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
     warmed up without compensation. Then follow the fastest change of the correction between two communication
     points, the largest estimate that the link makes of its grid's error, the bound of the coupling error of
-    growth and figures, None where it was not asked for, and why the run ended early, None where it did not.
+    growth and figures, None where it was not asked for, and why the run ended early or means nothing, if so.
     """
 
     max_abs_um: float = math.nan
@@ -141,14 +142,21 @@ def recorded(setup: Setup) -> tuple[str, ...]:
     roles = setup.roles
     estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
     scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
-    return tuple(dict.fromkeys((*scored, *estimates, *roles.plant)))
+    watched = tight(ours(setup.blueprint.components))
+    return tuple(dict.fromkeys((*scored, *estimates, *roles.plant, *watched)))
 
 
 def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
-    """Figures of a run, with the coupling error where there is a run at half the step."""
-    if result.reason is not None:
-        return Outcome(stopped=result.reason)
+    """Figures of a run, with the coupling error where there is a run at half the step.
+
+    A run in which a variable leaves its plausible band gives none, so that nothing is ranked by it.
+    """
     setup, time = case.setup, result.times
+    implausible = left(
+        result.table, Declared(ours(setup.blueprint.components), setup.blueprint.fed, case.values)
+    )
+    if implausible is not None or result.reason is not None:
+        return Outcome(stopped="; then ".join(told for told in (implausible, result.reason) if told))
     error, without = (
         np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
     )

@@ -15,12 +15,12 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, several
+from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.console import Answer, progress_bar
-from warmlink.orchestration.safe_text import write_frame
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values

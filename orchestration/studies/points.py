@@ -86,6 +86,16 @@ def best(found: Sequence[Judged]) -> Judged | None:
     return kept[int(np.argmin(np.hypot(*shares.T)))]
 
 
+def nearest(study: Study, found: Sequence[Judged]) -> Judged | None:
+    """The point that breaks its worst constraint least, as a share of the bound; None where there is none."""
+
+    def broken(each: Judged) -> float:
+        pairs = zip(study.constraints, each.excess, strict=True)
+        return max((excess / (abs(of.at_most) or 1.0) for of, excess in pairs), default=math.inf)
+
+    return min((each for each in found if each.reason is None), key=broken, default=None)
+
+
 @dataclass(frozen=True, repr=False)
 class Searched(Answer):
     """A study and what its points came to, by number; `word` is what one of them is called."""
@@ -98,6 +108,20 @@ class Searched(Answer):
     def best(self) -> Judged | None:
         """The best that keeps every constraint; None where there is none."""
         return best(self.found)
+
+    @property
+    def unmet(self) -> list[str]:
+        """That nothing keeps every constraint, and what comes nearest to it."""
+        told, close = f"no {self.word} keeps every constraint", nearest(self.study, self.found)
+        if close is None:
+            return [told]
+        missed = [
+            f"{of.title} {of.at_most + excess:.4g}, {excess:.4g} above {of.at_most:g}"
+            for of, excess in zip(self.study.constraints, close.excess, strict=True)
+            if excess > 0
+        ]
+        where = f"nearest is {self.word} {close.number}: {'; '.join(missed)}"
+        return [told, where, *self.study.lines(close.point)]
 
     def summary(self) -> str:
         """What came of the study, in a few lines."""
@@ -112,7 +136,7 @@ class Searched(Answer):
     def _best_lines(self) -> list[str]:
         objectives = [each.objective for each in self.found if each.reason is None]
         if self.best is None:
-            return [f"no {self.word} keeps every constraint"]
+            return self.unmet
         which = "amid the front" if self.study.objectives[1:] else "smallest that keeps every constraint"
         return [
             f"{self.study.objective.title}: from {min(objectives):.4g} to {max(objectives):.4g}",

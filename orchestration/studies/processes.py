@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import logging
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import connection
-from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
-from warmlink.orchestration.master.slaves.isolation import OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
+from warmlink.orchestration.master.slaves.other_process import OtherProcess, ProcessEndedError
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
 
@@ -114,11 +115,15 @@ class LocalWorkers(_Processes):
             while waiting or busy:
                 while waiting and len(busy) < self._count():
                     share = waiting.pop()
-                    worker = self._idle.pop() if self._idle else OtherProcess("worker", _work, self._fmus)
+                    worker = (
+                        self._idle.pop()
+                        if self._idle
+                        else OtherProcess("worker", _work, self._fmus, classes=(Outcome,))
+                    )
                     busy[worker.pipe] = worker, share
                     # One that died meanwhile is found out when its outcome is read.
                     with suppress(ProcessEndedError):
-                        worker.ask([cases[place] for place in share])
+                        worker.ask(pickle.dumps([cases[place] for place in share]))
                 for ready in connection.wait(list(busy)):
                     worker, share = busy[ready]
                     outcomes: list[Outcome] | InputError | None = None
@@ -127,7 +132,7 @@ class LocalWorkers(_Processes):
                         if outcomes is None:  # it has begun
                             continue
                         self._idle.append(worker)
-                    except ProcessEndedError:
+                    except (ProcessEndedError, DamagedError):
                         worker.end()
                     del busy[ready]
                     if isinstance(outcomes, InputError):
@@ -137,6 +142,9 @@ class LocalWorkers(_Processes):
             for worker, _ in busy.values():  # at a case of which nobody wants to hear any more
                 worker.end()
 
+    def _begun(self) -> OtherProcess:
+        return OtherProcess("worker", _work, self._fmus, classes=(Outcome,))
+
 
 def check_jobs(jobs: int) -> None:
     """Raise InputError where `jobs` is no number of processes."""
@@ -144,11 +152,11 @@ def check_jobs(jobs: int) -> None:
         raise InputError(f"{argument('jobs', jobs)}: not a number of processes; give 1 to {MOST_JOBS}")
 
 
-def _work(pipe: Connection, fmus: FmuSet) -> None:
-    """Run cases until the other end of the pipe is closed."""
+def _work(pipe: Frames, fmus: FmuSet) -> None:
+    """Run cases until the other end of the pipe is closed; they come as a pickle, outcomes go as frames."""
     with suppress(EOFError, OSError):
         while True:
-            cases = pipe.recv()
+            cases = pickle.loads(pipe.receive())
             try:
                 outcomes: list[Outcome] | InputError = attempt_all(cases, fmus)
             except InputError as fault:

@@ -191,9 +191,7 @@ def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:
         scenarios=scenarios,
         mismatches=tuple(mismatches.load(_beside(each, folder)) for each in file.mismatches),
         seed=file.seed,
-        axes=tuple(
-            read_axis(key, table, scenarios[0], known, name) for key, table in file.parameters.items()
-        ),
+        axes=tuple(read_axis(key, each, scenarios[0], known, name) for key, each in file.parameters.items()),
         objectives=tuple(each for each in (file.objective, file.second_objective) if each is not None),
         constraints=file.constraint,
         tune=file.tune,

@@ -65,7 +65,7 @@ class Tuned(Searched):
         """What the winner has come to, a sentence for each objective."""
         study, winner, first = self.study, self.best, self.found[0]
         if winner is None:
-            return ["no trial keeps every constraint"]
+            return self.unmet
         where = "at best" if len(study.objectives) == 1 else f"in trial {winner.number}, amid the front"
         shipped = first.objectives if study.shipped else ()
         return [

@@ -13,7 +13,6 @@ import re
 import shutil
 import stat
 import struct
-import tempfile
 import zipfile
 import zlib
 from collections import Counter
@@ -21,7 +20,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError, NoRoomError
-from warmlink.fmus.files import file_digest, whole_file
+from warmlink.fmus.files import file_digest, hold, let_go, sweep, whole_file
 from warmlink.orchestration.files import write_all
 from warmlink.orchestration.text_files import is_file
 
@@ -40,6 +39,9 @@ _ZIP_FAULTS = (
 )
 
 _CHUNK = 1 << 20
+
+UNPACKING = ".unpacking-"
+"""How the names of folders begin that are not wholly unpacked yet."""
 
 # How much an archive may hold, counted in what really comes out of it rather than in what it claims: entries,
 # unpacked bytes of one and of all, and unpacked over packed size of one entry. Small files of equal bytes
@@ -167,7 +169,8 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
     """
     with _room_in(target.parent, path):
         target.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=target.parent))
+        sweep(target.parent, UNPACKING)
+        scratch, handle = hold(target.parent, UNPACKING)
     try:
         with open_archive(path) as archive:
             left = TOTAL_BYTES
@@ -179,7 +182,7 @@ def extract(path: Path, target: Path, without: Collection[str] = ()) -> None:
         if not target.is_dir():
             raise InputError(f"{target}: cannot be created; choose another working folder")
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        let_go(scratch, handle)
 
 
 def safe_relative(name: str) -> str | None:

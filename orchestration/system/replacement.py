@@ -17,6 +17,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import cache_folder, vouch, whole
+from warmlink.orchestration.shell import command, quoted
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
@@ -88,9 +89,10 @@ class Replacements:
         ]
         if problems:
             told = "; ".join(f"{name} {fault}" for name, fault in problems)
+            example = f"--map {quoted(f'{instance}.{problems[0][0]}')}=NAME"
             raise InputError(
-                f"--replace {instance}={path}: {told}. Where it has another name, say --map "
-                f"{instance}.{problems[0][0]}=NAME; see `warmlink list interface {interface}`"
+                f"--replace {instance}={path}: {told}. Where it has another name, say {example}; see "
+                f"`{command('warmlink', 'list', 'interface', interface)}`"
             )
         renamed = {other: name for name, other in own.items() if name != other}
         return _renamed(path, renamed) if renamed else path

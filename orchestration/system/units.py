@@ -19,6 +19,7 @@ from warmlink.fmus.component.units import BASE_UNITS
 from warmlink.fmus.component.units import unit as modelica_unit
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system import xml
+from warmlink.orchestration.text_files import shortened
 
 ZERO_CELSIUS = 273.15
 """0 degC in K."""
@@ -125,7 +126,8 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
         return IDENTITY
     source, target = meaning(source), meaning(target)
     if source.exponents != target.exponents:
-        raise QuantityError(f"{source.name or '1'} does not convert to {target.name or '1'}")
+        names = (shortened(each.name or "1") for each in (source, target))
+        raise QuantityError(" does not convert to ".join(names))
     if (source.factor, source.offset) == (target.factor, target.offset):
         return IDENTITY
     factor = source.factor / target.factor
@@ -195,7 +197,9 @@ def parse_unit(name: str) -> Unit:
         return Unit(name, (0,) * len(BASE_UNITS))
     if not _WRITTEN.fullmatch(text):
         raise InputError(f"{name!r} is not a unit; define it with a BaseUnit, or write it as in W/(m2.K)")
-    with contextlib.suppress(ValueError):  # one of those that components are declared in needs no pint
+    with contextlib.suppress(
+        ValueError, OverflowError
+    ):  # one of those that components are declared in needs no pint
         known = modelica_unit(name.replace(" ", "").replace("**", "").replace("*", "."))
         exponents = tuple(known.exponents.get(base, 0) for base in BASE_UNITS)
         return Unit(name, exponents, float(known.factor), float(known.offset))

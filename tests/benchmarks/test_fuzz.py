@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis import given as drawn
 from hypothesis import strategies as st
 
-from benchmarks.fuzz import worker
+from benchmarks.fuzz import mutate, worker
 from benchmarks.fuzz.nest import emptied, nest, strays
 from benchmarks.fuzz.targets import TARGETS, Target
 from benchmarks.fuzz.worker import findings, given
@@ -80,6 +80,21 @@ def test_the_same_seed_gives_the_same_inputs(tmp_path: Path) -> None:
     ]
     assert texts[0] == texts[1]
     assert len(set(texts)) == 3
+
+
+def test_quotes_words_and_units_get_into_files_and_pieces_into_others() -> None:
+    table = TARGETS["measured"].files()["measured.csv"]
+    for name in ("quoted", "words", "word_columns", "huge_units"):
+        damaged = [getattr(mutate, name)(Random(number), table) for number in range(20)]
+        assert all(each != table for each in damaged), name
+        assert len(set(damaged)) > 10, name
+    assert all(
+        each.count(b'"') > table.count(b'"') for each in (mutate.quoted(Random(i), table) for i in range(9))
+    )
+    assert all(len(mutate.huge_units(Random(i), table)) > 4000 for i in range(9))
+    other = b"".join(b"a piece of another file, line %d\n" % i for i in range(40))
+    swapped = mutate.swapping(lambda: {"other": other})
+    assert sum(b"another file" in swapped(Random(i), table) for i in range(20)) > 10
 
 
 def test_what_is_wrong_is_told_from_what_is_right(tmp_path: Path) -> None:

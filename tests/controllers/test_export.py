@@ -77,3 +77,57 @@ def test_the_readme_states_the_memory_that_the_struct_takes(
     check = f'#include "{law}.h"\ntypedef char stated[sizeof({law}) == {stated} ? 1 : -1];\n'
     (folder / "size.c").write_text(check, encoding="utf-8")
     subprocess.run([*compilers(platforms_named(None))[0].command, "-c", "size.c"], cwd=folder, check=True)
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize(
+    "law",
+    ["analytic", "lag", "regression", "observer", pytest.param("observer_drift", marks=pytest.mark.slow)],
+)
+def test_readings_that_no_number_should_hold_leave_it_sound(
+    law: str, precision: Precision, tmp_path: Path
+) -> None:
+    """Once a thermometer told 1e20 K, an observer in single precision was never ready again."""
+    component = controllers()[law]
+    core = Core(component, law, precision)
+    folder = written(core, tmp_path)
+    upper = law.upper()
+    wrong = [f"{upper}_{name.upper()}" for name in ("base_temperature", "tip_temperature", "speed", "torque")]
+    starts = ", ".join(repr(float(each.start)) for each in component.inputs)
+    (folder / "wild.c").write_text(
+        f"""#include <math.h>
+#include <stdio.h>
+#include "{law}.h"
+int main(void)
+{{
+    {law}_real u[] = {{{starts}}};
+    const int wrong[] = {{{", ".join(wrong)}, {upper}_AMBIENT_TEMPERATURE}};
+    const {law}_real wild[] = {{({law}_real)1e20, ({law}_real)-1e20, ({law}_real)NAN, ({law}_real)INFINITY}};
+    {law} it;
+    int i, j, k;
+    {law}_init(&it, u{", 0, -1" if core.goes_on else ""});
+    for (k = 0; k < 3000; k++) {{
+        {law}_real now[{upper}_INPUTS];
+        for (i = 0; i < {upper}_INPUTS; i++)
+            now[i] = u[i];
+        for (i = 0; i < 5; i++)
+            now[i] += ({law}_real)(0.1 * ((k * 7 + i * 3) % 11 - 5) / 5.0);
+        j = (k - 100) / 40;
+        if (k >= 100 && k < 900 && k % 40 == 20)
+            now[wrong[j / 4]] = wild[j % 4];
+        {law}_step(&it, now);
+    }}
+    printf("%g %g", (double)it.outputs[{upper}_READY], (double)it.outputs[{upper}_CORRECTION]);
+    return 0;
+}}
+""",
+        encoding="utf-8",
+    )
+    (compiler,) = compilers(platforms_named(None))
+    command = [*compiler.command, "-std=c99", "-O1", "wild.c", f"{law}.c", "-lm"]
+    texts = [(path.name, path.read_bytes()) for path in sorted(folder.glob("*.[ch]"))]
+    program = built(command, texts, folder / "wild")
+    printed = subprocess.run([program], cwd=folder, check=True, capture_output=True, text=True).stdout
+    ready, correction = map(float, printed.split())
+    assert ready == 1.0
+    assert abs(correction) < 2e-6

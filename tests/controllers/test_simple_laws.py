@@ -129,6 +129,30 @@ def test_nan_from_the_start_goes_by_the_surroundings() -> None:
     assert instance.get("correction") == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("by", [3.0, 5.0, -5.0])
+def test_a_step_of_the_base_is_doubted_for_a_while_and_not_for_ever(by: float) -> None:
+    """Beyond `largest_leap` it was left out for good, and the law said ready."""
+    instance = running(ANALYTIC, {"base_temperature": COLD})
+    for k in range(30):
+        instance.step(float(k), 1.0)
+    instance.set({"base_temperature": COLD + by})
+    instance.step(30.0, 1.0)
+    assert (instance.get("distrusted"), instance.get("ready")) == (1.0, 0.0)
+    wait = (abs(by) - 2.0) / 0.05
+    for k in range(31, 34 + round(wait)):
+        instance.step(float(k), 1.0)
+    assert instance.get("distrusted") == 0.0
+    assert math.copysign(1.0, by) * instance.get("predicted_elongation") > 0
+
+
+def test_a_link_that_was_left_warm_is_not_ready_until_its_cold_temperature_is_stated() -> None:
+    """The first reading counted as the cold link's: 90 um off, and ready all the time."""
+    given = {"base_temperature": COLD + 20.0, "ambient_temperature": COLD}
+    assert running(ANALYTIC, given).get("ready") == 0.0
+    assert running(ANALYTIC, {**given, "base_temperature": COLD + 1.0}).get("ready") == 1.0
+    assert running(ANALYTIC, {**given, "ambient_temperature": COLD + 20.0}).get("ready") == 1.0
+
+
 # lag ------------------------------------------------------------------------------------------------------
 
 

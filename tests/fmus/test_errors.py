@@ -1,20 +1,22 @@
-"""The sentence that a user gets."""
-
-import pickle
+"""A refusal is one line, whatever was written in the file."""
 
 import pytest
 
-from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.fmus.errors import InputError
 
 
-@pytest.mark.parametrize("given", ["a\nb", "a\x85b", "a\x0cb", "a\x01b", "a\u2028b"])
-def test_it_is_one_line_whatever_was_given(given: str) -> None:
-    told = str(InputError(f"{given}: no such name"))
-    assert told.isprintable()
-    assert len(told.splitlines()) == 1
-    assert str(pickle.loads(pickle.dumps(InputError(given)))) == str(InputError(given))
+@pytest.mark.parametrize("unit", ["m" * 5000, "µ" * 301, "rad^" * 1250])
+def test_a_word_of_thousands_of_characters_is_shortened(unit: str) -> None:
+    told = str(InputError(f"a.csv: column 'speed [{unit}]' is no speed; write rad/s"))
+    assert len(told) < 200
+    assert told.startswith(f"a.csv: column 'speed [{unit[:60]}")
+    assert told.endswith("... is no speed; write rad/s")
 
 
-def test_what_is_printable_stays_as_it_is() -> None:
-    assert str(InputError("5 µm × 2")) == "5 µm × 2"
-    assert 'pip install "warmlink[fea]"' in str(MissingExtraError("a rod", "fea"))
+def test_a_path_is_told_whole() -> None:
+    told = f"/{'/'.join(['folder'] * 40)}/a.csv: there is no such file"
+    assert str(InputError(told)) == told
+
+
+def test_line_breaks_are_escaped() -> None:
+    assert str(InputError("a\nb.csv: no")) == r"a\nb.csv: no"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +14,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import WRITING, sweep, whole_file
-from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder, temporary_folder
+from warmlink.orchestration.files import fresh_file, fresh_folder, locked_folder, settle, temporary_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
 
@@ -151,3 +153,70 @@ def test_a_temporary_folder_that_cannot_be_made_is_told_in_a_sentence(
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "absent"))
     with pytest.raises(InputError, match=r"cannot be written .*TMPDIR"), temporary_folder():
         pass
+
+
+def test_a_second_writer_is_told_who_is_writing(tmp_path: Path) -> None:
+    process, _ = holding(f"locked_folder(Path({str(tmp_path)!r}))")
+    with pytest.raises(InputError, match=r"another warmlink is writing there") as refused:
+        locked_folder(tmp_path).__enter__()
+    if sys.platform == "linux":
+        assert f"(process {process.pid})" in str(refused.value)
+    kill(process)
+
+
+SWAP = """
+import os, sys
+from pathlib import Path
+from warmlink.orchestration import files
+count = int(sys.argv[1])
+def counted(name):
+    really = getattr(Path, name)
+    def call(*given, **named):
+        global count
+        count -= 1
+        if count < 0:
+            os.kill(os.getpid(), 9)
+        return really(*given, **named)
+    setattr(Path, name, call)
+for name in ("unlink", "rename", "replace", "mkdir", "touch", "rmdir"):
+    counted(name)
+folder = Path("out")
+with files.fresh_folder(folder, lambda: [folder / "a", folder / "b"]) as work:
+    with open(work / "a", "w") as file:
+        file.write("new")
+    os.mkdir(work / "below")
+    with open(work / "below" / "c", "w") as file:
+        file.write("new")
+print(count)
+"""
+
+
+def test_wherever_a_process_is_killed_either_the_old_files_are_there_or_the_new_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "out"
+    seen, count, ended = set(), 0, False
+    while not ended:
+        shutil.rmtree(out, ignore_errors=True)
+        (out / "below").mkdir(parents=True)
+        for name in ("a", "b", "below/c", "others"):
+            (out / name).write_text("old")
+        done = subprocess.run([sys.executable, "-c", SWAP, str(count)], capture_output=True, check=False)
+        ended = done.returncode == 0
+        # Without anything being mended, new ones never stand beside old ones that they replace.
+        at_once = {name: (out / name).read_text() for name in ("a", "b") if (out / name).exists()}
+        assert "new" not in at_once.values() or "b" not in at_once
+        settle(out)
+        found = {name: (out / name).read_text() for name in ("a", "b", "below/c") if (out / name).exists()}
+        assert found in ({"a": "old", "b": "old", "below/c": "old"}, {"a": "new", "below/c": "new"})
+        assert (out / "others").read_text() == "old"
+        seen.add(found["a"])
+        for left in out.glob(f"{WRITING}new-*"):  # was it made just now, somebody may be about to lock it
+            os.utime(left, (1e9, 1e9))
+        with fresh_folder(out):
+            pass  # which replaces nothing, and sweeps
+        assert {path.name for path in out.iterdir()} == {*found, "others", "below"} - {"below/c"}
+        count += 1
+    assert seen == {"old", "new"}
+    assert count > 10

@@ -35,14 +35,17 @@ ALL = "WARMLINK_EVERY_WRITE" in os.environ
 EVERY_WRITE = """
 import ctypes, contextlib, io, json, os, shutil, sys
 from pathlib import Path
-library, folder, stride, *argv = sys.argv[1:]
+library, folder, before, stride, *argv = sys.argv[1:]
 from warmlink.orchestration import cli
 shim = ctypes.CDLL(library)
 shim.full_disk_counters.restype = ctypes.POINTER(ctypes.c_long)
 counters = shim.full_disk_counters()
 def once(fail_at):
     shutil.rmtree(folder, ignore_errors=True)
-    Path(folder).mkdir()
+    if before:
+        shutil.copytree(before, folder)
+    else:
+        Path(folder).mkdir()
     counters[0], counters[1] = 0, fail_at
     out, err = io.StringIO(), io.StringIO()
     sys.argv = ["warmlink", *argv, "--out", folder]
@@ -72,14 +75,17 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def at_every_write(
-    library: Path, tmp_path: Path, *argv: str, stride: int = 1
+    library: Path, tmp_path: Path, *argv: str, stride: int = 1, before: Path | None = None
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """What came of an undisturbed run, and of each in which the disk was full from the k-th write on."""
+    """What came of an undisturbed run, and of each in which the disk was full from the k-th write on.
+
+    What lies in the folder `before` lies in that of the results when a run begins.
+    """
     folder = tmp_path / "full" / "out"
     folder.parent.mkdir()
     environment = {**os.environ, "LD_PRELOAD": str(library), "FULL_DISK": str(folder)}
     done = subprocess.run(
-        [sys.executable, "-c", EVERY_WRITE, str(library), str(folder), str(stride), *argv],
+        [sys.executable, "-c", EVERY_WRITE, str(library), str(folder), str(before or ""), str(stride), *argv],
         cwd=tmp_path,
         env=environment,
         capture_output=True,
@@ -163,3 +169,42 @@ def test_run(library: Path, tmp_path: Path) -> None:
     for each in disturbed:
         check(whole, each, names)
         assert "largest error" in each["out"]
+
+
+def comparable(files: dict[str, str]) -> dict[str, str]:
+    """Files by name, without what differs between runs of the same: how long they took."""
+    metrics = files.get("metrics.json")
+    told = {**json.loads(bytes.fromhex(metrics)), "wall_seconds": 0.0} if metrics else None
+    return {**files, **({"metrics.json": json.dumps(told)} if told else {})}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["run", "simulate"])
+def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
+    library: Path, system: Path, tmp_path: Path, command: str
+) -> None:
+    try:
+        FmuStore("native").files(["ThermalLink"])
+    except InputError as fault:
+        pytest.skip(str(fault))
+    own = {
+        "run": ["run", "windshield_wiper", "--controller", "analytic", "--no-report", "--step", "10 s"],
+        "simulate": ["simulate", str(system), "--no-error-budget"],
+    }[command]
+    before = tmp_path / "before"
+    arguments = [sys.executable, "-m", "warmlink.orchestration.cli", *own, "--out", str(before)]
+    subprocess.run([*arguments, "--stop", "1 min"], check=True, capture_output=True)
+    old = comparable({path.name: path.read_bytes().hex() for path in before.iterdir()})
+    stride = 1 if ALL else 5
+    whole, disturbed = at_every_write(
+        library, tmp_path, *own, "--stop", "2 min", stride=stride, before=before
+    )
+    new = comparable(whole["files"])
+    assert set(new) == set(old)
+    assert all(new[name] != old[name] for name in new)
+    assert len(disturbed) > 1
+    for each in disturbed:
+        assert "Traceback" not in each["err"]
+        assert each["code"] in (1, 2)
+        assert comparable(each["files"]) == old, each["err"]
+        assert "o space left on device" in each["err"]

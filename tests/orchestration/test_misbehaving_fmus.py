@@ -126,6 +126,19 @@ def test_an_fmu_that_changes_what_others_share_is_named_and_changes_no_digit(
     assert pd.read_csv("o/results.csv")[same].equals(whole[same])
 
 
+@pytest.mark.parametrize("stepping", ["plain", "compiled"])
+@pytest.mark.parametrize("status", [10, 19, 20], ids=["rounding", "traps", "small numbers"])
+def test_an_fmu_that_changes_arithmetic_late_is_named_once_and_changes_no_digit(
+    fmu: Path, status: int, stepping: str
+) -> None:
+    assert simulate(two(fmu), *ALONE, "--stepping", stepping).returncode == 0
+    whole = pd.read_csv("o/results.csv")
+    done = simulate(two(fmu, fail_at=0.45, fail_status=status), *ALONE, "--stepping", stepping)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("b: in a step it changed ") == 1
+    assert pd.read_csv("o/results.csv")["a.y [1]"].equals(whole["a.y [1]"])
+
+
 @pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
 def test_what_an_fmu_prints_does_not_mix_with_the_answer(fmu: Path, options: list[str]) -> None:
     done = simulate(two(fmu, fail_at=0.0, fail_status=12), "--json", *options)
@@ -139,6 +152,87 @@ def test_an_fmu_that_forks_leaves_one_run(fmu: Path, options: list[str]) -> None
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["stop_time_s"] == 1.0
     assert rows() == STEPS + 1
+
+
+BOTH = pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "isolated"])
+
+
+@BOTH
+def test_an_fmu_that_writes_into_low_descriptors_reaches_nothing(fmu: Path, options: list[str]) -> None:
+    assert simulate(two(fmu), *ALONE).returncode == 0
+    whole = pd.read_csv("o/results.csv")
+    done = simulate(two(fmu, fail_at=0.45, fail_status=16), *ALONE, *options)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert pd.read_csv("o/results.csv").equals(whole)
+
+
+@BOTH
+def test_an_fmu_that_writes_into_every_descriptor_is_named(fmu: Path, options: list[str]) -> None:
+    done = simulate(two(fmu, fail_at=0.45, fail_status=17), *ALONE, *options)
+    assert done.returncode == 1
+    assert "stopped early: b: crash at 0.4 s: " in done.stderr
+    assert "the FMU writes to descriptors that are not its own" in done.stderr
+    assert rows() == 5
+
+
+RESTORING = ["crash in restore", "exit in restore", "discard in restore", "no state"]
+
+
+def loop_of(fmu: Path, stop: float = 1.0, **values: Value) -> Path:
+    """Two integrators that feed each other, whose stability is looked at after the run."""
+    parts = {"a": Component("a", fmu), "b": Component("b", fmu, {}, dict(values))}
+    wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
+    path = Path("loop.ssp")
+    write_ssp(System("loop", parts, wires, DefaultExperiment(0.0, stop, 1.0 / STEPS)), path)
+    return path
+
+
+@BOTH
+@pytest.mark.parametrize("label", RESTORING)
+def test_an_fmu_that_does_not_go_back_costs_no_values(fmu: Path, label: str, options: list[str]) -> None:
+    done = simulate(loop_of(fmu, label=label), *ALONE, *options)
+    assert done.returncode == 0, done.stderr
+    assert "b: " in done.stderr
+    assert rows() == STEPS + 1
+
+
+def test_an_isolated_fmu_that_hangs_while_it_goes_back_costs_no_values(fmu: Path) -> None:
+    done = simulate(loop_of(fmu, label="hang in restore"), *ALONE, "--isolate", "--time-limit", "2 s")
+    assert done.returncode == 0, done.stderr
+    assert "whether these steps are stable is not known: b: time limit at 0.9 s: restore" in done.stderr
+    assert rows() == STEPS + 1
+
+
+@pytest.mark.parametrize("stepping", ["plain", "compiled"])
+def test_an_fmu_that_cannot_go_back_says_when(fmu: Path, stepping: str) -> None:
+    path = loop_of(fmu, 2.0, label="discard in restore", fail_at=1.55, fail_status=2)
+    done = simulate(path, *ALONE, "--stepping", stepping)
+    assert done.returncode == 1
+    assert "stopped early: b: discard at 1.5 s: fmi2SetFMUState answered discard" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("label", "how"),
+    [
+        ("crash in terminate", "its process died in terminate (signal SIGSEGV), after the run"),
+        ("crash in free", "its process died in terminate (signal SIGSEGV), after the run"),
+        ("hang in free", "terminate has not returned within 2 s; its process was ended, after the run"),
+    ],
+)
+def test_an_isolated_fmu_that_fails_when_it_is_freed_is_named(fmu: Path, label: str, how: str) -> None:
+    done = simulate(two(fmu, label=label), *ALONE, "--isolate", "--time-limit", "2 s", "--json")
+    assert done.returncode == 0, done.stderr
+    assert f"b: {how}; the values are complete" in done.stderr
+    assert len(json.loads(done.stdout)["remarks"]) == 1
+    assert rows() == STEPS + 1
+
+
+def test_an_isolated_fmu_that_writes_beyond_its_memory_is_not_said_to_need_more(fmu: Path) -> None:
+    done = simulate(two(fmu, fail_at=0.45, fail_status=18), *ALONE, "--isolate")
+    assert done.returncode == 1
+    told = "b: crash at 0.4 s: its process died in step (signal SIGABRT; it wrote beyond its memory"
+    assert told in done.stderr
+    assert rows() == 5
 
 
 @pytest.mark.slow

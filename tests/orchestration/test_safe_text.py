@@ -13,12 +13,12 @@ import pytest
 from rich.text import Text
 
 from tests.orchestration.simulated import called
+from warmlink.fmus.safe_text import as_cell, of_cell, printable, printable_json, write_frame
 from warmlink.orchestration import console
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.page import Section, Table, write_page
-from warmlink.orchestration.report.plot import frame_of
-from warmlink.orchestration.safe_text import as_cell, of_cell, printable, printable_json, write_frame
+from warmlink.orchestration.report.recorded import columns_of
 from warmlink.orchestration.scenarios.logged.sheet import read_sheet
 from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, System
 from warmlink.orchestration.system.write import write_ssp
@@ -55,7 +55,7 @@ def test_results_hold_no_formula_and_are_found_by_their_real_names(fmu: Path) ->
     assert not any(cell.startswith(STARTS) for each in header for cell in each.split(";"))
     headings = ["time [s]", *(f"{name}.{output} [1]" for name in FORMULAS for output in ("y", "z"))]
     assert set(headings) <= set(pd.read_parquet("o/results.parquet").columns)
-    assert set(headings) <= set(frame_of("o/results.csv"))
+    assert set(headings) <= set(columns_of("o/results.csv").names)
     assert {name for name in read_sheet(Path("o/results.csv")).headers if name[0] in "@+-="}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.argv", ["warmlink", "plot", "o/results.csv", "@SUM.y", "--out", "p.html"])
@@ -83,7 +83,7 @@ def test_names_reach_no_terminal_raw(fmu: Path, capfd: pytest.CaptureFixture[str
     assert not RAW.search(out + err)
     assert "c\\u202ed.y" in out
     assert "c\\u202ed.y" in err
-    assert set(frame_of("o").columns) >= {f"{name}.y [1]" for name in STEERING}
+    assert set(columns_of("o").names) >= {f"{name}.y [1]" for name in STEERING}
 
 
 @pytest.mark.parametrize("raw", STEERING)

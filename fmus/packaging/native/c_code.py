@@ -159,6 +159,9 @@ class _Body:
         needed, lines = {name for name, (size, _) in self._vectors.items() if not size}, list[str]()
         for text, makes in reversed(self._statements):
             if not makes or not needed.isdisjoint(makes):
+                for name in (made for made in makes if made[0] == "p" and made not in needed):
+                    # Of a call's results that may be its arguments nobody asks for this one.
+                    text = re.sub(rf"const [^\n]* \*{name}=[^\n]*;\n  | {name}={name[1:]};", "", text)
                 needed.update(re.findall(r"\w+", text))
                 lines += [text, *(self._vectors[name][1] for name in makes if name in self._vectors)]
         return lines[::-1]

@@ -9,7 +9,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -18,6 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import kept
 from warmlink.fmus.packaging.native.library import FLAGS
@@ -114,13 +114,13 @@ class Compiler:
 
     def made(self, target: str, files: Mapping[str, bytes], arguments: Sequence[str]) -> bytes:
         """File that the compiler makes of others, in a folder of their own; InputError if it fails."""
-        with tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+        with scratch_folder() as work:
             for name, content in files.items():
-                (Path(work) / name).write_bytes(content)
+                (work / name).write_bytes(content)
             command = [*self.command, *self.flags, *arguments]
             done = subprocess.run(command, cwd=work, capture_output=True, text=True, errors="replace")
             if done.returncode == 0:
-                return (Path(work) / target).read_bytes()
+                return (work / target).read_bytes()
         errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
         reason = (errors or done.stderr.splitlines() or ["no message"])[0]
         raise InputError(f"{self.command[0]}: cannot compile for {self.platform.name}: {reason.strip()}")
@@ -212,7 +212,7 @@ def _object(
 @cache
 def _version(command: tuple[str, ...]) -> bytes:
     """What a compiler says of its version; zig leaves a file (`a.o`) where it is asked for macOS."""
-    with suppress(OSError), tempfile.TemporaryDirectory(prefix="warmlink-") as work:
+    with suppress(OSError), scratch_folder() as work:
         return subprocess.run([*command, "--version"], cwd=work, capture_output=True).stdout
     return b""
 

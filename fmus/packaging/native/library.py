@@ -5,11 +5,11 @@ import ctypes
 import os
 import platform
 import sys
-import tempfile
 from functools import cache, lru_cache
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import scratch_folder
 
 # Numbers are the same on every machine: no fused multiply-add, no liberties with NaN, no x87.
 FLAGS = (
@@ -27,9 +27,8 @@ def made_here() -> tuple[object, ...]:
 @lru_cache(maxsize=16)
 def loaded(library: bytes) -> ctypes.CDLL:
     """A library, loaded from its contents; InputError where the system does not allow that."""
-    # Windows keeps the file of a loaded library.
-    with tempfile.TemporaryDirectory(prefix="warmlink-", ignore_cleanup_errors=True) as folder:
-        file = Path(folder) / "library"
+    with scratch_folder() as folder:  # Windows keeps the file of a loaded library
+        file = folder / "library"
         try:
             file.write_bytes(library)
             return ctypes.CDLL(str(file))

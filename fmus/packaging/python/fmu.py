@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import importlib
 import importlib.resources
 import importlib.util
 from collections.abc import Callable, Iterable, Iterator
@@ -24,7 +25,10 @@ from warmlink.fmus.packaging.beside import files_beside
 from warmlink.fmus.packaging.model_description import model_description
 from warmlink.fmus.syntax import parsed
 
-_PREFIX = "warmlink."
+_FACE = "warmlink"
+"""The package of the public names, which no FMU needs: each name is imported from where it is declared."""
+
+_PREFIX = f"{_FACE}."
 _EXPORTER = "pythonfmu"
 _FOR_TYPES = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 """Conditions under which a type checker alone reads what follows."""
@@ -132,6 +136,9 @@ class _Module:
         for statement in (each for each, runs in _import_statements(self.source).items() if runs):
             parent = ""
             if isinstance(statement, ast.ImportFrom):
+                if _is_of_the_face(statement):
+                    yield from (_home(alias.name) for alias in statement.names)
+                    continue
                 parent = statement.module or ""
                 if statement.level:
                     parent = importlib.util.resolve_name("." * statement.level + parent, self.package)
@@ -150,7 +157,7 @@ def bundle(roots: tuple[str, ...], stem: str) -> Bundle:
     waiting = list(roots)
     while waiting:
         name = waiting.pop()
-        if name in modules or name.partition(".")[0] not in own:
+        if name in modules or name == _FACE or name.partition(".")[0] not in own:
             continue
         path = _located(name)
         if path is not None:
@@ -199,6 +206,18 @@ def _import_statements(source: bytes) -> dict[ast.Import | ast.ImportFrom, bool]
     return {each: each not in idle for each in every if isinstance(each, ast.Import | ast.ImportFrom)}
 
 
+def _is_of_the_face(statement: ast.ImportFrom) -> bool:
+    """Whether it is `from warmlink import ...`, of public names and not of the folders."""
+    folders = ("fmus", "controllers", "orchestration")
+    names = [alias.name for alias in statement.names]
+    return not statement.level and statement.module == _FACE and not any(name in folders for name in names)
+
+
+def _home(name: str) -> str:
+    """Module that declares a public name of warmlink."""
+    return str(getattr(importlib.import_module(_FACE), name).__module__)
+
+
 def _renamed(name: str, package: str) -> str:
     return f"{package}.{name.removeprefix(_PREFIX)}"
 
@@ -214,6 +233,13 @@ def _rewritten(module: _Module, package: str, own: set[str]) -> bytes:
                     f"{module.name}, line {statement.lineno}: 'import {bundled[0]}' cannot be bundled; "
                     f"write 'from {bundled[0].rpartition('.')[0] or bundled[0]} import ...'"
                 )
+        elif _is_of_the_face(statement):
+            homes = [(_renamed(_home(alias.name), package), ast.unparse(alias)) for alias in statement.names]
+            row, last = statement.lineno - 1, statement.end_lineno or statement.lineno
+            lines[row] = lines[row][: statement.col_offset] + "; ".join(
+                f"from {home} import {name}" for home, name in homes
+            )
+            lines[row + 1 : last] = [""] * (last - row - 1)
         elif not statement.level and statement.module and statement.module.partition(".")[0] in own:
             row, column = statement.lineno - 1, statement.col_offset
             old, new = f"from {statement.module}", f"from {_renamed(statement.module, package)}"

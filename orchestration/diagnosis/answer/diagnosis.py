@@ -13,6 +13,7 @@ from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
+from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
@@ -92,8 +93,8 @@ class Diagnosis:
 
     @cached_property
     def proposed(self) -> Proposed | None:
-        """The next experiment, where the data leave something open."""
-        is_open = self.verdict in ("ambiguous", "unknown", "empirical")
+        """The next experiment, where the data leave something open; none before a slip is mended."""
+        is_open = self.verdict in ("ambiguous", "unknown", "empirical") and not self.slips
         return next_experiment(self.assessment, self.experiment) if is_open else None
 
     @cached_property
@@ -115,6 +116,15 @@ class Diagnosis:
     def missing_heat(self) -> tuple[MissingHeat, ...]:
         """When and where heat is missing, where no cause is established."""
         return missing_heat(self.assessment) if self.assessment.word == "unknown" else ()
+
+    @cached_property
+    def slips(self) -> tuple[str, ...]:
+        """Sentences on likely slips of the log, the first thing to look at."""
+        found = slips(self.experiment)
+        if self.verdict == "adequate":
+            return found.unlogged
+        missing = found.lacking if self.verdict in ("unknown", "empirical") and not found.wrong else ()
+        return (*found.certain, *missing)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:

@@ -76,6 +76,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             for each in diagnosis.missing_heat
         ],
         "hint": None if hint is None else {**asdict(hint), "sentence": hint.sentence},
+        "slips": list(diagnosis.slips),
         "doubts": list(diagnosis.doubts),
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},

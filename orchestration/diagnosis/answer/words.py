@@ -22,9 +22,10 @@ from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 def summary(diagnosis: Diagnosis) -> str:
     """Say in at most ten lines of plain words what was found; of a calibration all that was calibrated."""
-    if not diagnosis.experiment.catalogue:
+    if diagnosis.experiment.only_calibrated or not diagnosis.experiment.catalogue:
         return _calibrated(diagnosis)
-    lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", _verdict_line(diagnosis)]
+    lines = [f"{diagnosis.experiment.title}: {diagnosis.verdict}", *_slip_lines(diagnosis)]
+    lines.append(_verdict_line(diagnosis))
     name = max(diagnosis.wrong, key=lambda each: diagnosis.wrong[each].rmse / diagnosis.wrong[each].noise)
     wrong = wrong_entries(diagnosis, diagnosis.wrong)[name]
     when = f", worst {wrong['when'][0]}" if wrong["when"] else ""
@@ -46,11 +47,19 @@ def summary(diagnosis: Diagnosis) -> str:
     return "\n".join(lines[:10])
 
 
+def _slip_lines(diagnosis: Diagnosis) -> list[str]:
+    return [f"Likely slip: {each}." for each in diagnosis.slips[:3]]
+
+
 def _calibrated(diagnosis: Diagnosis) -> str:
     told = "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
     if diagnosis.verdict == "adequate":
         told = "The calibrated model explains the data to within their noise."
-    lines = [f"{diagnosis.experiment.title}: calibrated", diagnosis.judged[1] or told]
+    lines = [
+        f"{diagnosis.experiment.title}: calibrated",
+        *_slip_lines(diagnosis),
+        diagnosis.judged[1] or told,
+    ]
     for each in calibration(diagnosis):
         text = _number(each.name, "=", asdict(each)) + ", of which the data say nothing" * each.unknown
         text += f", not told apart from {', '.join(each.alike)}" if each.alike else ""

@@ -100,7 +100,7 @@ def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experim
                 raise InputError(
                     f"{run.name}: column {column.header!r} is empty; axis {number} needs its readings"
                 )
-            scatter[name] = row_noise(readings)
+            scatter[name] = row_noise(run.time, readings)
             filled = np.interp(run.time, run.time[read], readings[read])
             inputs[name] = over_steps(smoothed(run.time, filled, changes))
             columns.append(replace(column, variable=name))

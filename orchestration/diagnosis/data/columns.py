@@ -13,6 +13,7 @@ from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.replacement import Replacements
 
 _DATE = "date"
@@ -52,7 +53,7 @@ def said(
     """What `--unit`, `--map` and `--decimal` say; raises InputError where one does not have its form."""
     for text in names:
         if "=" not in text:
-            raise InputError(f'--map {text}: no name; write --map "{text}=VARIABLE"')
+            raise InputError(f"--map {text}: no name; write --map {quoted(f'{text}=VARIABLE')}")
     common = [text.strip() for text in units if "=" not in text]
     of_columns = _stripped(text.partition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
@@ -103,7 +104,7 @@ class Assignment:
                 what = "times" if place.variable == TIME else place.variable
                 raise InputError(
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
-                    f'one out with --map "{two}="'
+                    f"one out with --map {quoted(f'{two}=')}"
                 )
         # A current beside the torque would count twice; a pad's power acts where no temperature is.
         for first, *others in self._rig.driven_by:
@@ -122,7 +123,7 @@ class Assignment:
         rising = [name for i, (name, _) in enumerate(self._headings) if self._may_be_time(i)]
         told = "add the times of the rows, headed 'time [s]'"
         if rising:
-            told = f"head it as 'time [s]', or say which it is with --map \"{rising[0]}=time\""
+            told = f"head it as 'time [s]', or say which it is with --map {quoted(f'{rising[0]}=time')}"
         raise InputError(f"{self._sheet.name}: there is no time column; {told}")
 
     def _may_be_time(self, column: int) -> bool:
@@ -161,7 +162,7 @@ class Assignment:
             if fitting:
                 best = max(fitting, key=alike.__getitem__)
                 del free[best]
-                maps.append(f'--map "{name}={best}"')
+                maps.append(f"--map {quoted(f'{name}={best}')}")
         return " ".join(maps) or f'--map "COLUMN={next(iter(free), "VARIABLE")}"'
 
     def signals(self) -> list[Place]:
@@ -265,11 +266,13 @@ class Assignment:
             return
         names = [self._headings[column][0] for column in meant]
         guesses = [f"{self._sheet.headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
-        maps = [f'--map "{name}={guess}"' for name, guess in zip(names, meant.values(), strict=True)]
+        maps = [
+            f"--map {quoted(f'{name}={guess}')}" for name, guess in zip(names, meant.values(), strict=True)
+        ]
         noun, verb, one = ("columns", "are", "one") if len(meant) > 1 else ("column", "is", "it")
         raise InputError(
             f"{self._sheet.name}: {noun} {', '.join(guesses)} {verb} not known; say {' '.join(maps)}, or "
-            f'leave {one} out with --map "{names[0]}="'
+            f"leave {one} out with --map {quoted(f'{names[0]}=')}"
         )
 
     def _guess(self, column: int, absent: Mapping[str, str]) -> str | None:

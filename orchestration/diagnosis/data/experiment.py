@@ -123,6 +123,7 @@ class Experiment:
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
     declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
+    only_calibrated : whether no cause is looked for, though what causes may do is no noise all the same
     """
 
     title: str
@@ -137,6 +138,7 @@ class Experiment:
     remarks: tuple[str, ...] = ()
     declared: tuple[Cause, ...] = ()
     with_shipped: bool = True
+    only_calibrated: bool = False
 
     @property
     def catalogue(self) -> tuple[Cause, ...]:
@@ -151,13 +153,13 @@ class Experiment:
 
 
 def calibrating(experiment: Experiment) -> Experiment:
-    """The same without any causes; raises InputError where nothing is calibrated."""
+    """The same, to look for no cause; raises InputError where nothing is calibrated."""
     if not experiment.calibrated:
         raise InputError(
             f"--calibrate-only: {experiment.title} calibrates nothing; name under [calibrate] in an "
             'experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
         )
-    return replace(experiment, declared=(), with_shipped=False)
+    return replace(experiment, only_calibrated=True)
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:

@@ -17,10 +17,13 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
 from warmlink.orchestration.scenarios.setup import CELL
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
 """What a pad that is not there is assumed to be."""
+
+_PADS = ("pad_temperature", "pad_power")
 
 _AMBIENT = "ambient_temperature"
 """Surrounds a run, and drives none."""
@@ -65,7 +68,9 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     calibrated = {each.variable for each in experiment.calibrated}
     for name, text in settings.items():
         if name not in system.parameters:
-            raise InputError(f"--set {name}={text}: is an input; write --assume {name}={text}")
+            raise InputError(
+                f"--set {name}={text}: is an input; write --assume {quoted(name)}={quoted(text)}"
+            )
         if name in calibrated:
             raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
     known, runs = {**experiment.known, **given}, []
@@ -92,7 +97,7 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     given = [_assumption(experiment, text) for text in assumed]
     runs = []
     for run in experiment.runs:
-        lacking = [each for each in given if not _is_given(experiment, run, each[0])]
+        lacking = [each for each in given if not is_given(experiment, run, each[0])]
         constant = {name: np.full(run.time.size, value) for name, value in lacking}
         runs.append(replace(run, inputs={**run.inputs, **constant}))
     experiment = replace(experiment, runs=tuple(runs))
@@ -116,14 +121,14 @@ def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
     if variable not in system.externals:
         names = [system.column_of(each) for group in system.driven_by for each in group]
         raise InputError(f"{where}: {name} is no input; {instead(name, names)}")
-    if all(_is_given(experiment, run, variable) for run in experiment.runs):
+    if all(is_given(experiment, run, variable) for run in experiment.runs):
         raise InputError(f"{where}: every run has this input; leave the assumption out")
     if variable.endswith("pad_temperature") and written == OFF:
         return variable, np.nan
     return variable, to_si(written, system.variables[variable], where)
 
 
-def _is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:
+def is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:
     """Whether a run, or the experiment for all, says what one of some inputs is."""
     system = experiment.rig
     said = {*run.inputs, *run.known, *experiment.known, *(each.variable for each in experiment.calibrated)}
@@ -135,7 +140,7 @@ def _refuse_undriven(experiment: Experiment) -> None:
     driving = [group for group in experiment.rig.driven_by if not group[0].endswith(_AMBIENT)]
     names = [experiment.rig.column_of(group[0]) for group in driving]
     for run in experiment.runs if driving else ():
-        if not any(_is_given(experiment, run, *group) for group in driving):
+        if not any(is_given(experiment, run, *group) for group in driving):
             still = " ".join(f"--assume {name}={_neutral(experiment.rig, name)[1]}" for name in names)
             raise InputError(
                 f"{run.name}: nothing drives the run: there is no column {' or '.join(names)}; add what was "
@@ -147,13 +152,26 @@ def _absent(experiment: Experiment) -> list[str]:
     """Remarks on inputs that nobody logged, with the values they are given."""
     remarks = []
     for group in experiment.rig.driven_by:
-        if without := [run.name for run in experiment.runs if not _is_given(experiment, run, *group)]:
+        if without := [run.name for run in experiment.runs if not is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
             value, option = _neutral(experiment.rig, name)
             whose = f"{listed(without)}: " if len(experiment.runs) > 1 else ""
             told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
             remarks.append(whose + told)
     return remarks
+
+
+def absent_drives(experiment: Experiment) -> list[str]:
+    """Sentences on inputs that make heat by working and that nobody logged, in runs where others do."""
+    found = []
+    for group in experiment.rig.driven_by:
+        works = not group[0].endswith((_AMBIENT, *_PADS))
+        if works and not all(is_given(experiment, run, *group) for run in experiment.runs):
+            names = " or ".join(experiment.rig.column_of(each) for each in group)
+            name = experiment.rig.column_of(group[0])
+            told = f"{names} was not logged and makes no heat in the simulation: log it"
+            found.append(f"{told}, or say that it was 0 (--assume {name}=0)")
+    return found
 
 
 def _paused(experiment: Experiment) -> list[str]:

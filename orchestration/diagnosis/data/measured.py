@@ -211,7 +211,7 @@ def read_run(
         columns[kind].append(column)
     _refuse_empty(sheet.name, found["reading"], assigned, rig)
     used = tuple(each for kind in columns.values() for each in kind)
-    inputs, readings, slips = without_slips(sheet, used, found["input"], found["reading"])
+    inputs, readings, slips = without_slips(sheet, time, used, found["input"], found["reading"])
     run = Run(
         source.stem if isinstance(source, Path) else "data",
         time,

@@ -5,51 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.signals import quantum, row_noise
+from warmlink.orchestration.diagnosis.data.outliers import outliers
 from warmlink.orchestration.scenarios.logged.cells import Column, Rows
 from warmlink.orchestration.scenarios.logged.sheet import Sheet
 from warmlink.orchestration.system.units import parse_unit
 
-_LONGEST = 3
-"""Rows for which a reading may be away and come back."""
-
-_FAR, _LEAP = 20.0, 5.0
-"""Standard deviations of the noise, and multiples of the largest usual step, that a leap is at least."""
-
-_USUAL = 0.98
-"""Share of all steps from row to row that are usual."""
-
-_BACK = 0.25
-"""Share of a leap by which the reading may differ afterwards from what it was before."""
+_FALLEN = 5.0
+"""Multiple of its usual spread by which a temperature differs in a row of zeros."""
 
 _MOST_NAMED = 8
-
-
-def leaping(values: Array) -> Rows:
-    """Rows in which a reading is far from those before and after, which go on as if nothing had been.
-
-    Heat makes no such course: what leaps within a row would have to leap back within three. Unlike spikes
-    that thinning removes, these are no matter of judgement.
-    """
-    rows = np.flatnonzero(np.isfinite(values))
-    read = values[rows]
-    if read.size < 4 * _LONGEST:
-        return rows[:0]
-    steps = np.diff(read)
-    step = max(quantum(values), 1e-9 * float(np.abs(read).max()))
-    limit = max(_FAR * max(row_noise(values), step / 2), _LEAP * float(np.quantile(np.abs(steps), _USUAL)))
-    found = np.zeros(read.size, dtype=bool)
-    away = np.flatnonzero(np.abs(steps) > limit)
-    for first in away.tolist():
-        for last in range(first + 1, min(first + _LONGEST, steps.size - 1) + 1):
-            least = min(abs(steps[first]), abs(steps[last]))
-            leaps_back = least > limit and steps[first] * steps[last] < 0
-            if leaps_back and abs(read[last + 1] - read[first]) < _BACK * least and not found[first]:
-                found[first + 1 : last + 1] = True
-                break
-    return rows[found]
 
 
 def zeros(signals: Sequence[tuple[Column, Array]], temperatures: Sequence[Array]) -> Rows:
@@ -61,16 +28,20 @@ def zeros(signals: Sequence[tuple[Column, Array]], temperatures: Sequence[Array]
     rows = np.flatnonzero(nothing)
     usual = [np.nanmedian(each) for each in temperatures if np.isfinite(each).any()]
     fallen = [
-        abs(each[rows] - middle) > _LEAP * max(1.0, 1.4826 * float(np.nanmedian(abs(each - middle))))
+        abs(each[rows] - middle) > _FALLEN * max(1.0, 1.4826 * float(np.nanmedian(abs(each - middle))))
         for each, middle in zip(temperatures, usual, strict=False)
     ]
     return rows[np.any(fallen, axis=0)] if fallen and 2 * rows.size < nothing.size else rows[:0]
 
 
 def without_slips(
-    sheet: Sheet, columns: Sequence[Column], inputs: Mapping[str, Array], readings: Mapping[str, Array]
+    sheet: Sheet,
+    time: Array,
+    columns: Sequence[Column],
+    inputs: Mapping[str, Array],
+    readings: Mapping[str, Array],
 ) -> tuple[dict[str, Array], dict[str, Array], list[str]]:
-    """Inputs and readings without such rows, and what is to be said of them.
+    """Inputs and readings without such rows, and what is to be said of them; `time` is in s.
 
     A reading is missing there; an input keeps the value before, or in the first row takes the one after.
     """
@@ -89,8 +60,11 @@ def without_slips(
             inputs[name][empty] = values[source]
         told = "taken for missing values, as the logger was not ready or had lost the connection"
         remarks.append(f"{sheet.name}: {_named(sheet, empty)}: nothing but zeros, {told}")
+    driven = (
+        np.flatnonzero(np.any([_leaps(values) for values in inputs.values()], axis=0)) if inputs else None
+    )
     for column in columns:
-        if column.variable in readings and (away := leaping(readings[column.variable])).size:
+        if column.variable in readings and (away := outliers(time, readings[column.variable], driven)).size:
             values = readings[column.variable]
             near = np.interp(away, *_others(values, away))
             by = float(np.max(np.abs(values[away] - near))) / parse_unit(column.unit).factor
@@ -101,6 +75,11 @@ def without_slips(
                 f"{unit}, as no heat does; taken for missing values, so look at its wiring"
             )
     return inputs, readings, remarks
+
+
+def _leaps(values: Array) -> NDArray[np.bool_]:
+    """Whether an input has another value than in the row before, shape (rows,)."""
+    return np.append(False, np.diff(np.nan_to_num(values, nan=-1.0)) != 0)
 
 
 def _others(values: Array, away: Rows) -> tuple[Rows, Array]:

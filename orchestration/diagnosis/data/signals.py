@@ -46,14 +46,20 @@ def quantum(values: Array) -> float:
     return step if on_lattice.mean() > 0.95 and np.mean(whole == 1) > 0.5 else 0.0
 
 
-def row_noise(values: Array) -> float:
-    """White noise of a slow signal from its second differences, whose variance is six times as large."""
-    filled = values[np.isfinite(values)]
+def row_noise(times: Array, values: Array) -> float:
+    """White noise of a slow signal from row to row: how far readings lie from the line between neighbours.
+
+    It owes nothing to any model, shape (n,) each, NaN where there is no reading.
+    """
+    there = np.isfinite(values)
+    at, filled = times[there], values[there]
     if filled.size <= 3:
         return 0.0
-    bend = np.abs(np.diff(filled, 2))
+    share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
+    off = filled[1:-1] - (1 - share) * filled[:-2] - share * filled[2:]
+    bend = np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2)
     trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2)))) / np.sqrt(6)
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
 
 
 def repeats(values: Array) -> Rows:

@@ -6,16 +6,12 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import quantum, row_noise
-from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 
 FIRST = 60.0
 """s whose readings tell the start."""
 
 _MOST_BENT = 4
 """Highest power of time in the course of the first readings."""
-
-_BEGINS = 2
-"""Last row that is no spike, however far it lies from the next ones: heating may begin at once."""
 
 _WORTH = 9.0
 """By how much chi-square has to fall for a further power."""
@@ -41,12 +37,10 @@ def at_start(time: Array, values: Array) -> float | None:
     """
     step = quantum(values)
     read = np.isfinite(values) & (time <= FIRST)
-    spikes = spike_rows(values, step)
-    read[spikes[spikes > _BEGINS]] = False
     times, readings = time[read], values[read]
     if not readings.size:
         return None
-    noise = max(row_noise(values), step / np.sqrt(12), 1e-9 * float(np.abs(readings).max()))
+    noise = max(row_noise(time, values), step / np.sqrt(12), 1e-9 * float(np.abs(readings).max()))
     count = readings.size
     while True:
         start, credible = _intercept(times[:count], readings[:count], noise)

@@ -1,4 +1,4 @@
-"""Measured rows made ready for statistics: spikes removed, dense rows averaged."""
+"""Measured rows made ready for statistics: dense rows are averaged, and their scatter is told."""
 
 from __future__ import annotations
 
@@ -17,11 +17,6 @@ MOST_ROWS = 400
 
 SHORTEST = 5.0
 """s; rows that follow faster are averaged."""
-
-SPIKE = 6.0
-"""Robust standard deviations from the running median at which a reading is a spike."""
-
-_WINDOW = 7
 
 _FEWEST_POINTS = 6
 """Fewest times at which a block of many rows is simulated; in a long block they are `SHORTEST` apart."""
@@ -74,12 +69,10 @@ class Thinned:
 
 
 def thinned(run: Run, variables: Sequence[str]) -> Thinned:
-    """Remove spikes from a run and average its rows where they are dense."""
+    """Average a run's rows where they are dense."""
     table = np.column_stack([run.readings.get(v, np.full(run.time.size, np.nan)) for v in variables])
     quanta = np.array([quantum(column) for column in table.T])
-    for column, step in zip(table.T, quanta, strict=True):
-        column[spike_rows(column, step)] = np.nan
-    scatter = np.array([row_noise(column) for column in table.T])
+    scatter = np.array([row_noise(run.time, column) for column in table.T])
     span = min(float(run.time[-1]), run.fit_until)  # so that held-out rows are averaged alike
     spacing = float(np.median(np.diff(run.time)))
     length = max(SHORTEST, span / MOST_ROWS)
@@ -136,39 +129,3 @@ def _points(
     all_of_them = (count > most)[:, None, None] | ~read.any(axis=1, keepdims=True)
     used = np.where(all_of_them, used, read)
     return within, used / np.maximum(used.sum(axis=1, keepdims=True), 1)
-
-
-def spike_rows(values: Array, step: float) -> Rows:
-    """Rows of isolated readings far from the running median of their neighbours, and from their slope.
-
-    The median follows a monotone course exactly, so that slow heat makes no spikes; with the slope taken
-    out the neighbours of a spike on a steep course do not look wild as well.
-    """
-    import pandas as pd
-
-    rows = np.flatnonzero(np.isfinite(values))
-    if rows.size < 3 * _WINDOW:
-        return rows[:0]
-    filled = values[rows]
-    half = _WINDOW // 2
-    course = pd.Series(filled).rolling(_WINDOW, center=True).median().to_numpy(copy=True)
-    course[:half], course[-half:] = _line(filled[:_WINDOW])[:half], _line(filled[-_WINDOW:])[-half:]
-    away = np.abs(filled - course)
-    limit = max(SPIKE * max(row_noise(filled), step / np.sqrt(12)), 1.5 * step, 1e-12)
-    inner = np.flatnonzero(away[half:-half] > limit)
-    near = np.lib.stride_tricks.sliding_window_view(filled, _WINDOW)[inner]
-    slope = np.median(np.diff(near, axis=1), axis=1)
-    straight = np.median(near - slope[:, None] * (np.arange(_WINDOW) - half), axis=1)
-    away[inner + half] = np.minimum(away[inner + half], np.abs(near[:, half] - straight))
-    suspects = np.flatnonzero(away > limit)
-    # A course that really jumps stays away: a spike's neighbours do not.
-    lonely = [i for i in suspects if np.sum(np.abs(suspects - i) <= 2) <= 2]
-    return rows[np.array(lonely, dtype=np.int64)]
-
-
-def _line(values: Array) -> Array:
-    """Line through the ends of a run, where no median has neighbours on both sides (Theil and Sen)."""
-    place = np.arange(values.size)
-    a, b = np.triu_indices(values.size, 1)
-    slope = float(np.median((values[b] - values[a]) / (b - a)))
-    return np.asarray(slope * place + np.median(values - slope * place), dtype=np.float64)

@@ -23,6 +23,9 @@ _INNER = ("plant", "input", "place")
 _START, _PER_KELVIN = 10.0, 1e-5
 """K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
 
+_DENIED, _DENIED_LEAST = 10.0, 0.5
+"""Scatter of the readings, and K at least, by which the first ones deny a start that was given."""
+
 
 @dataclass(frozen=True)
 class Freed:
@@ -158,17 +161,29 @@ class Candidates:
 
     @cached_property
     def _starts(self) -> tuple[Freed, ...]:
-        """What a measured start leaves open: temperatures at the start of each run, and the camera's zero."""
-        if not self.experiment.initial_measured:
+        """What a measured start leaves open: temperatures at the start of each run, and the camera's zero.
+
+        So does a start that is given and that the first readings deny, where no cause is there to say so.
+        """
+        if not (self.experiment.initial_measured or self.experiment.only_calibrated):
             return ()
         stated = {each.variable for each in self.experiment.calibrated}
         return tuple(
             Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
-            for name in (*initial_values(self.experiment.rig, run, self.known(run)), *self._camera_offsets)
+            for name in self._open_at_start(i, run)
             if name in self.slots and name not in stated
             for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
         )
+
+    def _open_at_start(self, i: int, run: Run) -> list[str]:
+        """Names of what a run's start leaves open."""
+        read = initial_values(self.experiment.rig, run, self.known(run))
+        if self.experiment.initial_measured:
+            return [*read, *self._camera_offsets]
+        least = max(_DENIED * float(max(self.data[i].scatter, default=0.0)), _DENIED_LEAST)
+        given = {name: float(self.neutral[i][self.slots.index(name)]) for name in read if name in self.slots}
+        return [name for name, start in given.items() if abs(read[name] - start) > least]
 
     @cached_property
     def items(self) -> tuple[Item, ...]:
@@ -176,6 +191,8 @@ class Candidates:
 
         Where there is no motor, warmer air at the link is warmer air everywhere: such twins are offered once.
         """
+        if self.experiment.only_calibrated:
+            return ()
         unlike: dict[tuple[object, ...], Item] = {}
         starts = {slot for freed in self._starts for slot in freed.slots}
         for item in (item for offer in self._offered for item in self._items_of(*offer)):

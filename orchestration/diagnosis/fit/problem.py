@@ -35,6 +35,9 @@ _PARTS = 2
 """Of the time between two rows, in each of which a leap is simulated to come sooner; one more where the log
 has gaps."""
 
+_PAUSED = 1.2
+"""Usual times between rows that a pause may last without its leaps coming sooner than all of them alike."""
+
 _AT_ONCE = 12
 """Leaps that are simulated together, at most: each takes memory for all states."""
 
@@ -167,8 +170,8 @@ class Problem(Candidates):
         table = self._mean(i, np.concatenate([self._finest[i].sooner(z, e, parts) for e in some], axis=2))
         table = table.reshape(*table.shape[:2], rows.size, parts)
         sooner = run.time[rows] - parts_before(run, rows, parts)[::-1]
-        each = [table[:, :, k] @ root_of(np.cov(_after(ends).T)) for k, ends in enumerate(sooner.T)]
         usual = np.median(np.diff(run.time)) * np.append(0.0, np.linspace(0.5, 1.0, parts))
+        each = [table[:, :, k] @ root_of(_spread(ends, usual[-1])) for k, ends in enumerate(sooner.T)]
         alike, after = np.minimum(1, np.diff(usual)[:, None] / np.diff(sooner, axis=0)), _after(usual)
         together = np.einsum("torp,pr->top", table, alike) @ root_of(after.T @ after / len(after))
         return np.concatenate([*each, together], axis=2)
@@ -226,6 +229,17 @@ class Problem(Candidates):
             Readings(simulation(run, grid), self.variables, self.outer, self.data[i].within.ravel())
             for i, (run, grid) in enumerate(zip(self.experiment.runs, grids, strict=True))
         ]
+
+
+def _spread(ends: Array, usual: float) -> Array:
+    """Covariance of the parts that come after a leap at any time, shape (parts, parts).
+
+    That all leaps come sooner alike, by half of the usual time between rows, is told apart from it. After a
+    longer pause the leap comes sooner still: its mean is not known any better than the leap itself.
+    """
+    after = _after(ends)
+    mean = after.mean(axis=0) * max(0.0, 1 - _PAUSED * usual / ends[-1])
+    return np.asarray(np.atleast_2d(np.cov(after.T)) + np.outer(mean, mean))
 
 
 def _after(ends: Array) -> Array:

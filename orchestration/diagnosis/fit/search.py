@@ -74,7 +74,8 @@ class Search:
         self._chances: dict[frozenset[str], float] = {}
         self._place = {item.title: i for i, item in enumerate(fitter.problem.items)}
         self._progress, self._before = progress, before
-        self.add(fitter.fit(()))
+        begun = before.get(frozenset())
+        self.add(fitter.fit((), begun.values if begun else None))
 
     @property
     def null(self) -> Fit:

@@ -12,6 +12,7 @@ import numpy as np
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.calibrated import calibrated
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
@@ -42,6 +43,9 @@ _GRID = 100.0
 
 _ARRIVED, _MOST_REFINED = 1.0, 3
 """Standard deviations that a fit may move once the grid's error is taken out anew, and how often it is."""
+
+_MOST_CALIBRATED = 3
+"""Times that the noise is estimated anew after a calibration, which it may move."""
 
 _LIKE_STATED = 0.7
 """Ratio of the scatter to the stated noise above which the stated figure adds nothing."""
@@ -95,11 +99,16 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     noise = _noise(problem, None)
     # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
     artefact = problem.artefact(begun, noise)
+    before: dict[frozenset[str], Fit] = {}
     if problem.calibrated:
-        calibrated = Fitter(problem, noise).fit(())
-        _refine(problem, calibrated)
-        noise = _noise(problem, calibrated)
-    search = _search(problem, noise, (), progress)
+        for _ in range(_MOST_CALIBRATED):
+            fit = calibrated(Fitter(problem, noise), progress)
+            _refine(problem, fit)
+            noise = _noise(problem, fit)
+            before, last = {fit.key: fit}, before.get(fit.key)
+            if last is not None and not _moved(last, fit):
+                break
+    search = _search(problem, noise, (), progress, before)
     best, lasting = search.run(), any(n.lasting for n in noise)
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
@@ -162,10 +171,16 @@ def _refined(fitter: Fitter, fit: Fit) -> Fit:
     """A fit again, until the grid's error and what is linear are those where it ends."""
     for _ in range(_MOST_REFINED):
         _refine(fitter.problem, fit)
-        before, fit = fit.theta, fitter.fit(fit.items, fit.values)
-        if not np.any(np.abs(fit.theta - before) > _ARRIVED * np.sqrt(np.diag(fit.covariance()))):
+        before, fit = fit, fitter.fit(fit.items, fit.values)
+        if not _moved(before, fit):
             break
     return fit
+
+
+def _moved(before: Fit, after: Fit) -> bool:
+    """Whether a fit moved by more than is known of its numbers."""
+    apart = np.abs(after.theta - before.theta)
+    return bool(np.any(apart > _ARRIVED * np.sqrt(np.diag(after.covariance()))))
 
 
 def _with_fewer(search: Search, best: Fit) -> Fit | None:

@@ -21,8 +21,8 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.isolation import without_main
 from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
+from warmlink.orchestration.master.slaves.other_process import without_main
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable

@@ -243,9 +243,14 @@ class CompiledLoop:
         tables, rows, cells = (each.ctypes for each in (self.layout.tables, row, failure))
         reached = library().advance(tables, first, last, rows, cells)
         took = time.perf_counter() - began
+        if failure[under_way.TURNED]:
+            cast("FmiSlave", network.slaves[int(failure[under_way.TURNED]) - 1]).turned()
+            failure[under_way.TURNED] = 0
         self._chunk = max(16, min(1 << 20, int(self._chunk * min(4.0, CHUNK_SECONDS / max(took, 1e-6)))))
         # After an error a slave may not be able to go back, after a fatal one it must not be called.
         if failure[0] == STEP and failure[2] == _DISCARD and self._keyframe is not None:
+            for slave in network.slaves:  # for what they say if they do not go back
+                cast("FmiSlave", slave).time = self._points.time(reached)
             network.rewind(self._keyframe)
             return False
         self.layout.unload()

@@ -16,7 +16,7 @@ import numpy as np
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.files import fresh_file, write_all
+from warmlink.orchestration.files import fresh_file, whole_file, write_all
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.master.slaves import under_way
@@ -73,12 +73,11 @@ class Values:
             self.folder.mkdir(parents=True, exist_ok=True)
             with fresh_file(self.folder / COLUMNS) as scratch:
                 scratch.write_text(json.dumps(about, indent=1), encoding="utf-8")
-            if not self._keep:  # the values of a run before may be in use still
-                self.path.unlink(missing_ok=True)
+                if not self._keep:  # those of a run before go now that these can be written
+                    with whole_file(self.path) as begun:
+                        begun.write_bytes(self._npy_header(0))
             # Without a buffer, which would try to write again on closing what the disk did not take.
-            self._file = self.path.open("r+b" if self._keep else "w+b", buffering=0)
-            if not self._keep:
-                write_all(self._file, self._npy_header(0))
+            self._file = self.path.open("r+b", buffering=0)
         except OSError as fault:
             told = f"{self.folder}: cannot be written ({fault.strerror}); choose another folder"
             raise InputError(told) from None
@@ -128,6 +127,20 @@ class Values:
         stream, shape = BytesIO(), (rows, self._columns)
         np.lib.format.write_array_header_1_0(stream, {"descr": "<f8", "fortran_order": False, "shape": shape})
         return stream.getvalue()
+
+
+def values_in(folder: Path) -> Table | None:
+    """What a run wrote to a folder while it ran; None where there is none, or it cannot be read."""
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        about = json.loads((folder / COLUMNS).read_text("utf-8"))
+        names = tuple(str(each["name"]) for each in about["columns"])
+        start, step, count = float(about["start_time_s"]), float(about["step_size_s"]), int(about["steps"])
+        values = np.load(folder / VALUES, mmap_mode=None)
+        if values.ndim == 2 and values.shape[1] == len(names) and len(values) <= count + 1:
+            units = {each["name"]: each["unit"] for each in about["columns"]}
+            points = CommunicationPoints.between(start, start + count * step, step)
+            return Table(names, units, points, values)
+    return None
 
 
 def is_number(variable: Variable) -> bool:

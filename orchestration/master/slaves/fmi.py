@@ -26,6 +26,9 @@ from warmlink.orchestration.master.slaves.slave import Experiment, Names, SlaveE
 from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import Value, Variable
 
+_ONE, _LITTLE = 1.0, 2.0**-80
+"""Their sum and difference are equal where numbers are rounded to the nearest, and nowhere else."""
+
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _FAILURES: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
 _INITIALIZING = ("SetupExperiment", "EnterInitializationMode", "ExitInitializationMode")
@@ -136,10 +139,18 @@ class FmiSlave(ABC):
     def look_around(self, when: str) -> bool:
         """Put back what the FMU changed for others; tell whether there was anything."""
         changed = self._surroundings.put_back()
-        told = f"{self.name}: {when} it changed {' and '.join(changed)}, which others share; put back"
-        if changed and told not in self.remarks:
-            self.remarks.append(told)
+        if changed:
+            self._told(when, " and ".join(changed))
         return bool(changed)
+
+    def turned(self) -> None:
+        """Note that in a compiled step the FMU changed how all calculate, which was put back there."""
+        self._told("in a step", "how numbers are rounded or faults of arithmetic end the process")
+
+    def _told(self, when: str, changed: str) -> None:
+        told = f"{self.name}: {when} it changed {changed}, which others share; put back"
+        if told not in self.remarks:
+            self.remarks.append(told)
 
     def _note(self, call: int) -> None:
         self._under_way[under_way.CALL] = self._number + call
@@ -160,6 +171,8 @@ class FmiSlave(ABC):
         ends = self.answered(status, step_size) if status > 1 or self.wants_to_end.value else None
         if self.watched:
             self.watched = self.look_around("in a step")
+        elif self._surroundings.calculates_otherwise():
+            self.look_around("in a step")
         return ends
 
     def answered(self, status: int, step_size: float) -> str:
@@ -196,6 +209,8 @@ class FmiSlave(ABC):
             status = batch.get(*batch.arguments)
             if status > 1:
                 self.fail_exchange("Get", batch, status)
+            if _ONE + _LITTLE != _ONE - _LITTLE:  # in nanoseconds, whatever numbers are rounded to
+                self.look_around("when values were got")
             if batch.count == len(names):
                 return batch.values[:] if batch.plain else batch.unload()
             for position, value in zip(batch.positions, batch.unload(), strict=True):
@@ -212,6 +227,8 @@ class FmiSlave(ABC):
             status = batch.set(*batch.arguments)
             if status > 1:
                 self.fail_exchange("Set", batch, status)
+            if _ONE + _LITTLE != _ONE - _LITTLE:
+                self.look_around("when values were set")
 
     def batches(self, names: Names) -> list[Batch]:
         """Give a set of variables sorted by type, which is done once."""
@@ -255,6 +272,9 @@ class FmiSlave(ABC):
 
     def restore(self, state: object) -> None:
         """Return to a copied state."""
+        if not state:
+            told = f"{self.prefix}GetFMUState gave no state, so that there is no way back"
+            raise SlaveError(self.name, "error", self.time, told)
         self.call("SetFMUState", self.component, state)
 
     def free(self, state: Any) -> None:

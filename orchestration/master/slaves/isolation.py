@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
-import multiprocessing
 import os
-import signal
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NoReturn
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.slaves import under_way
-from warmlink.orchestration.master.slaves.slave import Slave, SlaveError
+from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
+from warmlink.orchestration.master.slaves.other_process import (
+    START_LIMIT,
+    OtherProcess,
+    ProcessEndedError,
+    how_it_ended,
+)
+from warmlink.orchestration.master.slaves.slave import Experiment, Names, Slave, SlaveError
+from warmlink.orchestration.system.model import ModelInfo, Value
 
 Opener = Callable[[], Slave]
-
-PATIENCE = 1.0
-"""With a call under way when Ctrl-C is pressed, in s."""
-
-START_LIMIT = 60.0
-"""For starting the process, before there is an FMU in it, in s: until its first answer, None."""
+_CALLS = ("step", "get", "set")
 
 
 @dataclass(frozen=True)
@@ -44,150 +40,33 @@ UNLIMITED = Isolation(math.inf, math.inf)
 """For an FMU of which a process may hold one instance."""
 
 
-class ProcessEndedError(Exception):
-    """The other process is gone; `code` is its exit code, below 0 for the signal that ended it."""
-
-    def __init__(self, code: int | None) -> None:
-        super().__init__(how_it_ended(code))
-        self.killed = (code or 0) < 0
-
-
-def how_it_ended(code: int | None) -> str:
-    """Name the signal or the exit code that a process ended with."""
-    if code is not None and code < 0:
-        return f"signal {signal.Signals(-code).name}"
-    return f"exit code {code}"
-
-
-class OtherProcess:
-    """A process that answers over a pipe.
-
-    The target is called there with its end of the pipe and the arguments; it and they must be picklable. The
-    first answer is None.
-    """
-
-    def __init__(self, name: str, target: Callable[..., None], *arguments: Any) -> None:
-        # Spawned, since a fork would inherit FMUs and threads of whoever calls.
-        context = multiprocessing.get_context("spawn")
-        self.pipe, other = context.Pipe()
-        self._process = context.Process(
-            target=_begin, args=(target, other, arguments), daemon=True, name=name
-        )
-        with _no_interrupts(), without_main():
-            self._process.start()
-        other.close()
-
-    def ask(self, question: object) -> None:
-        """Send something; raises `ProcessEndedError` where nobody is there to take it."""
-        try:
-            self.pipe.send(question)
-        except OSError:
-            raise self._ended() from None
-
-    def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
-        """Give the next answer; once it is hurried, it is waited for but briefly.
-
-        TimeoutError, and the process is ended, where there is none within the limit in s;
-        `ProcessEndedError` where it has ended.
-        """
-        end = time.monotonic() + limit
-        try:
-            while not self.pipe.poll(min(0.1, limit)):
-                if hurried():
-                    end = min(end, time.monotonic() + PATIENCE)
-                if time.monotonic() > end:
-                    self._process.kill()
-                    raise TimeoutError
-            return self.pipe.recv()
-        except TimeoutError:
-            raise
-        except (EOFError, OSError):  # a plain OSError where it died while it wrote
-            raise self._ended() from None
-
-    def end(self, patience: float = 0.0) -> None:
-        """Wait so many s for the process to end by itself, then end it."""
-        self._process.join(patience)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-        self.pipe.close()
-
-    def _ended(self) -> ProcessEndedError:
-        self._process.join(5.0)
-        return ProcessEndedError(self._process.exitcode)
-
-
-def _begin(target: Callable[..., None], pipe: Pipe, arguments: tuple[Any, ...]) -> None:
-    # Ctrl-C goes to the whole terminal group; what it means is decided by the master.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    die_with_parent()
-    print_to_standard_error()
-    pipe.send(None)
-    target(pipe, *arguments)
-
-
-@contextmanager
-def _no_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C at the terminal does not reach: it is for the parent to end them."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # which would set the mask back
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def without_main() -> Iterator[None]:
-    """Keep a new process from running the script of whoever calls once more: it needs nothing of it."""
-    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-
-
-def die_with_parent() -> None:
-    """Have the system end this process when the one that started it ends, however that ends."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-
-
-def print_to_standard_error() -> None:
-    """Send to standard error whatever this process prints to standard output, in Python or in C."""
-    with suppress(OSError):
-        os.dup2(2, 1)
-    # New objects: after a fork, a lock of the old ones may be held by a thread that is no more.
-    sys.stdout = sys.stderr = open(2, "w", buffering=1, closefd=False, errors="replace")  # noqa: SIM115
-
-
 class IsolatedSlave:
     """Passes every call on to a slave in another process; copied states stay there, here they are numbers.
 
     The process, in which the slave is opened (picklable), is started at once, but waited for in `begin`, so
     that many start at the same time. Every method may raise SlaveError: a `crash`, or the `time limit` where
-    the process does not answer.
+    the process does not answer. After the end, `remarks` tell what went wrong there.
     """
 
-    def __init__(self, name: str, opener: Opener, isolation: Isolation) -> None:
+    def __init__(self, name: str, info: ModelInfo, opener: Opener, isolation: Isolation) -> None:
         self.name = name
+        self.variables, self.capabilities = info.variables, info.capabilities
+        self.dependencies = {output: info.feedthrough(output) for output in info.outputs}
+        self.accepts_nan = info.accepts_nan
         self.isolation = isolation
         self._time = 0.0
         self._failure: SlaveError | None = SlaveError(name, "error", 0.0, "it has not begun")
-        self._process = OtherProcess(name, _serve, name, opener, isolation.memory_limit)
-        # What it does to its process concerns nobody else.
-        self.remarks: tuple[str, ...] = ()
+        self._process = OtherProcess(name, _serve, opener, isolation.memory_limit, classes=(Experiment,))
+        self._numbers: dict[Names, int] = {}
+        self.remarks: list[str] = []  # what it does to its process while it runs concerns nobody else
         if isolation is UNLIMITED:
             told = f"{name}: a process may hold one instance of its FMU, so that it has a process of its own"
-            self.remarks = (told,)
+            self.remarks.append(told)
 
     def begin(self) -> None:
         """Wait until the slave is open."""
         self._answer("starting", START_LIMIT)
-        vars(self).update(self._answer("instantiating", self.isolation.time_limit))
+        self._answer("instantiating", self.isolation.time_limit)
         self._failure = None
 
     def __getattr__(self, method: str) -> Callable[..., Any]:
@@ -199,35 +78,84 @@ class IsolatedSlave:
         """End the slave and its process."""
         patience = 0.0
         if self._failure is None:
-            with suppress(SlaveError):
+            try:
                 self._ask("terminate")
                 patience = 5.0
-        self._process.end(patience)
+            except SlaveError as fault:
+                self.remarks.append(f"{self.name}: {fault.message}, after the run; the values are complete")
+        code = self._process.end(patience)
+        if patience and code:
+            how = how_it_ended(code)
+            self.remarks.append(f"{self.name}: its process ended with {how} after the run")
         self._failure = self._failure or SlaveError(self.name, "error", self._time, "it has been terminated")
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
+    def step(self, time: float, step_size: float) -> str | None:
+        """Advance by one communication step."""
+        self._check(time)
+        found: str | None = self._call("step", 0, (time, step_size))
+        return found
+
+    def get(self, names: Names) -> list[Value]:
+        """Give the values of variables."""
+        self._check()
+        found: list[Value] = self._call("get", self._number_of(names), ())
+        return found
+
+    def set(self, names: Names, values: Sequence[Value]) -> None:
+        """Set variables."""
+        if set(map(type, values)) == {float}:
+            self._check()
+            self._call("set", self._number_of(names), values)
+        else:
+            self._ask("set", names, values)
+
+    def _number_of(self, names: Names) -> int:
+        """Give the number by which the other process knows a set of variables."""
+        number = self._numbers.get(names)
+        if number is None:
+            self._numbers[names] = number = len(self._numbers)
+            self._answer("names", self.isolation.time_limit, lambda: self._process.ask(("names", (names,))))
+        return number
+
+    def _check(self, time: float | None = None) -> None:
         if self._failure is not None:
             raise self._failure
-        if method == "setup":
-            self._time = arguments[0].start_time
-        elif method == "step":
-            self._time = arguments[0]
-        return self._answer(method, self.isolation.time_limit, (method, arguments))
+        if time is not None:
+            self._time = time
 
-    def _answer(self, method: str, limit: float, question: object = None) -> Any:
+    def _ask(self, method: str, *arguments: Any) -> Any:
+        self._check(arguments[0].start_time if method == "setup" else None)
+        return self._answer(method, self.isolation.time_limit, lambda: self._process.ask((method, arguments)))
+
+    def _call(self, method: str, of: int, numbers: Sequence[Any]) -> Any:
+        what, limit = _CALLS.index(method), self.isolation.time_limit
+        return self._answer(method, limit, lambda: self._process.call(what, of, numbers))
+
+    def _answer(self, method: str, limit: float, ask: Callable[[], None] = lambda: None) -> Any:
         try:
-            if question is not None:
-                self._process.ask(question)
+            ask()
             answer = self._process.answer(limit, under_way.asked)
         except TimeoutError:
             if under_way.asked():
                 self._fail("interrupted", f"{method} had not returned; its process was ended")
             self._fail("time limit", f"{method} has not returned within {limit:g} s; its process was ended")
         except ProcessEndedError as ended:
-            how = str(ended)
-            if how.endswith(("SIGABRT", "SIGKILL")):  # as where there is no more memory
-                how += f"; its memory limit was {self.isolation.memory_limit / 1e6:g} MB"
+            how, limit_mb = str(ended), f"{self.isolation.memory_limit / 1e6:g} MB"
+            if how.endswith("SIGABRT"):
+                how += (
+                    f"; it wrote beyond its memory, needs more, or gave up: its memory limit was {limit_mb}"
+                )
+            if how.endswith("SIGKILL"):  # as the system does where there is no more memory
+                how += f"; its memory limit was {limit_mb}"
             self._fail("crash", f"its process died in {method} ({how})")
+        except DamagedError:
+            self._process.end()
+            told = (
+                f"its process answered {method} with what is no answer: the FMU writes to descriptors that "
+            )
+            self._fail("crash", f"{told}are not its own; the process was ended")
+        if isinstance(answer, MemoryError):
+            self._fail("error", f"{method} found {answer}")
         if isinstance(answer, SlaveError | InputError):
             raise answer
         return answer
@@ -237,9 +165,9 @@ class IsolatedSlave:
         raise self._failure
 
 
-def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
+def _serve(pipe: Frames, opener: Opener, memory_limit: float) -> None:
     """Answer calls until the other end is gone or asks to terminate."""
-    _limit_memory(memory_limit)
+    most = _limit_memory(memory_limit)
     own, states = os.getpid(), dict[int, object]()
 
     def answer(action: Callable[[], Any]) -> Any:
@@ -248,8 +176,7 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
         except (SlaveError, InputError) as error:
             found = error
         except MemoryError:
-            told = f"it needs more memory than its limit of {memory_limit / 1e6:g} MB"
-            found = SlaveError(name, "error", 0.0, told)
+            found = MemoryError(_out_of_memory(most, memory_limit))
         if os.getpid() != own:
             os._exit(0)  # a copy of this process, which the FMU made
         return found
@@ -258,27 +185,64 @@ def _serve(pipe: Pipe, name: str, opener: Opener, memory_limit: float) -> None:
     if isinstance(slave, Exception):
         pipe.send(slave)
         return
-    known = ("variables", "capabilities", "dependencies", "accepts_nan")
-    pipe.send({attribute: getattr(slave, attribute) for attribute in known})
-    method = ""
+    pipe.send(None)
+    method, sets = "", list[Names]()
     while method != "terminate":
         try:
-            method, arguments = pipe.recv()
+            question = pipe.receive()
         except (EOFError, OSError):
             return
-        pipe.send(answer(partial(_perform, slave, states, method, *arguments)))
+        method, arguments = _understood(question, sets)
+        pipe.send(answer(partial(_perform, slave, states, method, *arguments)) if method else None)
 
 
-def _limit_memory(more: float) -> None:
-    """Let this process take so many bytes more than it has; beyond, it is told that there is no memory."""
+def _understood(question: Any, sets: list[Names]) -> tuple[str, tuple[Any, ...]]:
+    """Give method and arguments of a question; no method if it tells a set of names, which others number."""
+    if len(question) == 2:
+        method, arguments = question
+        if method == "names":
+            sets += arguments
+        return ("" if method == "names" else method), arguments
+    what, of, numbers = question
+    method = _CALLS[what]
+    if method == "step":
+        return method, tuple(numbers)
+    return method, (sets[of], numbers) if method == "set" else (sets[of],)
+
+
+def _limit_memory(more: float) -> float:
+    """Let this process take so many bytes more than it has, and give how many that are in all.
+
+    Beyond, it is told that there is no memory.
+    """
+    limit = _memory_in_use() + more
     if sys.platform == "linux" and more < math.inf:
         import resource
 
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        limit = pages * resource.getpagesize() + int(more)
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         if hard == resource.RLIM_INFINITY or limit < hard:
-            resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+            resource.setrlimit(resource.RLIMIT_AS, (int(limit), hard))
+    return limit
+
+
+def _memory_in_use() -> float:
+    """Address space of this process in bytes; 0 where the platform does not tell."""
+    if sys.platform != "linux":
+        return 0.0
+    import resource
+
+    return float(int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize())
+
+
+def _out_of_memory(most: float, limit: float) -> str:
+    """Say what it means that there is no memory: more than the limit, or far from it."""
+    told = f"no memory; its limit is {limit / 1e6:g} MB"
+    with suppress(OSError, MemoryError, ValueError):
+        left = most - _memory_in_use()
+        if left > 0.1 * limit:
+            why = "the FMU asked for more at once, or wrote beyond its memory"
+            return f"{told}, of which {left / 1e6:.0f} MB are left: {why}"
+    return told
 
 
 def _perform(slave: Slave, states: dict[int, object], method: str, *given: Any) -> Any:

@@ -13,10 +13,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from warmlink.orchestration.console import Terminated, end_as_interrupted
+
 # Places of figures. The compiled loop has the first three, what failed, which slave and its status, and the
-# last two.
-CALL, ROWS, ASKED, BATCH, ENDS = 3, 4, 5, 6, 7
-CELLS = 8
+# last three; TURNED is, counted from 1, the slave that has changed how all calculate.
+CALL, ROWS, ASKED, BATCH, ENDS, TURNED = 3, 4, 5, 6, 7, 8
+CELLS = 9
 NAMES_FROM = 8 * CELLS
 SIZE = 1 << 16
 
@@ -68,20 +70,28 @@ def asked() -> bool:
 
 @contextmanager
 def on_ctrl_c(pressed: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Have Ctrl-C call a function, where this is the main thread."""
+    """Have Ctrl-C call a function, and in commands SIGTERM too, where this is the main thread.
+
+    What SIGTERM does to a program of somebody else's is that program's own.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    old = signal.signal(signal.SIGINT, pressed)
+    command = signal.getsignal(signal.SIGTERM) is end_as_interrupted
+    before = [
+        (number, signal.signal(number, pressed))
+        for number in (signal.SIGINT, *([signal.SIGTERM] if command else []))
+    ]
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, old)
+        for number, old in before:
+            signal.signal(number, old)
 
 
 @contextmanager
 def interruption() -> Iterator[None]:
-    """Turn the first Ctrl-C into a flag that is checked between two steps.
+    """Turn the first Ctrl-C or SIGTERM into a flag that is checked between two steps.
 
     If it were raised at once, it would interrupt whatever code runs at that moment, even inside a Python FMU.
     A second Ctrl-C is raised at once, for a step that does not end.
@@ -90,7 +100,7 @@ def interruption() -> Iterator[None]:
 
     def note(number: int, frame: FrameType | None) -> None:
         if cells[ASKED]:
-            raise KeyboardInterrupt
+            raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
         cells[ASKED] = 1
 
     try:

@@ -17,10 +17,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.safe_text import printable
 from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
 from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
-from warmlink.orchestration.safe_text import printable
 from warmlink.orchestration.system.model import Value
 
 _CO_SIMULATION = 1  # fmi2Type

@@ -12,6 +12,7 @@ from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.plausible import shown_in
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
@@ -50,12 +51,28 @@ class Whole(NamedTuple):
 
 @dataclass(frozen=True)
 class Asked:
-    """How a reader names the scenario in a command, and start values, mismatches and options beside it."""
+    """How a reader names the scenario in a command, and what stands beside it there.
+
+    Attributes
+    ----------
+    given : start values, one by one
+    mismatches : their names
+    options : others, as `--stop`
+    parameters : files of start values (SSV), which the command names: it would be too long with each value
+    """
 
     scenario: str
     given: Mapping[str, str | float]
     mismatches: Sequence[str] = ()
     options: Mapping[str, str] = field(default_factory=dict)
+    parameters: Sequence[str] = ()
+
+    @property
+    def words(self) -> list[str]:
+        """The words of the command that name a scenario, its mismatches and files of start values."""
+        repeated = {"--mismatch": self.mismatches, "--parameters": self.parameters}
+        options = (word for name, all_of in repeated.items() for each in all_of for word in (name, each))
+        return [self.scenario, *options]
 
 
 def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
@@ -82,7 +99,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     band = 1e6 * scenario.tolerance
     return {
         "name": scenario.name,
-        "asked": [asked.scenario, *(word for each in asked.mismatches for word in ("--mismatch", each))],
+        "asked": asked.words,
         "given": asked.given,
         "options": asked.options,
         "scenario": _file_content(scenario),
@@ -90,6 +107,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "step": scenario.step_size,
         "score": score,
         "watched": watched,
+        "bands": _bands(first, watched),
         "columns": columns(plots),
         "plots": [
             _plot("Error of the tool point", "error [µm]", errors, band),
@@ -99,6 +117,15 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "repeat": f"{drivers[0]}.repeat",
         "most": SEGMENTS,
         "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
+    }
+
+
+def _bands(component: Component, watched: Sequence[str]) -> dict[str, list[float | str]]:
+    """Lowest and highest value of what is watched at which the model holds, in SI, and both for people."""
+    return {
+        scalar.name: [band.low, band.high, f"{shown_in(scalar, band.low)} to {shown_in(scalar, band.high)}"]
+        for scalar in component.scalars()
+        if scalar.name in watched and (band := scalar.variable.plausible) is not None
     }
 
 

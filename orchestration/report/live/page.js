@@ -13,10 +13,18 @@ let waiting; // timer of what follows a change: the page is drawn, then its addr
 
 let accepted = start; // what the fields showed before the last change
 
+/** A sentence on what leaves the band in which the model holds, in a run; empty where nothing does. */
+function left(of) {
+  const outside = ([name, [low, high]]) => of((v, i) => v[name][i]).some((value) => !(value >= low && value <= high));
+  const found = Object.entries(content.bands).filter(outside).map(([name, [, , band]]) => `${name} (${band})`);
+  return found.length ? `The figures mean little: the model does not hold beyond the range of ${found.join(", ")}.` : "";
+}
+
 /** The plots with the lines of the laws that are chosen, and a measured run's readings over them. */
 function plots() {
   const chosen = laws();
   const runs = Object.fromEntries(chosen.map((law) => [law, run(law)]));
+  at("left").textContent = left(Object.values(runs)[0]);
   const values = ({ law, expression }) => runs[law || chosen[0]]?.(expression);
   const marks = ({ column }) => measured.rows.filter((row) => column in row).map((row) => [row.time, row[column]]);
   const drawn = (line) => ({ ...line, values: values(line), marks: marks(line) });

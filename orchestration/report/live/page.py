@@ -13,11 +13,11 @@ from importlib import resources
 
 from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
+from warmlink.fmus.safe_text import printable_json
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
-from warmlink.orchestration.safe_text import printable_json
 from warmlink.orchestration.scenarios.overrides import settable
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -84,7 +84,7 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         "live/live.html.j2",
         title=scenario.title,
         kind="live",
-        lead="This page needs a browser of 2024 or later with JavaScript switched on.",
+        lead="The cell is computed …",
         known=known,
         content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},

@@ -15,6 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import DECIMALS, Place, Sheet
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import shown
 
 Rows = NDArray[np.intp]
@@ -69,7 +70,7 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
         usual = "degC" if temperature else {"m": "um"}.get(si_unit, si_unit)
         raise InputError(
             f"{sheet.of(place.column)} has no unit; head it as '{shorter} [{usual}]', or give --unit "
-            f'"{shorter}={usual}"'
+            f"{quoted(f'{shorter}={usual}')}"
         )
     conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
     read, lost = numbers(sheet, place.column, _OFF if place.variable.endswith(_PADS) else ())
@@ -158,7 +159,7 @@ def _of_text(sheet: Sheet, column: int, empty: Sequence[str]) -> tuple[Array, Ro
     if 2 * words.size > np.count_nonzero(text != ""):
         raise InputError(
             f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
-            f'numbers; correct them, or leave the column out with --map "{sheet.headers[column]}="'
+            f"numbers; correct them, or leave the column out with --map {quoted(f'{sheet.headers[column]}=')}"
         )
     return plain.where(parsed.notna(), np.nan).astype(float).to_numpy(), words
 

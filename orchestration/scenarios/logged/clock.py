@@ -14,6 +14,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
+from warmlink.orchestration.shell import quoted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,7 +108,9 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
         if low <= middle <= high:
             return values * factor, f"{unit} since 1970"
     name = sheet.headers[column]
-    raise InputError(f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit \"{name}=s\"")
+    raise InputError(
+        f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit {quoted(f'{name}=s')}"
+    )
 
 
 def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
@@ -160,7 +163,8 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
         name = sheet.headers[column]
         raise InputError(
             f"{sheet.at(0, column)}: {text.iloc[0]!r} may begin with the day or the month, which gives other "
-            f'times; say which, as --unit "{name}={form.replace("-", "/")}", or write dates as 2026-11-22'
+            f"times; say which, as --unit {quoted(name + '=' + form.replace('-', '/'))}, or write dates as "
+            "2026-11-22"
         )
     return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
 
@@ -169,8 +173,8 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    form = f'--unit "{sheet.headers[column]}=%H:%M" or =%M:%S'
-    told = f"write it so, or give its form, as {form}"
+    example = quoted(f"{sheet.headers[column]}=%H:%M")
+    told = f"write it so, or give its form, as --unit {example} or =%M:%S"
     wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))
     sheet.refuse(wrong, column, f"{{}} is not of the form HH:MM:SS; {told}")
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.safe_text import of_cell
+from warmlink.fmus.safe_text import of_cell
 from warmlink.orchestration.scenarios.quantities import converter, heading
 from warmlink.orchestration.system.units import SPELLINGS, Conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shown

@@ -50,3 +50,30 @@ def test_only_what_types_alone_need_is_left_out(tmp_path: Path, monkeypatch: pyt
     carried = bundle(("law_of_ones_own",), "stem").modules
     assert "warmlink.fmus.names" in carried
     assert "warmlink.fmus.errors" not in carried
+
+
+def test_public_names_are_imported_from_where_they_are_declared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = (
+        "from warmlink import (\n    Law,\n    State as Kept,\n)\nfrom warmlink import where\n\nLAST = 7\n"
+    )
+    (tmp_path / "law_from_the_face.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    carried = bundle(("law_from_the_face",), "stem")
+    assert {"warmlink.controllers.own", "warmlink.fmus.component.variables"} <= carried.modules.keys()
+    assert "warmlink" not in carried.modules
+    written = carried.files[f"{carried.package}/law_from_the_face.py"].decode()
+    imported = {
+        (node.module, alias.name, alias.asname)
+        for node in ast.walk(ast.parse(written))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert imported == {
+        (f"{carried.package}.controllers.own", "Law", None),
+        (f"{carried.package}.fmus.component.variables", "State", "Kept"),
+        (f"{carried.package}.fmus.component.arithmetic", "where", None),
+    }
+    assert written.splitlines()[-1] == "LAST = 7"
+    assert len(written.splitlines()) == len(source.splitlines())

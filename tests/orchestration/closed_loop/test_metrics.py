@@ -40,3 +40,18 @@ def test_reduction_counts_the_largest_error() -> None:
     after = error_metrics(time, np.array([0.0, 8e-6, -4e-6]), TOLERANCE)
     assert reduction_percent(before, after) == pytest.approx(90)
     assert reduction_percent(error_metrics(time, np.zeros(3), TOLERANCE), after) is None
+
+
+@pytest.mark.parametrize("tolerance", [TOLERANCE, 10e-6])
+def test_an_error_that_dies_out_is_within_tolerance_when_the_exponential_says_so(tolerance: float) -> None:
+    """A exp(-t / T) passes the tolerance at T ln(A / tolerance): 1 % of it is worth 10 of these seconds."""
+    time, largest, constant = np.arange(0.0, 6000.0), 80e-6, 1000.0
+    settled = error_metrics(time, largest * np.exp(-time / constant), tolerance).time_to_tolerance_s
+    assert settled == np.ceil(constant * np.log(largest / tolerance))
+
+
+def test_an_error_of_exactly_the_tolerance_is_within_it_and_the_next_larger_number_is_not() -> None:
+    time = np.arange(3.0)
+    assert error_metrics(time, np.full(3, -TOLERANCE), TOLERANCE).time_to_tolerance_s == 0
+    beyond = np.array([np.nextafter(TOLERANCE, 1.0), TOLERANCE, TOLERANCE])
+    assert error_metrics(time, beyond, TOLERANCE).time_to_tolerance_s == 1

@@ -10,7 +10,6 @@ from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
 from warmlink.orchestration.diagnosis.data.signals import between_jumps, quantum, repeats
-from warmlink.orchestration.diagnosis.data.thinning import spike_rows
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 
 HEAD = (
@@ -183,15 +182,6 @@ def test_bad_experiments_are_refused(tmp_path: Path, more: str, said: str) -> No
         read_experiment(experiment(tmp_path, more))
 
 
-def test_spikes_are_found_and_slow_heat_is_not() -> None:
-    random = np.random.default_rng(1)
-    slow = 20 + 30 * (1 - np.exp(-np.arange(500) / 60)) + 0.08 * random.standard_normal(500)
-    assert spike_rows(slow, 0.0).size == 0
-    spiked = slow.copy()
-    spiked[[50, 200, 333]] += [2.0, -1.5, 3.0]
-    assert list(spike_rows(spiked, 0.0)) == [50, 200, 333]
-
-
 def test_endless_files_are_condensed() -> None:
     count = 1000
     time = np.arange(count) * 1.0
@@ -241,14 +231,3 @@ def test_a_quantum_is_recognised() -> None:
     values = 20 + 5 * np.sin(np.arange(400) / 40)
     assert quantum(np.round(values, 1)) == pytest.approx(0.1)
     assert quantum(values) == 0.0
-
-
-def test_spikes_are_found_on_a_steep_course_and_at_the_ends() -> None:
-    noise = np.random.default_rng(3).normal(0, 0.05, 400)
-    steep = 60 * np.exp(-np.arange(400) / 60) + noise
-    assert spike_rows(steep, 0.0).size == 0
-    spiked = steep.copy()
-    spiked[[0, 30, 399]] += [2.0, -2.0, 2.0]
-    assert list(spike_rows(spiked, 0.0)) == [0, 30, 399]
-    bent = np.concatenate([np.zeros(200), np.arange(200) * 1.0]) + noise
-    assert spike_rows(bent, 0.0).size == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+import tempfile
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +35,8 @@ def system(fmu: Path, *wires: Connection, **values: dict[str, Value]) -> System:
     return System("s", components, wires)
 
 
-def test_all_types_are_set_and_got(trivial2: Path) -> None:
+def test_all_types_are_set_and_got(trivial2: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     assembly = assemble(system(trivial2, a={}))
     (slave,) = assembly.slaves
     names = ("u", "fail_status", "on", "label", "rate")
@@ -43,9 +45,9 @@ def test_all_types_are_set_and_got(trivial2: Path) -> None:
     assert slave.get(("off", "z")) == [False, 0.25]
     slave.terminate()
     slave.terminate()
+    assert list(tmp_path.rglob("modelDescription.xml"))
     assembly.close()
-    assert assembly.folder is not None
-    assert not assembly.folder.exists()
+    assert not list(tmp_path.rglob("modelDescription.xml"))
 
 
 @pytest.mark.parametrize(

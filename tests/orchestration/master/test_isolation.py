@@ -13,7 +13,8 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.isolation import Isolation, OtherProcess, ProcessEndedError
+from warmlink.orchestration.master.slaves.isolation import Isolation
+from warmlink.orchestration.master.slaves.other_process import OtherProcess, ProcessEndedError
 from warmlink.orchestration.system.model import Component, System, Value
 
 from .pairs import wire

@@ -241,6 +241,10 @@ def test_an_internal_step_that_the_run_misses_is_said(tmp_path: Path) -> None:
         tmp_path, Path(__file__).with_name("told.c"), description("3.0", fixedInternalStepSize="0.02")
     )
     made = system(fmu, a={})
+    assert experiment_of(made, "1 s", None) == (1.0, 0.02)
+    stop, step = experiment_of(made, "33.4 s", None)
+    assert (stop, step) == pytest.approx((33.4, 0.1))  # 0.0668 s, made a multiple that divides the run
+    assert remarks_on_steps(made, stop, step) == []
     assert remarks_on_steps(made, 1.0, 0.1) == []
     (remark,) = remarks_on_steps(made, 1.0, 0.05)
     assert remark.startswith("a: goes on by 0.02 s inside, which does not divide the run's steps of 0.05 s")

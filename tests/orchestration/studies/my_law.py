@@ -1,8 +1,6 @@
 """The example of controllers/README.md."""
 
-from warmlink.controllers.own import Law
-from warmlink.fmus.component import Parameter, State
-from warmlink.fmus.component.arithmetic import finite, where
+from warmlink import Law, Parameter, State, finite, where
 
 
 class MyLaw(Law):

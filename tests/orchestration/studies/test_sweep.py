@@ -117,7 +117,11 @@ def test_two_objectives_are_both_in_the_answer_the_table_and_the_page(
 def test_it_is_said_that_no_point_keeps_every_constraint(study: Study, fmus: FmuSet) -> None:
     strict = replace(study, constraints=(Constraint("rms_um", at_most=0.0),))
     found = sweep(strict, points_of(strict)[:2], Here(fmus), lambda done: None)
-    assert "no point keeps every constraint" in Searched(strict, found).summary()
+    summary = Searched(strict, found).summary()
+    close = min(found, key=lambda each: each.excess)
+    assert "no point keeps every constraint" in summary
+    missed = f"worst rms_um {close.excess[0]:.4g}, {close.excess[0]:.4g} above 0"
+    assert f"nearest is point {close.number}: {missed}" in summary
 
 
 def test_parameters_of_one_name_both_have_an_axis(study: Study, fmus: FmuSet, tmp_path: Path) -> None:

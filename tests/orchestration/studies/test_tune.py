@@ -123,6 +123,18 @@ def test_constraints_hold_for_the_winner_and_are_learnt(study: Study, folder: Pa
     assert kept > 2 * ignored
 
 
+def test_where_no_trial_keeps_every_constraint_the_nearest_is_named(study: Study, folder: Path) -> None:
+    """Each constraint counts by the share of its bound that is missed."""
+    limits = Constraint("max_abs_um", at_most=0.5), Constraint("correction_rate_um_s", at_most=1e-3)
+    strict = replace(study, constraints=limits)
+    trials = run(strict, folder, Formula())
+    close = min(trials, key=lambda each: max(each.excess[0] / 0.5, each.excess[1] / 1e-3))
+    told = Tuned(strict, trials, Storage(strict, "fmus", default_url(folder))).reached
+    assert told[0] == "no trial keeps every constraint"
+    assert told[1].startswith(f"nearest is trial {close.number}: worst max_abs_um ")
+    assert f"{close.excess[0]:.4g} above 0.5; worst correction_rate_um_s" in told[1]
+
+
 @pytest.mark.parametrize("backwards", [False, True])
 @pytest.mark.parametrize("at_most", [3, 17])
 def test_an_interrupted_study_ends_like_one_that_was_not(

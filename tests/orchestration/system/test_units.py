@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 from hypothesis import given
@@ -142,3 +143,14 @@ def test_a_unit_is_read_with_its_definition() -> None:
 def test_a_bad_definition_is_named(attributes: str) -> None:
     with pytest.raises(InputError, match="x: unit u"):
         read_unit(parse_xml(f'<Unit name="u"><BaseUnit {attributes}/></Unit>'.encode(), "x"), "x")
+
+
+@pytest.mark.parametrize(
+    "name", ["h999999999999999999999", "h99", "um-99", "h.h99999999999", "W/h9999999999"]
+)
+def test_a_power_that_no_number_holds_is_refused_at_once(name: str) -> None:
+    """`h99` ended in an OverflowError, and the first never ended."""
+    began = time.process_time()
+    with pytest.raises(InputError, match="is not a"):
+        parse_unit(name)
+    assert time.process_time() - began < 8.0  # the first unit of all loads a library

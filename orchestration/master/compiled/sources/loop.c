@@ -1,4 +1,5 @@
 /* The macro-step loop over the functions of FMUs. Tables and buffers are those of loop.py. */
+#include <fenv.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -38,8 +39,26 @@ typedef struct {
 /* What failed at which slave and how, the call under way, the rows recorded, and the slave that asks to end the
    simulation, counted from 1: see under_way.py. */
 typedef struct {
-    int64_t what, slave, detail, call, rows, asked, batch, ends;
+    int64_t what, slave, detail, call, rows, asked, batch, ends, turned;
 } Cells;
+
+/* What steers arithmetic, without the flags of what has happened. */
+static uint32_t controls(void)
+{
+#if defined(__x86_64__)
+    uint32_t registers = 0;
+    uint16_t word = 0;
+    __asm__ __volatile__("stmxcsr %0" : "=m"(registers));
+    __asm__ __volatile__("fnstcw %0" : "=m"(word));
+    return (registers & 0xffc0u) | (uint32_t)word << 16;
+#elif defined(__aarch64__)
+    uint64_t word = 0;
+    __asm__ __volatile__("mrs %0, fpcr" : "=r"(word));
+    return (uint32_t)word;
+#else
+    return (uint32_t)fegetround();
+#endif
+}
 
 typedef int Exchange2(void *, const uint32_t *, size_t, void *);
 typedef int Exchange3(void *, const uint32_t *, size_t, void *, size_t);
@@ -123,6 +142,9 @@ __attribute__((visibility("default"))) int64_t advance(
 {
     const int64_t size = t->count + 1;
     const Slave *slaves = t->slaves;
+    const uint32_t calculates = controls();
+    fenv_t arithmetic;
+    fegetenv(&arithmetic);
     for (int64_t point = first; point < last; point++) {
         double time = t->uneven ? t->times[2 + point] : t->times[0] + (double)point * t->times[1];
         double length = t->uneven ? t->times[3 + point] - t->times[2 + point] : t->times[1];
@@ -144,6 +166,10 @@ __attribute__((visibility("default"))) int64_t advance(
                 status = exchange(t->batches, range[deed * size], range[deed * size + 1], cells);
                 for (int64_t c = range[CHECKS * size]; deed == READ && c < range[CHECKS * size + 1]; c++)
                     wrong |= !isfinite(t->held.doubles[t->checks[c]]);
+            }
+            if (controls() != calculates) {
+                fesetenv(&arithmetic);
+                cells->turned = k + 1;
             }
             cells->detail = status;
             if (status > 1 || wrong)

@@ -1,0 +1,113 @@
+"""Calibration that arrives: from several starting points, by a trust region, strengths by their logarithm.
+
+A Gauss-Newton step from far away may lie beyond every bound, and halving it wastes a simulation each time.
+M. A. Branch, T. F. Coleman and Y. Li, SIAM Journal on Scientific Computing 21 (1999) 1-23, as SciPy has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
+from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+
+_MOST_EVALUATIONS = 60
+"""Simulations from one starting point."""
+
+_WIDE = 4.0
+"""Ratio of the bounds from which a strength is sought by its logarithm."""
+
+_SAME = 0.01
+"""Share of chi-square by which two starting points may end apart for there to be one minimum."""
+
+_FURTHER = ((0.25, 0.75), (0.75, 0.25))
+"""Places between the bounds, alternately by number, of starts that are tried where others disagree."""
+
+_FAILED = 1e3
+"""Times the first residuals that count where nothing can be simulated."""
+
+
+def calibrated(fitter: Fitter, progress: Callable[[str], None] = lambda text: None) -> Fit:
+    """The best calibration of the model as it stands, from the given start and from the middle of the bounds.
+
+    Where these end at different values, further starts are tried.
+    """
+    freed = fitter.problem.calibrated
+    if all(each.added for each in freed):
+        return fitter.fit(())
+    sought = _Sought(fitter, freed)
+    given = np.array([each.start for each in freed])
+    ends = [sought.minimum(given)]
+    progress("calibrating from a second start")
+    ends.append(sought.minimum(sought.between(np.full(given.size, 0.5))))
+    if abs(ends[0][0] - ends[1][0]) > _SAME * min(ends[0][0], ends[1][0]):
+        for places in _FURTHER:
+            progress("calibrating from a further start")
+            ends.append(sought.minimum(sought.between(np.resize(places, given.size))))
+    _, best = min(ends, key=lambda end: end[0])
+    return fitter.fit((), dict(zip(freed, best.tolist(), strict=True)))
+
+
+class _Sought:
+    """Numbers as they are sought: each between 0 and 1, evenly or by the logarithm."""
+
+    def __init__(self, fitter: Fitter, freed: Sequence[Freed]) -> None:
+        self._fitter, self._freed = fitter, tuple(freed)
+        self._lower = np.array([each.lower for each in freed])
+        self._upper = np.array([each.upper for each in freed])
+        wide = (self._lower > 0) & (self._upper > _WIDE * self._lower)
+        self._rise = np.where(wide, np.log(self._upper / np.where(wide, self._lower, 1.0)), 0.0)
+        self._at: tuple[bytes, Array, Array] | None = None
+
+    def between(self, places: Array) -> Array:
+        """Values at places from 0 to 1."""
+        evenly = self._lower + places * (self._upper - self._lower)
+        return np.where(self._rise > 0, self._lower * np.exp(self._rise * places), evenly)
+
+    def _places(self, theta: Array) -> Array:
+        evenly = (theta - self._lower) / (self._upper - self._lower)
+        rise = np.where(self._rise > 0, self._rise, 1.0)
+        return np.where(self._rise > 0, np.log(np.maximum(theta, 1e-300) / self._lower_or_1) / rise, evenly)
+
+    @property
+    def _lower_or_1(self) -> Array:
+        return np.where(self._rise > 0, self._lower, 1.0)
+
+    def minimum(self, start: Array) -> tuple[float, Array]:
+        """Chi-square and values where the search from a start ends."""
+        from scipy.optimize import least_squares
+
+        begin = np.clip(self._places(start), 1e-6, 1 - 1e-6)
+        found: Any = least_squares(
+            lambda places: self._residual(places)[0],
+            begin,
+            lambda places: self._residual(places)[1],
+            bounds=(0.0, 1.0),
+            x_scale="jac",
+            ftol=1e-6,
+            xtol=1e-7,
+            max_nfev=_MOST_EVALUATIONS,
+        )
+        return 2 * float(found.cost), self.between(found.x)
+
+    def _residual(self, places: Array) -> tuple[Array, Array]:
+        """Whitened residuals and their derivatives by places."""
+        key = places.tobytes()
+        if self._at is None or self._at[0] != key:
+            theta = self.between(places)
+            try:
+                every = self._fitter.whitened(self._freed, theta)
+            except NotSimulatedError:
+                if self._at is None:
+                    raise
+                return _FAILED * np.abs(self._at[1]), self._at[2]
+            slope = np.where(self._rise > 0, self._rise * theta, self._upper - self._lower)
+            by = [by_number(each[:, 1:], self._freed, run, self._freed) for run, each in enumerate(every)]
+            residual = np.concatenate([each[:, 0] for each in every])
+            self._at = key, residual, -np.concatenate(by) * slope
+        return self._at[1:]
