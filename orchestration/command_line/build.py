@@ -1,26 +1,22 @@
-"""`warmlink build`, `save` and `check`: FMUs and systems for other tools, checked as their users would."""
+"""`warmlink build` and `save`: FMUs and systems for other tools."""
 
 from __future__ import annotations
 
 import re
-import shlex
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import (
-    FAILED,
     AtWork,
     answer,
     answer_json,
-    print_table,
     progress_bar,
     remark,
 )
 from warmlink.orchestration.files import fresh_folder, temporary_folder
-from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
@@ -29,7 +25,6 @@ if TYPE_CHECKING:
     from warmlink.fmus.catalogue import Entry
     from warmlink.fmus.component import Component
     from warmlink.fmus.packaging.native.fmu import FmiVersion
-    from warmlink.orchestration.check.fmu import CheckResult
     from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")
@@ -46,13 +41,6 @@ SHOWN_ARM_SCENARIO = "six_axis_shift"
 
 JOINED_HOME = "warmlink.orchestration.system.shipped"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
-
-_SIGNS = {
-    "pass": ("pass", "green"),
-    "fail": ("FAIL", "red"),
-    "skip": ("skip", "yellow"),
-    "remark": ("note", "yellow"),
-}
 
 
 def build(
@@ -129,7 +117,7 @@ def build_files(
     if valid_flags and (fmus != "native" or scenario is not None):
         raise InputError("--valid-flags: is for the shipped native FMUs; give --fmus native, no --scenario")
     if fmi not in (None, *_VERSIONS):
-        raise InputError(f"--fmi {fmi}: no such version; choose {' or '.join(_VERSIONS)}")
+        raise InputError(f"--fmi {fmi}: no such version; {instead(str(fmi), _VERSIONS)}")
     if names and scenario is not None:
         raise InputError(f"{names[0]}: --scenario builds its own system alone; give names or a scenario")
     from warmlink.orchestration.check.fmu import validity_problems
@@ -317,72 +305,3 @@ def save(
     write_ssp(asked.system(asked.files(built)), path)
     advise(asked)
     answer(f"system  {path}    run it: {command('warmlink', 'simulate', path)}")
-
-
-def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> None:
-    """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
-
-    Parameters
-    ----------
-    file : An .fmu or .ssp file from any tool.
-    time_limit : Longest time that one check of an FMU may take. Default: "30 s".
-    """
-    from rich.text import Text
-
-    from warmlink.orchestration.check.fmu import TIME_LIMIT, check_fmu
-    from warmlink.orchestration.scenarios.quantities import positive
-
-    if file.is_dir():
-        raise InputError(_folder(file))
-    limit = TIME_LIMIT if time_limit is None else positive(time_limit, "s", "--time-limit")
-    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file, limit)
-    failed = sum(result.verdict == "fail" for result in results)
-    if json:
-        answer_json([asdict(result) for result in results])
-    else:
-        rows = [(result.name, Text(*_SIGNS[result.verdict]), result.detail) for result in results]
-        print_table(str(file), ("check", "", "detail"), rows)
-        answer(f"{len(results) - failed} of {len(results)} checks found no fault")
-    if failed:
-        raise SystemExit(FAILED)
-
-
-_NAMED = 5
-"""Files of a folder, at most, that a sentence names."""
-
-
-def _folder(folder: Path) -> str:
-    """Say what a folder holds that can be checked."""
-    if (folder / "modelDescription.xml").is_file():
-        return f"{folder}: is an unpacked FMU; pack it into a zip archive named .fmu"
-    files = sorted(path for kind in ("fmu", "ssp") for path in folder.rglob(f"*.{kind}"))
-    if not files:
-        return f"{folder}: is a folder without .fmu or .ssp files; give the path of one"
-    names = ", ".join(str(path.relative_to(folder)) for path in files[:_NAMED])
-    more = f" and {len(files) - _NAMED} more" if len(files) > _NAMED else ""
-    one = shlex.quote(str(files[0]))
-    return f"{folder}: is a folder, which holds {names}{more}; check one of them: warmlink check {one}"
-
-
-def _check_system(path: Path) -> list[CheckResult]:
-    """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
-    from warmlink.orchestration.check.fmu import CheckResult, validity_problems
-    from warmlink.orchestration.simulation import simulate
-    from warmlink.orchestration.system.assemble import read_system
-
-    with temporary_folder() as work:
-        system = read_system(path, work)
-        detail = f"{len(system.components)} components, {len(system.connections)} connections"
-        results = [CheckResult("reads and fits together", "pass", detail)]
-        for name, held in system.components.items():
-            found = "; ".join(validity_problems(held.fmu))[:200]
-            results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
-        stop = system.default_experiment.stop_time
-        if stop is None:
-            return [*results, CheckResult("runs", "skip", "the system proposes no stop time")]
-        try:
-            run = simulate(system)
-        except SlaveError as fault:
-            return [*results, CheckResult("runs", "fail", str(fault))]
-    done = "; ".join((f"{stop:g} s in steps of {run.table.points.step_size:g} s", *run.remarks))
-    return [*results, CheckResult("runs", "fail" if run.stopped else "pass", run.stopped or done)]
