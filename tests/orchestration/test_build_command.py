@@ -13,8 +13,8 @@ from typing import NoReturn
 import pytest
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.console import AtWork
+from warmlink.orchestration.products.build import build
 
 
 def failing(number: int) -> Callable[..., NoReturn]:
@@ -57,7 +57,7 @@ def test_what_cannot_be_written_is_said_in_one_sentence(
 
 def built(*arguments: str) -> list[str]:
     """Paths that `warmlink build` wrote, of all kinds."""
-    build_files("out", names=arguments, fmus="python")
+    build(arguments, "out", fmus="python")
     return sorted(path.relative_to("out").as_posix() for path in Path("out").rglob("*") if path.is_file())
 
 
@@ -109,7 +109,7 @@ def test_one_version_is_built_where_one_is_asked_for(tmp_path: Path, monkeypatch
     if not any(map(shutil.which, ("cc", "gcc", "clang"))):
         pytest.skip("there is no C compiler here")
     monkeypatch.chdir(tmp_path)
-    paths = build_files(fmus="native", names=["HeatPath"], fmi="3")
+    paths = build(["HeatPath"], fmus="native", fmi=3)
     assert paths == [Path("dist/native/fmi3/HeatPath.fmu")]
 
 

@@ -160,8 +160,8 @@ def test_the_cell_is_one_component_for_build(warmlink: Warmlink, monkeypatch: py
         asked.append(components)
         return build_python_fmus([each for each in components if each.component.name in entries()], how.out)
 
-    monkeypatch.setattr("warmlink.orchestration.command_line.build._build_native", built)
-    wl.build("dist", "native", scenario="my cell.toml")
+    monkeypatch.setattr("warmlink.orchestration.products.build._build_native", built)
+    wl.build(fmus="native", scenario="my cell.toml")
     whole = asked[-1][0].component
     assert whole.name == "my_cell"
     assert whole.start_values()[0][whole.p.index["link.length"]] == 0.8
