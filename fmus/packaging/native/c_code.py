@@ -191,8 +191,8 @@ class _Body:
         if form is None:
             told = f"{self.name}: CasADi's operation {kind.lower()} has no C here"
             raise InputError(f"{told}; write it with others")
-        parts = [self._made.get(each, ("", [])) for each in given]
-        if kind == "ADD" and all(made == "IF_ELSE_ZERO" for made, _ in parts):
+        parts = [self._made.get(each, ("", [])) for each in given] if kind == "ADD" else []
+        if parts and all(made == "IF_ELSE_ZERO" for made, _ in parts):
             (one, then), (other, otherwise) = (each for _, each in parts)
             if self._made.get(other) == ("NOT", [one]):
                 form, given = self.forms["choice"], [one, then, otherwise]

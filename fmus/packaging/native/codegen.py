@@ -29,21 +29,23 @@ MOST_SHOWN = 8
 def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """Write the generated C files of a component, all but `identity.h`; texts by name.
 
-    `component.h` holds its name and sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
-    time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
+    `component.h` holds its name and sizes; by CasADi `starting.c` what runs once, `running.c` what runs all
+    the time, `deriving.c` what gives derivatives; `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
     plan = None if component.joint is None else Plan(component)
     groups, functions = _running(component, plan)
     header = '#include "model.h"\n'
     starting = header + functions_text(_starting(component, plan))
-    running = header + functions_text(functions)
+    derivatives = [each for each in functions if each.name().endswith("tangent")]
+    running = header + functions_text(each for each in functions if each not in derivatives)
     running += _dispatcher("outputs", "group", ("x", "u", "d", "time"), len(groups))
     running += _dispatcher("sample", "clock", ("x", "u", "d", "time", "step"), len(component.clocks))
     return {
         "component.h": _sizes_header(component, arrays),
         "starting.c": starting,
         "running.c": running,
+        "deriving.c": header + functions_text(derivatives),
         "variables.c": _variables_file(component, groups, arrays),
     }
 
@@ -213,10 +215,11 @@ def _sentence(component: Component, sentence: str) -> str:
     return f"{{{_string(f'.{text}')}, {{{', '.join(shown) or 0}}}}}"
 
 
+_ESCAPED = [chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}" for byte in range(256)]
+_ESCAPED[ord("\\")], _ESCAPED[ord('"')], _ESCAPED[ord("\n")] = "\\\\", '\\"', "\\n"
+"""How each byte of a text stands in a string literal of C."""
+
+
 def _string(text: str) -> str:
     """C string literal; what lies outside ASCII as octal escapes of its UTF-8."""
-    plain = {ord("\\"): "\\\\", ord('"'): '\\"', ord("\n"): "\\n"}
-    encoded = "".join(
-        plain.get(byte, chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}") for byte in text.encode()
-    )
-    return f'"{encoded}"'
+    return f'"{"".join(map(_ESCAPED.__getitem__, text.encode()))}"'

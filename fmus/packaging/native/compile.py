@@ -74,6 +74,7 @@ UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
     "starting.c": ("-O0",),  # large, and run once for each instance: not worth any optimisation
     # What one function stores number by number, another one would read in pairs, and wait for both.
     "running.c": ("-fno-tree-slp-vectorize", *_FEW_BRANCHES),
+    "deriving.c": ("-O1",),  # straight lines, which hosts ask for now and then
     "fmi2_cs.c": _FEW_BRANCHES,
     "fmi3_cs.c": _FEW_BRANCHES,
     **dict.fromkeys(("model.c", "fmi2_rest.c", "fmi3_rest.c"), ("-O0",)),  # not a part of any step

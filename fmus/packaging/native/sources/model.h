@@ -1,7 +1,7 @@
 /* The part of a native FMU that FMI 2.0 and FMI 3.0 share.
 
-   starting.c, running.c and variables.c, generated from the component's declaration, give what is declared
-   below under WL(...). What runs in every step is a part of fmi2_cs.c or fmi3_cs.c, so that a compiler sees all at
+   starting.c, running.c, deriving.c and variables.c, generated from the component's declaration, give what is
+   declared below under WL(...). What runs in every step is a part of fmi2_cs.c or fmi3_cs.c, so that a compiler sees all at
    once; what does not is in model.c, and in fmi2_rest.c or fmi3_rest.c. Units call each other by WL(...) too. */
 #ifndef WARMLINK_MODEL_H
 #define WARMLINK_MODEL_H

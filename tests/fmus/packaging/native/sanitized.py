@@ -15,7 +15,7 @@ from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 VERSIONS: tuple[FmiVersion, ...] = ("2.0", "3.0")
 
-_GENERATED = ("starting.c", "running.c", "variables.c")
+_GENERATED = ("starting.c", "running.c", "deriving.c", "variables.c")
 _SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 _ARITHMETIC = ("-fno-sanitize=null,alignment,object-size,pointer-overflow",)
 """What the generated functions need no check for: their places in arrays are constants, and the sanitizer for
