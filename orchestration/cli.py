@@ -41,7 +41,7 @@ COMMANDS = {
     "sweep": "studies",
     "design": "laws",
     "export": "laws",
-    "check": "build",
+    "check": "check",
     "diagnose": "diagnose",
     "hide": "diagnose",
     "reduce": "reduce",
