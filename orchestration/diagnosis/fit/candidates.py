@@ -176,6 +176,8 @@ class Candidates:
 
     def _open_at_start(self, i: int, run: Run) -> dict[str, float]:
         """What a run's start leaves open, and by how much."""
+        if not (self.experiment.initial_measured or self.experiment.calibrated):
+            return {}
         read = initial_values(self.experiment.rig, run, self.known(run))
         if self.experiment.initial_measured:
             return {
@@ -188,7 +190,7 @@ class Candidates:
         # A cause may shift all starts alike, but not one against the other.
         apart = max(off, default=0.0) - min(off, default=0.0)
         denied = max(map(abs, off), default=0.0) if self.experiment.only_calibrated else apart
-        if denied <= least or not self.experiment.calibrated:
+        if denied <= least:
             return {}
         return {name: _START + abs(each) for name, each in zip(given, off, strict=True)}
 
