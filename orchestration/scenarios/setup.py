@@ -108,6 +108,11 @@ class Setup:
         """Names of the controllers' outputs that correct the error."""
         return tuple(f"{instance}.correction" for instance in self.controllers)
 
+    @property
+    def claims(self) -> tuple[str, ...]:
+        """Names of the controllers' outputs that say that the error is within tolerance."""
+        return tuple(f"{instance}.ready" for instance in self.controllers)
+
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""
         channels = {f"noise[{channel}]": noise for channel in range(1, CHANNELS + 1)}
