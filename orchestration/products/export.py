@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from warmlink.controllers.export.core import Core, Precision, designed, export_files
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder
@@ -70,5 +73,8 @@ def export(
             raise InputError(f"{where}: holds nothing for a {COMPENSATOR}; give the values of a design")
         values = start_values(given, {COMPENSATOR: component}, where)[COMPENSATOR]
         component = designed(component, {each: float(value) for each, value in values.items()})
+    if precision not in get_args(Precision):
+        told = instead(str(precision), get_args(Precision))
+        raise InputError(f"{argument('precision', precision)}: no such arithmetic; {told}")
     core = Core(component, name, precision)
     return Exported(core, export_files(core))

@@ -23,7 +23,8 @@ def positive(text: str | float, unit: str, where: str) -> float:
 
 def not_positive(text: str | float, unit: str) -> str:
     """Sentence that refuses a value which is not above 0."""
-    return f"{shortened(str(text))} is not positive; give a value above 0 {unit}"
+    above = "0" if unit == "1" else f"0 {unit}"
+    return f"{shortened(str(text))} is not positive; give a value above {above}"
 
 
 def quantity(text: str | float, unit: str, where: str = "", *, difference: bool = False) -> float:

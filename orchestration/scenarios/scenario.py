@@ -208,10 +208,18 @@ def changed(
 
     Raises InputError if a controller or mismatch does not exist.
     """
-    known = scenario.as_believed
     law = scenario.controller if controller is None else controller_named(controller)
-    asked = replace(known, controller=law, parameters={**known.parameters, **given_values(parameters)})
-    for each in (*scenario.differences, *map(mismatch.load, mismatches)):
+    asked = believing(replace(scenario, controller=law), given_values(parameters))
+    for each in map(mismatch.load, mismatches):
+        asked = each.applied(asked)
+    return asked
+
+
+def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
+    """The scenario with start values that whoever designs for it knows; its mismatches come on top."""
+    known = scenario.as_believed
+    asked = replace(known, parameters={**known.parameters, **given})
+    for each in scenario.differences:
         asked = each.applied(asked)
     return asked
 

@@ -25,7 +25,7 @@ from warmlink.orchestration.console import Answer, progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario, believing
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
@@ -96,11 +96,7 @@ def plan(
         if twice := sorted(name for name, count in several.items() if count > 1):
             raise InputError(f"{twice[0]}: two {what} of that name; rename one")
     given = assigned(sets, {law.name: law.component for law in laws})
-    scenarios = [
-        replace(duty, controller=law, parameters={**duty.parameters, **given[law.name]})
-        for law in laws
-        for duty in duties
-    ]
+    scenarios = [believing(replace(duty, controller=law), given[law.name]) for law in laws for duty in duties]
     for each in scenarios:
         if each.design is None:
             raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")

@@ -18,7 +18,7 @@ from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
-from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.scenarios.scenario import Scenario, believing
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
@@ -107,7 +107,7 @@ class Study:
         """The runs of one point, each duty cycle with each mismatch; InputError if a component refuses it."""
         return [
             case_of(
-                mismatch.applied(replace(duty, parameters={**duty.parameters, **point})),
+                mismatch.applied(believing(duty, point)),
                 (label, duty.name, mismatch.name),
             )
             for duty in self.scenarios

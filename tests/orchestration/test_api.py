@@ -21,6 +21,7 @@ from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.system.write import write_ssp
 
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
@@ -84,6 +85,11 @@ def test_a_law_is_exported_and_a_run_made_up(tmp_path: Path) -> None:
 def test_sentences_speak_of_arguments_where_no_command_runs() -> None:
     for call, sentence in (
         (lambda: wl.hide(seed=-1), "seed=-1: is negative"),
+        (
+            lambda: wl.export("observer", precision="half"),  # type: ignore[arg-type]
+            "precision='half': no such arithmetic; choose",
+        ),
+        (lambda: positive(-1.0, "1", "share"), "share: -1.0 is not positive; give a value above 0$"),
         (lambda: wl.hide(solver="grit"), "solver='grit': no such solver; did you mean grid"),
         (lambda: wl.hide(solver="fea", axis=1), "axis=1: .* leave solver='fea' out"),
         (lambda: wl.reduce("absent.step", ["#1"], "0, 0, 0 mm", mesh_size="a"), "`mesh_size`: "),

@@ -41,6 +41,7 @@ def at_start(time: Array, values: Array) -> float | None:
     if not readings.size:
         return None
     noise = max(row_noise(time, values), step / np.sqrt(12), 1e-9 * float(np.abs(readings).max()))
+    noise = noise or 1.0  # of nothing but zeros, which any noise explains
     count = readings.size
     while True:
         start, credible = _intercept(times[:count], readings[:count], noise)

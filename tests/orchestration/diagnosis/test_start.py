@@ -38,3 +38,7 @@ def test_a_spike_after_the_first_rows_and_empty_cells_change_nothing_much() -> N
 def test_no_reading_in_the_first_minute_says_nothing() -> None:
     time = np.arange(0.0, 600.0, 5.0)
     assert at_start(time, np.where(time > 60, ROOM, np.nan)) is None
+
+
+def test_nothing_but_zeros_starts_at_zero() -> None:
+    assert at_start(np.arange(0.0, 100.0, 10.0), np.zeros(10)) == 0.0

@@ -3,9 +3,9 @@
 import logging
 import os
 import sqlite3
-from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -167,11 +167,11 @@ def test_the_folder_is_held_until_the_results_are_in_it(
 ) -> None:
     free: list[bool] = []
 
-    def watched(out: Path, old: Callable[[], Iterable[Path]]) -> AbstractContextManager[Path]:
+    def watched(out: Path, *how: Any) -> AbstractContextManager[Path]:
         handle, nobody = lock(out)
         unlock(handle)
         free.append(nobody)
-        return fresh_folder(out, old)
+        return fresh_folder(out, *how)
 
     monkeypatch.setattr("warmlink.orchestration.results.fresh_folder", watched)
     for command in (["tune", "study.toml", "--trials", "1"], ["sweep", "study.toml"], COMPARE):

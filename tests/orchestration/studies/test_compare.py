@@ -17,11 +17,13 @@ from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, reached_controllers
+from warmlink.orchestration.scenarios.scenario import changed
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.compare import (
     COLUMNS,
     Comparison,
     plan,
+    plan_on,
     run_comparison,
     write_csv,
 )
@@ -238,3 +240,12 @@ def test_it_is_said_that_steps_do_not_follow_a_coupling_tolerance(
     with pytest.raises(SystemExit):
         main()
     assert "coupling_tolerance: steps follow it in `warmlink run` alone" in capsys.readouterr().err
+
+
+def test_what_is_set_is_set_in_the_cell_that_differs_as_in_a_run() -> None:
+    """A conductivity that was set took the place of that of the cell's own draw."""
+    given = {"link.conductivity": 100.0, "compensator.tolerance": 4e-6}
+    plan = plan_on("WarmupCell", ["observer"], ["warm_up"], ["nominal"], [StartValueSet("given", given)])
+    run = changed(load_scenario("warm_up"), "observer", given)
+    assert plan.scenarios[-1].parameters == run.parameters
+    assert plan.scenarios[-1].as_believed.parameters == run.as_believed.parameters
