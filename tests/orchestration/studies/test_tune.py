@@ -153,6 +153,26 @@ def test_an_interrupted_study_ends_like_one_that_was_not(
     assert again.done == 0
 
 
+def test_the_trials_so_far_are_kept_after_each_batch(study: Study, folder: Path) -> None:
+    path, rows, part = folder / "trials.csv", list[int](), make(folder, "part")
+
+    def keep(found: Tuned) -> None:
+        found.write_csv(path)
+        rows.append(len(path.read_text("utf-8").splitlines()) - 1)
+
+    def go_on(workers: Formula) -> None:
+        storage = Storage(study, "fmus", default_url(part))
+        ledger = Ledger(part, "fmus", workers, print)
+        tune(study, ledger, storage, lambda done, leader: None, keep=keep)
+
+    with pytest.raises(KeyboardInterrupt):
+        go_on(Formula(at_most=2 * 9 + 1))
+    assert rows == [4, 8]
+    # What was there before is not written as if it were all.
+    go_on(Formula())
+    assert rows == [4, 8, 12, 14]
+
+
 def test_more_trials_go_on_from_those_there_are(study: Study, folder: Path) -> None:
     more = replace(study, tune=replace(study.tune, trials=22))
     part = make(folder, "part")
