@@ -263,8 +263,13 @@ def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) 
 def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder: Path) -> None:
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
-    write_tuning(Tuned(study, trials, Storage(study, "fmus", default_url(here))), here / "report.html")
+    winner = best(trials)
+    write_tuning(
+        Tuned(study, trials, Storage(study, "fmus", default_url(here)), winner), here / "report.html"
+    )
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
+    for shown in ("winner, polished", "number of the trial [1]", "worst max_abs_um [", "share [1]"):
+        assert shown in drawn
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
     assert "parcoords" in drawn
