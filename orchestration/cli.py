@@ -48,7 +48,7 @@ COMMANDS = {
     "sweep": "studies",
     "design": "laws",
     "export": "laws",
-    "check": "build",
+    "check": "check",
     "diagnose": "diagnose",
     "hide": "diagnose",
     "reduce": "reduce",
@@ -56,6 +56,7 @@ COMMANDS = {
     "init": "init",
     "schema": "init",
     "list": "init",
+    "info": "init",
 }
 """Module of each command; a function of the same name, or with a `_` after it, is the command."""
 

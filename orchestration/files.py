@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import TEMPORARY, WRITING, hold, let_go, lock, sweep, unlock, whole_file
 
@@ -21,7 +22,7 @@ WRITTEN = ".written-"
 """How the names of folders begin whose files are whole, and are about to take their places."""
 
 _GOES = ".goes"
-"""Folder in such a folder with the names of files that go before."""
+"""Folder in such a folder with the names of files that go before; each says into which folder, or none."""
 
 ENDING_SECONDS = 1.0
 """Within which the processes of a command that was killed have ended, and hold no folder any more."""
@@ -31,36 +32,40 @@ FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 
 @contextmanager
-def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Iterator[Path]:
+def fresh_folder(
+    folder: Path, old: Callable[[], Iterable[Path]] = tuple, kept_in: str = ""
+) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
-    Files of the same names are replaced, and before that the `old` ones go; others in `folder` are left
-    alone, and so are all where nothing was written. Whatever ends the process, either the old files are there
-    or the new ones: what it had no time for, `settle` does. Folders made for the purpose go again where
-    nothing came of it, and so does what a process that was killed left there. InputError if the folder cannot
-    be written; NoRoomError where the disk is full.
+    Files of the same names are replaced, and before that the `old` ones go, or are `kept_in` a folder of that
+    name inside; others in `folder` are left alone, and so are all where nothing was written. Whatever ends
+    the process, either the old files are there or the new ones: what it had no time for, `settle` does.
+    Folders made for the purpose go again where nothing came of it, and so does what a process that was killed
+    left there. InputError if the folder cannot be written; NoRoomError where the disk is full.
     """
     shown, folder = folder, folder.absolute()
     with _made(folder, shown):
         settle(folder)
         sweep(folder, WRITING)
-        with _owned(folder, WRITING, "choose another --out", shown) as work:
+        with _owned(folder, WRITING, f"choose another {argument('out')}", shown) as work:
             try:
                 yield work
                 new = [path.relative_to(work) for path in sorted(work.rglob("*")) if path.is_file()]
                 for name in new:
                     if (folder / name).is_dir():
-                        raise InputError(f"{shown / name}: is a folder; choose another --out, or move it")
+                        raise InputError(
+                            f"{shown / name}: is a folder; choose another {argument('out')}, or move it"
+                        )
                 (work / _GOES).mkdir()
                 for path in old() if new else ():
-                    (work / _GOES / path.name).touch()
+                    (work / _GOES / path.name).write_text(kept_in, encoding="utf-8")
             except OSError as fault:
                 if fault.errno not in FULL_DISK:
                     raise
                 told = os.strerror(fault.errno).lower()
                 raise NoRoomError(f"{shown}: cannot be written ({told}); free space there") from None
             if new:
-                with _refused("{}: cannot be replaced ({}); choose another --out", shown):
+                with _refused("{}: cannot be replaced ({}); choose another " + argument("out"), shown):
                     ready = work.rename(work.with_name(work.name.replace(WRITING, WRITTEN, 1)))
                     _take_places(ready)
 
@@ -81,7 +86,11 @@ def settle(folder: Path) -> None:
 def _take_places(ready: Path) -> None:
     """Have the old files go, then the new ones move up; may be done again after it was interrupted."""
     for name in [*(ready / _GOES).glob("*")]:
-        (ready.parent / name.name).unlink(missing_ok=True)
+        path, kept_in = ready.parent / name.name, name.read_text(encoding="utf-8")
+        if kept_in and path.exists():
+            (ready.parent / kept_in).mkdir(exist_ok=True)
+            path.replace(ready.parent / kept_in / name.name)
+        path.unlink(missing_ok=True)
         name.unlink()
     for path in sorted(ready.rglob("*")):
         if path.is_file():
@@ -97,7 +106,7 @@ def fresh_file(path: Path) -> Iterator[Path]:
 
     InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
-    with _refused("{}: cannot be written ({}); nothing is there, choose another --out", path):
+    with _refused("{}: cannot be written ({}); nothing is there, choose another " + argument("out"), path):
         sweep(path.parent, WRITING)
         with whole_file(path) as scratch:
             yield scratch
@@ -151,7 +160,7 @@ def write_files(
         for name in writers:
             (folder / name).unlink(missing_ok=True)
     told = f"lost, because {'not all' if earlier else 'it'} could{'' if earlier else ' not'} be written"
-    return f"{told} ({reason}): {' and '.join(lost)}{stay}; free space or choose another --out"
+    return f"{told} ({reason}): {' and '.join(lost)}{stay}; free space or choose another {argument('out')}"
 
 
 @contextmanager
@@ -174,7 +183,7 @@ def locked_folder(folder: Path) -> Iterator[None]:
                 if not free:
                     raise InputError(
                         f"{folder}: another warmlink is writing there{_holder(folder)}; wait until it has "
-                        "ended, or choose another --out"
+                        f"ended, or choose another {argument('out')}"
                     )
                 if handle is None or _is_still(handle, folder):
                     yield
@@ -224,7 +233,7 @@ def _made(folder: Path, shown: Path | None = None) -> Iterator[None]:
     """Make a folder, which may be shown otherwise; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        with _refused("{}: cannot be written ({}); choose another --out", shown or folder):
+        with _refused("{}: cannot be written ({}); choose another " + argument("out"), shown or folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
         yield

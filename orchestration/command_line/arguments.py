@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_orig
 from warmlink.fmus.arguments import speaking_of_options
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import pair
 
 if TYPE_CHECKING:
@@ -59,10 +60,13 @@ EXPLAINED = {
 OPTIONS = {
     "heat_faces": "--heat-face",
     "mismatches": "--mismatch",
+    "names": "--map",
     "parameters": "--set",
+    "replaced": "--replace",
     "sensor_points": "--sensor",
     "solver": "--with",
     "tool_faces": "--tool-face",
+    "units": "--unit",
 }
 """Options of the arguments of the library's functions that are not called alike."""
 
@@ -126,7 +130,7 @@ def for_typer(command: Command) -> Command:
 
 def carry_out(command: Command, values: Mapping[str, Any]) -> None:
     """Run a command, whose sentences speak of options meanwhile."""
-    with speaking_of_options(OPTIONS):
+    with speaking_of_options(OPTIONS, quoted):
         command(**values)
 
 

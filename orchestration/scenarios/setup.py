@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
@@ -264,7 +265,9 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
         known = shipped.get(kinds.get(instance, ""))
         if known is None:
             ours = [name for name, kind in kinds.items() if kind in shipped]
-            raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
+            raise InputError(
+                f"{argument('replaced', instance)}: no part of {setup.name}; {instead(instance, ours)}"
+            )
         asked = {
             each.name: ("output" if isinstance(each.variable, Output) else "input", Unit(each.variable.unit))
             for each in known.scalars()

@@ -92,6 +92,28 @@ def test_sentences_speak_of_arguments_where_no_command_runs() -> None:
             call()
 
 
+def test_sentences_on_data_speak_of_arguments_that_a_diagnosis_takes() -> None:
+    times = np.arange(0.0, 600.0, 10.0)
+    run = pandas.DataFrame({"time [s]": times, "T1 [degC]": 20 + 0 * times, "torque": times})
+    for given, sentence in (
+        ({}, r"or give units={'torque': 'N.m'}"),
+        ({"units": {"torgue": "N.m"}}, r"^units={'torgue': 'N.m'}: no such column; did you mean torque"),
+        ({"units": {"torque": "N.m"}}, r"say which is which with names={'T1': 'shaft_temperature'}"),
+        ({"names": {"T1": "base"}, "units": {"torque": "N.m"}}, r"^names={'T1': 'base'}: base is no column"),
+        (
+            {"names": {"T1": "base_temperature", "torque": ""}},
+            r"stood still: assume={'speed': '0', 'torque': '0', 'pad_temperature': 'off'}",
+        ),
+        (
+            {"names": {"T1": "base_temperature", "torque": ""}, "assume": {"wind": 0}},
+            r"^assume={'wind': '0'}: wind is no input",
+        ),
+        ({"decimal": "dot"}, r"^decimal='dot': "),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            wl.diagnose(run, **given)
+
+
 def test_the_former_place_has_the_same_names_and_warns() -> None:
     from warmlink.orchestration import api
 
@@ -249,3 +271,12 @@ def test_a_notebook_shows_progress_and_nothing_else_does(
     shown = capsys.readouterr().err.split("\r")
     assert any(" %" in each for each in shown)
     assert shown[-2:] == [" " * 79, ""]
+
+
+def test_a_file_is_checked(place: Path) -> None:
+    found = wl.check(place / "dist" / "WarmupCell.ssp")
+    assert not found.failed
+    assert "reads and fits together" in repr(found)
+    assert list(found.to_frame().columns) == ["name", "verdict", "detail"]
+    with pytest.raises(InputError, match=r"dist: is a folder, which holds WarmupCell\.ssp"):
+        wl.check(place / "dist")
