@@ -150,10 +150,7 @@ def _history(study: Study, trials: list[Judged], polished: Judged | None) -> Sec
     winner = [] if polished is None else [{"x": [polished.number], "y": [polished.objective], **look}]
     figure = chart(
         *_points([trial.number for trial in trials], trials, "trial"),
-        *(
-            {"x": [x], "y": [y], "mode": "markers", "marker": star, "name": "winner, polished"}
-            for x, y in winner
-        ),
+        *winner,
         _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
         x="number of the trial [1]",
         y=_axis(study.objective),
