@@ -1,7 +1,6 @@
 import math
 import operator
 import sqlite3
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +9,12 @@ import pytest
 pytest.importorskip("optuna")
 
 from tests.documented import undescribed
+from tests.formula import Formula, make
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.at_work import Ledger
-from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
+from warmlink.orchestration.studies.case import Constraint, Gathered
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -26,32 +26,6 @@ from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 import_optuna()
 
 
-class Formula:
-    """Workers for whom a run's error is a formula in gain and time constant, with its least at (5, 3000)."""
-
-    def __init__(self, poison: float = -1.0, backwards: bool = False, at_most: int | None = None) -> None:
-        self.poison, self.backwards, self.left, self.done = poison, backwards, at_most, 0
-
-    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        places = range(len(cases))
-        for place in reversed(places) if self.backwards else places:
-            if self.done == self.left:
-                raise KeyboardInterrupt
-            self.done += 1
-            values = cases[place].values["compensator"]
-            gain, time = 1e6 * float(values["gain"]), float(values["time_constant"])
-            error = 1 + (gain - 5) ** 2 + math.log(time / 3000) ** 2
-            rate = 0.01 * gain
-            yield (
-                place,
-                (
-                    Outcome(stopped="the slave said no")
-                    if gain < self.poison
-                    else Outcome(error, error, error, None, 5.0, 2.0, rate, 0.01)
-                ),
-            )
-
-
 def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Judged]:
     storage = Storage(study, fmus, default_url(folder))
     return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None).trials
@@ -60,11 +34,6 @@ def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> lis
 @pytest.fixture
 def study(folder: Path) -> Study:
     return load_study(str(folder / "study.toml"))
-
-
-def make(folder: Path, name: str) -> Path:
-    (folder / name).mkdir()
-    return folder / name
 
 
 def same(one: list[Judged], other: list[Judged]) -> bool:
@@ -151,26 +120,6 @@ def test_an_interrupted_study_ends_like_one_that_was_not(
     again = Formula()
     assert same(run(study, part, again), whole)
     assert again.done == 0
-
-
-def test_the_trials_so_far_are_kept_after_each_batch(study: Study, folder: Path) -> None:
-    path, rows, part = folder / "trials.csv", list[int](), make(folder, "part")
-
-    def keep(found: Tuned) -> None:
-        found.write_csv(path)
-        rows.append(len(path.read_text("utf-8").splitlines()) - 1)
-
-    def go_on(workers: Formula) -> None:
-        storage = Storage(study, "fmus", default_url(part))
-        ledger = Ledger(part, "fmus", workers, print)
-        tune(study, ledger, storage, lambda done, leader: None, keep=keep)
-
-    with pytest.raises(KeyboardInterrupt):
-        go_on(Formula(at_most=2 * 9 + 1))
-    assert rows == [4, 8]
-    # What was there before is not written as if it were all.
-    go_on(Formula())
-    assert rows == [4, 8, 12, 14]
 
 
 def test_more_trials_go_on_from_those_there_are(study: Study, folder: Path) -> None:
