@@ -44,7 +44,8 @@ def design(
     camera_std : Standard deviation of the camera's noise, such as "0.2 um". Default: that of DriftCamera.
     sample_time : Time between two corrections.
     out : Parameter set (SSV) to write. Default: LAW.ssv.
-    report : HTML page to write: poles, Bode plots, and the error of the reduced model (not for `regression`).
+    report : HTML page to write: expected error, what each thermometer is worth, gains and poles of the
+        filter, Bode plots, and the error of the reduced model (not for `regression`).
     """
     from warmlink.orchestration.studies.design import design as design_law
     from warmlink.orchestration.system.replacement import Replacements
@@ -69,7 +70,7 @@ def design(
 
         title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
         with fresh_file(report) as target:
-            write_report(plant_model(found.plant), found.reduced, title, lead, target)
+            write_report(plant_model(found.plant), found.reduced, found.values, title, lead, target)
     path = out or Path(f"{law}.ssv")
     found.write(path)
     if json:

@@ -6,12 +6,12 @@ import logging
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import (
@@ -152,9 +152,9 @@ def tune(
     A table [second_objective] of the same kind asks for the Pareto front of both. Where the system is joined,
     the winner is polished along its gradient.
 
-    Writes trials.csv, winner.ssv and report.html. Where no trial keeps every constraint there is no winner:
-    the trial that comes nearest is named, and the exit code is 1. After an interruption the same command
-    continues; its table does not depend on the number of processes.
+    Writes trials.csv, winner.ssv and report.html; the first after each batch of trials. Where no trial keeps
+    every constraint there is no winner: the trial that comes nearest is named, and the exit code is 1. After
+    an interruption the same command continues; its table does not depend on the number of processes.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def tune(
     out : Folder for results. Default: out/STUDY/tune.
     """
     from warmlink.orchestration.studies.study import load_study
-    from warmlink.orchestration.studies.tune import tuned
+    from warmlink.orchestration.studies.tune import TRIALS, tuned
     from warmlink.orchestration.studies.winner import write_winner
 
     asked = load_study(study).lasting(trials)
@@ -170,14 +170,15 @@ def tune(
     refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
     with interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
-        write_frame(found.to_frame(), target / "trials.csv")
+        found.write_csv(target / TRIALS)
         if found.best is not None:
             write_winner(asked, found.best.point, target)
         if report:
             from warmlink.orchestration.report.studies import write_tuning
 
             write_tuning(found, target / "report.html")
-    table = f"trials  {folder / 'trials.csv'}\nstudy   {dashboard(found.storage.place)}"
+    absent = "" if find_spec("optuna_dashboard") else "    first: pip install optuna-dashboard"
+    table = f"trials  {folder / TRIALS}\nstudy   {dashboard(found.storage.place)}{absent}"
     _answer(found, table, folder, report, json)
     if found.best is None:
         raise SystemExit(FAILED)

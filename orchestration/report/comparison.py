@@ -122,10 +122,10 @@ def _conduct(comparison: Comparison) -> Table:
     lines = []
     for name in comparison.controllers:
         rows = [row for row in comparison.rows.values() if row.controller == name]
-        ran = [row.outcome for row in rows if row.outcome.stopped is None]
+        ran = [row.outcome for row in rows if row.outcome.ready_percent is not None]
         if ran:
-            most = [max(getattr(each, of) for each in ran) for of in CONDUCT[1:]]
-            shown = min(each.ready_percent for each in ran), *most
+            every = [[getattr(each, of) for each in ran] for of in CONDUCT]
+            shown = min(every[0]), *map(max, every[1:])
             lines.append((name, *(f"{value:.3g}" for value in shown)))
     return Table(("controller", *headings), lines)
 

@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.controllers.design.gains import expected
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, USUAL_SPEED, LinearPlant
 from warmlink.controllers.design.reduction import ReducedPlant, balanced
+from warmlink.controllers.design.steady import steady, worth
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.start_values import Values
 from warmlink.orchestration.report.figures import COLOURS, DASHES, chart, styled
 from warmlink.orchestration.report.page import Section, Table, write_page
 
@@ -23,8 +27,10 @@ FREQUENCIES = np.logspace(-6, 0, 121)
 """rad/s: periods from two months to six seconds."""
 
 
-def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: str, path: Path) -> None:
-    """Write the page of a plant that was designed for, and of what the controller goes by."""
+def write_report(
+    plant: LinearPlant, reduced: ReducedPlant, values: Values, title: str, lead: str, path: Path
+) -> None:
+    """Write the page of a plant that was designed for, and of what the controller goes by: its `values`."""
     order, error, hankel = reduced.order, reduced.error, balanced(plant).hankel
     columns, bode = [], []
     for motion, speed in SPEEDS.items():
@@ -38,9 +44,10 @@ def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: st
     colours = [COLOURS[0] if i < order else "#c3c9d4" for i in range(shown.size)]
     bars = {"type": "bar", "x": list(range(1, shown.size + 1)), "y": shown, "marker": {"color": colours}}
     sections = [
+        *_filter(plant, reduced, values),
         Section(
-            "Poles",
-            "Time constants: how long it takes a pattern of temperatures to fall to 37 %.",
+            "Time constants of the plant",
+            "How long it takes a pattern of temperatures to fall to 37 %.",
             Table(("pattern", *(heading for heading, _ in columns)), rows),
         ),
         *bode,
@@ -59,6 +66,39 @@ def write_report(plant: LinearPlant, reduced: ReducedPlant, title: str, lead: st
         ),
     ]
     write_page(path, title, lead, sections)
+
+
+def _filter(plant: LinearPlant, reduced: ReducedPlant, values: Values) -> list[Section]:
+    """The filter at the usual speed in the long run, and what each set of thermometers is worth."""
+    stds = np.ravel(np.asarray(values["sensor_std"], dtype=float))
+    noise = {name: float(std) for name, std in zip(SENSED, stds, strict=True) if std > 0}
+    period, unknown = float(np.ravel(values["sample_time"])[0]), expected(plant)
+    found, sets = steady(reduced, unknown, noise, period), worth(reduced, unknown, noise, period)
+    gains = [
+        (name, f"{noise[name]:g}", f"{1e6 * gain:.3g}") for name, gain in zip(noise, found.gains, strict=True)
+    ]
+    poles = [(str(i), f"{time / 60:.3g}") for i, time in enumerate(found.time_constants, 1)]
+    errors = [
+        (", ".join(some) or "none, the duty alone", f"{1e6 * error:.3g}") for some, error in sets.items()
+    ]
+    when = f"In the long run at {USUAL_SPEED:g} rad/s, with the unknown heat that the design expects"
+    return [
+        Section(
+            "Expected error, and which thermometers are worth their cable",
+            f"{when}: {1e6 * found.error:.3g} µm (1 sigma), the reduction's error included. With fewer:",
+            Table(("thermometers", "expected error [µm]"), errors),
+        ),
+        Section(
+            "Gains of the filter",
+            "How fast the correction moves for each kelvin by which a reading surprises the filter.",
+            Table(("thermometer", "noise [K]", "gain [µm/s/K]"), gains),
+        ),
+        Section(
+            "Poles of the filter",
+            "As time constants: how long an error of its estimate takes to fall to 37 %.",
+            Table(("pole", "time constant [min]"), poles),
+        ),
+    ]
 
 
 def time_constants(model: control.StateSpace) -> NDArray[np.float64]:

@@ -76,7 +76,7 @@ def _figures(diagnosis: Diagnosis, run: int) -> tuple[Any, Any]:
         label = "degC" if unit == "K" else diagnosis.units()[name]
         told = f"{name.replace('_', ' ')}<br>"
         courses.update_yaxes(title_text=f"{told}[{label}]", row=row)
-        errors.update_yaxes(title_text=f"{told}error / sigma", row=row)
+        errors.update_yaxes(title_text=f"{told}error / sigma [1]", row=row)
     until = diagnosis.experiment.runs[run].fit_until
     for figure in (courses, errors):
         figure.update_xaxes(title_text="time [min]", row=len(channels))
@@ -102,7 +102,7 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
         figure.add_scatter(x=factor * each.values, y=each.rise, row=1, col=column, **look)
         figure.update_xaxes(title_text=f"{each.variable}<br>[{unit}]", row=1, col=column)
     figure.add_hline(y=3.84, line={"dash": "dot", "width": 1, "color": _BEFORE}, annotation_text="95 %")
-    figure.update_yaxes(title_text="rise of chi-square", row=1, col=1)
+    figure.update_yaxes(title_text="rise of chi-square [1]", row=1, col=1)
     return styled(figure, 300)
 
 

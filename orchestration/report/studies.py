@@ -12,6 +12,7 @@ from typing import Any
 from warmlink.orchestration.report.figures import COLOURS, chart
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.studies.axis import Axis
+from warmlink.orchestration.studies.case import Gathered
 from warmlink.orchestration.studies.points import Judged, front
 from warmlink.orchestration.studies.storage import Storage
 from warmlink.orchestration.studies.study import Study
@@ -33,7 +34,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
     if len(study.objectives) > 1 and complete:
         sections.append(_front(study, trials, "trial"))
-    sections.append(_history(study, trials))
+    sections.append(_history(study, trials, tuned.polished))
     importance = _importance(tuned.storage) if len(complete) > 1 and len(study.axes) > 1 else None
     if importance is not None:
         text = "Share of the objective's variation that each parameter explains among the better trials "
@@ -63,7 +64,7 @@ def write_sweep(study: Study, found: Sequence[Judged], path: Path) -> None:
 
 def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "") -> Section:
     """Section with an axis for each parameter and each objective, a line for each point."""
-    objectives, titles = [each.objective for each in found], [each.title for each in study.objectives]
+    objectives, titles = [each.objective for each in found], [_axis(each) for each in study.objectives]
     values = [
         *(
             (_label(axis), [axis.readable[1] * each.point[axis.name] for each in found])
@@ -80,6 +81,16 @@ def _parallel_coordinates(study: Study, found: Sequence[Judged], text: str = "")
     margin = {"l": 70, "r": 60, "t": 60, "b": 60}
     figure = chart(lines, height=420, least_width=160 * len(values), margin=margin)
     return Section("Parallel coordinates", text, figure=figure)
+
+
+UNITS = {"um_s": "µm/s", "um_h": "µm/h", "um": "µm", "s": "s", "min": "min", "percent": "%"}
+"""Units by the ends of the metrics' names."""
+
+
+def _axis(objective: Gathered) -> str:
+    """An objective with the unit of its metric."""
+    unit = next(unit for end, unit in UNITS.items() if objective.metric.endswith(f"_{end}"))
+    return f"{objective.title} [{unit}]"
 
 
 def _label(axis: Axis) -> str:
@@ -113,11 +124,11 @@ def _over(study: Study, axis: Axis, complete: Sequence[Judged]) -> Any:
         ticks = [float(f"{factor * level:.2g}") for level in axis.levels(5)]
         x |= {"type": "log", "tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
     marks = _points([factor * each.point[axis.name] for each in complete], complete, "point")
-    return chart(*marks, x=x, y=study.objective.title, height=300)
+    return chart(*marks, x=x, y=_axis(study.objective), height=300)
 
 
 def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
-    kept, (first, second) = front(found), [each.title for each in study.objectives]
+    kept, (first, second) = front(found), [_axis(each) for each in study.objectives]
     rows = []
     for each in kept:
         point = [axis.shown(each.point[axis.name]) for axis in study.axes]
@@ -131,14 +142,18 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
     return Section("Front", text, table, chart(*marks, edge, x=second, y=first))
 
 
-def _history(study: Study, trials: list[Judged]) -> Section:
+def _history(study: Study, trials: list[Judged], polished: Judged | None) -> Section:
     reached = accumulate((each.objective if each.feasible else math.inf for each in trials), min)
     steps = [(number, least) for number, least in enumerate(reached) if least < math.inf]
+    star = {"color": COLOURS[3], "symbol": "star", "size": 14}
+    look: dict[str, Any] = {"mode": "markers", "marker": star, "name": "winner, polished"}
+    winner = [] if polished is None else [{"x": [polished.number], "y": [polished.objective], **look}]
     figure = chart(
         *_points([trial.number for trial in trials], trials, "trial"),
+        *winner,
         _line([number for number, _ in steps], [least for _, least in steps], "hv", "best so far"),
-        x="trial",
-        y=study.objective.title,
+        x="number of the trial [1]",
+        y=_axis(study.objective),
     )
     text = "Each trial's objective, and the least of those that keep every constraint so far."
     return Section("Trials", text, figure=figure)
@@ -160,7 +175,7 @@ def _importance(storage: Storage) -> Any:
     told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
     look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
     down = {"autorange": "reversed", "automargin": True}
-    return chart({"x": shares, "y": names, **look}, x="share", y=down, height=260)
+    return chart({"x": shares, "y": names, **look}, x="share [1]", y=down, height=260)
 
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:

@@ -71,10 +71,10 @@ class Outcome:
     """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
 
     The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
-    warmed up without compensation. Then follow the figures of `Conduct`, the fastest change of the
-    correction between two communication points, the largest estimate that the link makes of its grid's error,
-    the bound of the coupling error of growth and figures, None where it was not asked for, and why the run
-    ended early or means nothing, if so.
+    warmed up without compensation. Then follow the fastest change of the correction between two
+    communication points, the largest estimate that the link makes of its grid's error, the bound of the
+    coupling error of growth and figures, None where it was not asked for, why the run ended early or means
+    nothing, if so, and the figures of `Conduct`, None in a run that stopped.
     """
 
     max_abs_um: float = math.nan
@@ -83,15 +83,15 @@ class Outcome:
     time_to_tolerance_s: float | None = None
     within_tolerance_min: float = math.nan
     warm_up_first_min: float = math.nan
-    ready_percent: float = math.nan
-    ready_wrong_percent: float = math.nan
-    fine_not_ready_percent: float = math.nan
-    travel_um_h: float = math.nan
-    leap_um: float = math.nan
     correction_rate_um_s: float = math.nan
     discretisation_um: float = math.nan
     coupling_um: float | None = None
     stopped: str | None = None
+    ready_percent: float | None = None
+    ready_wrong_percent: float | None = None
+    fine_not_ready_percent: float | None = None
+    travel_um_h: float | None = None
+    leap_um: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; NaN becomes None."""
@@ -220,6 +220,10 @@ def warm_up_first(time: Array, elongation: Array, tolerance: float) -> float:
 Metric = Callable[[Outcome, Case], float]
 
 
+def _known(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
 METRICS: dict[str, Metric] = {
     "max_abs_um": lambda outcome, case: outcome.max_abs_um,
     "p95_abs_um": lambda outcome, case: outcome.p95_abs_um,
@@ -229,11 +233,11 @@ METRICS: dict[str, Metric] = {
     ),
     "outside_tolerance_min": lambda outcome, case: case.stop_time / 60 - outcome.within_tolerance_min,
     "correction_rate_um_s": lambda outcome, case: outcome.correction_rate_um_s,
-    "not_ready_percent": lambda outcome, case: 100 - outcome.ready_percent,
-    "ready_wrong_percent": lambda outcome, case: outcome.ready_wrong_percent,
-    "fine_not_ready_percent": lambda outcome, case: outcome.fine_not_ready_percent,
-    "travel_um_h": lambda outcome, case: outcome.travel_um_h,
-    "leap_um": lambda outcome, case: outcome.leap_um,
+    "not_ready_percent": lambda outcome, case: 100 - _known(outcome.ready_percent),
+    "ready_wrong_percent": lambda outcome, case: _known(outcome.ready_wrong_percent),
+    "fine_not_ready_percent": lambda outcome, case: _known(outcome.fine_not_ready_percent),
+    "travel_um_h": lambda outcome, case: _known(outcome.travel_um_h),
+    "leap_um": lambda outcome, case: _known(outcome.leap_um),
 }
 """Figures of a run, smaller being better, in the unit that the name ends with.
 

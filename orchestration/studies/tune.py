@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration.console import progress_bar
+from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import (
     OBJECTIVES,
@@ -106,6 +108,14 @@ class Tuned(Searched):
         ]
         return pandas.DataFrame(rows)
 
+    def write_csv(self, path: Path) -> None:
+        """Write `trials.csv`, whole or not at all; InputError if it cannot be written."""
+        with fresh_file(path) as target:
+            write_frame(self.to_frame(), target)
+
+
+TRIALS = "trials.csv"
+"""Table of the trials; while a study runs it is written anew after each batch."""
 
 SPREAD = 16
 """Trials before the sampler goes by results: two batches of 8, which hold the 10 that Optuna asks for."""
@@ -115,10 +125,17 @@ Progress = Callable[[int, Judged | None], None]
 
 
 def tune(
-    study: Study, workers: Workers, storage: Storage, progress: Progress, *, joined: bool = False
+    study: Study,
+    workers: Workers,
+    storage: Storage,
+    progress: Progress,
+    *,
+    joined: bool = False,
+    keep: Callable[[Tuned], object] = id,
 ) -> Tuned:
     """Go on with a study until it has its trials, and polish its winner where joined runs are cheap.
 
+    `keep` is called with what is found so far after each batch in which something was run.
     InputError if the first point gives no objective, or the storage's trials do not follow from the study.
     """
     done = storage.trials()[: study.tune.trials]
@@ -142,6 +159,8 @@ def tune(
         chooser.tell(batch)
         trials += batch
         progress(len(trials), best(trials))
+        if len(trials) > len(done):
+            keep(Tuned(study, [*trials], storage))
     winner = best(trials) if joined else None
     return Tuned(study, trials, storage, None if winner is None else polish(study, winner, workers))
 
@@ -189,6 +208,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
                 storage,
                 lambda done, leader: show(done / study.tune.trials, note(leader)),
                 joined=study.controller.component.name in work.fmus.rollouts,
+                keep=lambda found: found.write_csv(work.folder / TRIALS),
             )
         yield found
 

@@ -111,6 +111,10 @@ def test_the_page_shows_poles_and_bode_plots(tmp_path: Path, monkeypatch: pytest
     assert "observer for WarmupCell" in text
     assert "Bode plot, 3.43 rad/s" in text
     assert "<th>still, reduced [min]</th>" in text
+    for heading in ("which thermometers are worth", "Gains of the filter", "Poles of the filter"):
+        assert heading in text
+    assert "<h2>Time constants of the plant</h2>" in text
+    assert "<td>none, the duty alone</td>" in text
     assert '"dash":"dashdot"' in plots(page), "each input's line has a dash of its own beside its colour"
     assert "<td>28.4</td>" in text, "the slowest pattern of motor and link lasts half an hour"
 

@@ -1,7 +1,6 @@
 import math
 import operator
 import sqlite3
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +9,12 @@ import pytest
 pytest.importorskip("optuna")
 
 from tests.documented import undescribed
+from tests.formula import Formula, make
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
 from warmlink.orchestration.studies.at_work import Ledger
-from warmlink.orchestration.studies.case import Case, Constraint, Gathered, Outcome
+from warmlink.orchestration.studies.case import Constraint, Gathered
 from warmlink.orchestration.studies.points import Judged, best, front
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
@@ -26,32 +26,6 @@ from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 import_optuna()
 
 
-class Formula:
-    """Workers for whom a run's error is a formula in gain and time constant, with its least at (5, 3000)."""
-
-    def __init__(self, poison: float = -1.0, backwards: bool = False, at_most: int | None = None) -> None:
-        self.poison, self.backwards, self.left, self.done = poison, backwards, at_most, 0
-
-    def run(self, cases: Sequence[Case]) -> Iterator[tuple[int, Outcome]]:
-        places = range(len(cases))
-        for place in reversed(places) if self.backwards else places:
-            if self.done == self.left:
-                raise KeyboardInterrupt
-            self.done += 1
-            values = cases[place].values["compensator"]
-            gain, time = 1e6 * float(values["gain"]), float(values["time_constant"])
-            error = 1 + (gain - 5) ** 2 + math.log(time / 3000) ** 2
-            rate = 0.01 * gain
-            yield (
-                place,
-                (
-                    Outcome(stopped="the slave said no")
-                    if gain < self.poison
-                    else Outcome(error, error, error, None, 5.0, 2.0, rate, 0.01)
-                ),
-            )
-
-
 def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> list[Judged]:
     storage = Storage(study, fmus, default_url(folder))
     return tune(study, Ledger(folder, fmus, workers, print), storage, lambda done, leader: None).trials
@@ -60,11 +34,6 @@ def run(study: Study, folder: Path, workers: Workers, fmus: str = "fmus") -> lis
 @pytest.fixture
 def study(folder: Path) -> Study:
     return load_study(str(folder / "study.toml"))
-
-
-def make(folder: Path, name: str) -> Path:
-    (folder / name).mkdir()
-    return folder / name
 
 
 def same(one: list[Judged], other: list[Judged]) -> bool:
@@ -243,8 +212,13 @@ def test_the_winner_is_a_parameter_set_with_units(study: Study, tmp_path: Path) 
 def test_the_report_shows_winner_importance_and_coordinates(study: Study, folder: Path) -> None:
     here = make(folder, "a")
     trials = run(study, here, Formula(poison=2.5))
-    write_tuning(Tuned(study, trials, Storage(study, "fmus", default_url(here))), here / "report.html")
+    winner = best(trials)
+    write_tuning(
+        Tuned(study, trials, Storage(study, "fmus", default_url(here)), winner), here / "report.html"
+    )
     text, drawn = (here / "report.html").read_text(), plots(here / "report.html")
+    for shown in ("winner, polished", "number of the trial [1]", "worst max_abs_um [", "share [1]"):
+        assert shown in drawn
     for heading in ("Winner", "What matters", "Parallel coordinates", "Trials"):
         assert f"<h2>{heading}</h2>" in text
     assert "parcoords" in drawn
