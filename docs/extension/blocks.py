@@ -28,6 +28,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from extension import results
 from extension.reference import markdown_table
+from warmlink.orchestration.report.figures import styled
 
 ROOT = Path(__file__).parents[2]
 
@@ -73,7 +74,9 @@ class Block(SphinxDirective):
         return nodes.literal_block(text, text, language=language, classes=[css] if css else [])
 
     def drawn(self, figure: Any) -> nodes.Node:
-        """Plotly figure; `static/figures.js` draws it in the colours of the page."""
+        """Plotly figure in the reports' look; `static/figures.js` draws it in the colours of the page."""
+        if figure.layout.meta is None:  # made by plotly alone
+            styled(figure, figure.layout.height or 360)
         content = figure.to_json().replace("</", "<\\/")
         height = figure.layout.height or 360
         html = (

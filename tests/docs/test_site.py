@@ -26,6 +26,8 @@ from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
 
+API = DOCS / "reference" / "api.md"
+
 
 def entries(schema: dict[str, Any]) -> list[str]:
     tables = [schema, *schema.get("$defs", {}).values()]
@@ -155,6 +157,37 @@ def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
     for name in re.findall(r"`(\w+(?:/\w+)+\.py)`", written):
         made = text.name == "CONTRIBUTING.md"  # its recipes name files that the reader makes
         assert made or any((folder / name).is_file() for folder in (DOCS.parent, text.parent)), name
+
+
+INSIDE = {
+    "CONTRIBUTING.md": "its recipes add to the inside",
+    "docs/theory.md": "computes the paper's expressions",
+    "docs/gallery/equation_four.py": "draws the paper's expressions",
+    "docs/gallery/modes.py": "shows what the design of an observer computes",
+}
+"""Texts and scripts that explain the inside, and import it; the reason of each."""
+
+SHOWN_CODE = [
+    *TEXTS,
+    *(path for room in ("docs/gallery", "examples") for path in sorted((DOCS.parent / room).rglob("*.py"))),
+]
+
+
+def test_whoever_copies_from_texts_and_examples_needs_no_name_from_below_warmlink() -> None:
+    imported = (
+        r"^\s*(?:from|import) warmlink\.|^\s*from warmlink import .*\b(?:fmus|controllers|orchestration)\b"
+    )
+    found = {
+        str(path.relative_to(DOCS.parent))
+        for path in SHOWN_CODE
+        if re.search(imported, path.read_text("utf-8"), re.MULTILINE)
+    }
+    assert found == INSIDE.keys()
+
+
+def test_the_page_of_python_lists_every_public_name() -> None:
+    listed = re.findall(r"^\.\. auto(?:function|class):: ([\w.]+)$", API.read_text("utf-8"), re.MULTILINE)
+    assert {each.rpartition(".")[2] for each in listed} >= {*wl.__all__} - {"__version__"}
 
 
 @pytest.mark.parametrize("name", [each for each in wl.__all__ if each.islower() and each != "__version__"])

@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.products.diagnose import Found
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 
@@ -123,6 +124,12 @@ def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> No
     page = files["report.html"].read_text()
     assert "http-equiv" not in page
     assert "as it stands" in plots(files["report.html"])
+
+
+def test_in_python_a_diagnosis_writes_all_that_the_command_writes(named: Diagnosis, tmp_path: Path) -> None:
+    files = Found(named).write(tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == set(files)
+    assert set(files) == {"diagnosis.json", "extended.ssv", "extended.ssp", "report.html"}
 
 
 def test_a_diagnosis_that_is_done_with_leaves_nothing_behind() -> None:
