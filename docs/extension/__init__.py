@@ -21,6 +21,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_html_math_renderer("mathml", (_inline_math, None), (_block_math, None))
     app.connect("autodoc-process-docstring", _explain, priority=400)
     app.connect("builder-inited", _write_pages)
+    app.connect("source-read", _with_links_of_the_site)
     app.connect("build-finished", _write_assets)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -53,6 +54,12 @@ def _write_pages(app: Any) -> None:
         path = home / f"{name}.md"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, "utf-8")
+
+
+def _with_links_of_the_site(app: Any, name: str, content: list[str]) -> None:
+    """Sources link to what stands in a checkout."""
+    if not name.startswith("generated/"):
+        content[0] = texts.linked(content[0], Path(app.srcdir) / f"{name}.md")
 
 
 def _write_assets(app: Any, failure: Exception | None) -> None:
