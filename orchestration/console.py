@@ -11,7 +11,6 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
-from itertools import count
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -150,10 +149,29 @@ def spinner(what: str) -> Iterator[Callable[[str], None]]:
         yield lambda doing: status.update(Text(printable(f"{what}: {doing}")))
 
 
-def counted(progress: Callable[[float], None], total: int) -> Callable[[str], None]:
-    """Turn a share of the work done into a call for each of `total` named parts."""
-    done = count(1)
-    return lambda name: progress(next(done) / total)
+class AtWork:
+    """Progress of so many things that are made, some at the same time: which, and how many are left."""
+
+    def __init__(self, progress: Callable[..., None], total: int) -> None:
+        self._progress, self._total, self._left = progress, total, total
+        self._names: list[str] = []
+
+    def begun(self, name: str) -> None:
+        """Say that one is being made."""
+        self._names.append(name)
+        self._show()
+
+    def done(self, name: str) -> None:
+        """Say that one is made."""
+        self._names.remove(name)
+        self._left -= 1
+        self._show()
+
+    def _show(self) -> None:
+        left = f"{self._left} left"
+        self._progress(
+            1 - self._left / self._total, ": ".join([left, *filter(None, [", ".join(self._names)])])
+        )
 
 
 def print_table(

@@ -22,7 +22,7 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
-from warmlink.orchestration.plausible import declared_in, within_bands
+from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system

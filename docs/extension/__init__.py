@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import time
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +69,23 @@ def _with_links_of_the_site(app: Any, name: str, content: list[str]) -> None:
 def _count_pages(app: Any, env: Any, names: list[str]) -> None:
     """What is shown of a build's progress, and the code's digest, before other processes read the pages."""
     app.began = time.time()
-    app.progress = kept.Progress.over(sorted(name for name in names if not name.startswith("generated/")))
+    own = [name for name in names if not name.startswith("generated/")]
+    made = [name for name in names if name.startswith("generated/")]
+    app.progress = kept.Progress.over(own)
     kept.code_digest()
+    _build_fmus()
+    # A process reads a few pages in sequence: of those that run blocks, each gets its share.
+    mixed = zip_longest(own, made[::2], made[1::2])
+    names[:] = [name for group in mixed for name in group if name is not None]
+
+
+def _build_fmus() -> None:
+    """Build, once for all pages, the FMUs that are not kept from before."""
+    import warmlink as wl
+    from warmlink.fmus.catalogue import catalogue
+
+    kept.tell("FMUs of this version, kept or built")
+    wl.fmu_files([entry.component.name for entry in catalogue()])
 
 
 def _write_assets(app: Any, failure: Exception | None) -> None:

@@ -130,11 +130,12 @@ class Progress:
 
     names: Sequence[str]
     done: Any
+    began: float = field(default_factory=time.perf_counter)
 
     @classmethod
     def over(cls, names: Sequence[str]) -> Progress:
         """Of pages; before processes are made that read them."""
-        return cls(names, multiprocessing.Array("b", len(names)))
+        return cls(names, multiprocessing.Array("b", max(len(names), 1)))
 
     def read(self, name: str) -> None:
         """A page is read; tell which ones are left."""
@@ -142,9 +143,10 @@ class Progress:
             return
         with self.done.get_lock():
             self.done[self.names.index(name)] = 1
-            left = [each for each, done in zip(self.names, self.done, strict=True) if not done]
+            left = [each for each, done in zip(self.names, self.done, strict=False) if not done]
         rest = f"; left: {', '.join(left[:6])}{' ...' if len(left) > 6 else ''}" if left else ""
-        tell(f"{len(self.names) - len(left)} of {len(self.names)} pages  {name}{rest}")
+        read, lasted = len(self.names) - len(left), time.perf_counter() - self.began
+        tell(f"{read} of {len(self.names)} pages after {lasted:.0f} s  {name}{rest}")
 
 
 def tell(line: str) -> None:

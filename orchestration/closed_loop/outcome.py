@@ -25,8 +25,8 @@ from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.plausible import Declared, within_bands
 from warmlink.orchestration.scenarios.mismatch import together
+from warmlink.orchestration.scenarios.plausible import Declared, within_bands
 from warmlink.orchestration.scenarios.quantities import positive, refuse_bare
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.simulation import in_turns, largest_step

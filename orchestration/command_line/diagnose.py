@@ -142,17 +142,24 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
         found = diagnose_experiment(measured(), progress)
     for each in found.remarks:
         remark(each)
-    with _answered(json, lambda: json_content(found, SSV, SSP), lambda: summary(found), folder):
+    with _answered(
+        json,
+        lambda: json_content(found, *extended_files(found, as_system=True)),
+        lambda: summary(found),
+        folder,
+    ):
         files = write_diagnosis(found, folder, store(None, kinds_needed(found.experiment.rig), remark))
     if not json:
-        answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
+        word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
+        model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
+        answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
             practise = command("warmlink", "hide", "EFFECT", "--duty", following)
             answer(f"next    {following}    practise it: {practise}")

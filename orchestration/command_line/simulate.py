@@ -97,8 +97,8 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.plausible import declared_in, within_bands
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
+    from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
     from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
         experiment_of,
