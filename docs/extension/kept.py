@@ -19,12 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sphinx.util import logging
-
 from extension.texts import ROOT
-
-LOG = logging.getLogger(__name__)
-"""Not `--quiet`, it tells what each block took."""
 
 Content = dict[str, Any]
 """What came of a block, as JSON holds it."""
@@ -113,9 +108,9 @@ def _timed(where: str, text: str, run: Callable[[], Content]) -> Content:
     tell(f"{where}  {first[:80]}")
     began, used = time.perf_counter(), _processor_time()
     found = run()
-    LOG.info(
-        "%s: %.1f s, %.1f s of processor time", where, time.perf_counter() - began, _processor_time() - used
-    )
+    lasted, used = time.perf_counter() - began, _processor_time() - used
+    if lasted > 1:
+        tell(f"{where}  took {lasted:.1f} s, {used:.1f} s of processor time")
     return found
 
 

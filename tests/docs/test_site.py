@@ -189,6 +189,12 @@ def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
         name, *given = shlex.split(line, comments=True)
         command = group.commands[name]
         command.make_parser(command.context_class(command)).parse_args(given)
+    for line in re.findall(r"^\|[^|]*\| `warmlink ([^`]+)`", written, re.MULTILINE):
+        name, *given = shlex.split(line)
+        command = group.commands[name]
+        command.make_parser(command.context_class(command)).parse_args(given)
+    # What is not installed is there in the checkout alone.
+    assert not re.search(r"python (-m benchmarks|examples/)", written) or "checkout" in written
     for name in re.findall(r"python -m benchmarks\.([a-z]\w+)", written):
         assert find_spec(f"benchmarks.{name}"), name
     for name in re.findall(r"`(\w+(?:/\w+)+\.py)`", written):
