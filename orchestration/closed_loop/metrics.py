@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 
@@ -84,7 +85,7 @@ def conduct(
     fine = np.abs(error[:-1]) <= tolerance
     moves = [np.abs(np.diff(each)) for each in corrections]
 
-    def percent(those: Array, among: Array) -> float:
+    def percent(those: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
         """Share of a time in which something holds; 0 if there is no such time."""
         whole = float(np.sum(spans[among]))
         return 100 * float(np.sum(spans[those & among])) / whole if whole > 0 else 0.0
