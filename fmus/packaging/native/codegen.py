@@ -29,8 +29,8 @@ MOST_SHOWN = 8
 def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """Write the generated C files of a component, all but `identity.h`; texts by name.
 
-    `component.h` holds its name and sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
-    time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
+    `component.h` holds its name and sizes, `starting.c` and `running.c` by CasADi what runs once and what runs
+    all the time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
     plan = None if component.joint is None else Plan(component)
