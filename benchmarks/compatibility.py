@@ -255,7 +255,8 @@ def page(rows: Sequence[Seen]) -> str:
     lines = [
         "# What ran where",
         "",
-        f"Written by `python -m benchmarks.compatibility dist` on {datetime.now(UTC):%Y-%m-%d} with Python "
+        "Written in the checkout by `python -m benchmarks.compatibility dist` on "
+        f"{datetime.now(UTC):%Y-%m-%d} with Python "
         f"{platform.python_version()} on {platform.system()} {platform.machine()}, from what "
         f"`warmlink build` had written. Systems ran {STEPS} steps of 1 s.",
         "",

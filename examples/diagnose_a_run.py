@@ -4,14 +4,9 @@ The run is made up by another solver than the one that the diagnosis uses: at it
 which the model does not know. With data of your own, read a DataFrame with columns named in this way.
 """
 
-import pandas
-
 import warmlink as wl
-from warmlink.orchestration.diagnosis.practice.hide import hide
-from warmlink.orchestration.scenarios.duties.duty import Segment
 
-work = [Segment(1800.0, speed=3.43, torque=2.5), Segment(1800.0)]
-measured = pandas.DataFrame(hide({"hub_heat_loss": 0.1}, work, interval=60.0))
+measured = wl.hide({"hub_heat_loss": 0.1})
 print(measured.columns.to_list())
 
 found = wl.diagnose(measured)

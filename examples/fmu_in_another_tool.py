@@ -8,9 +8,8 @@ import fmpy
 import numpy as np
 
 import warmlink as wl
-from warmlink.orchestration.fmu_store import FmuStore
 
-fmu = FmuStore("native").files(["ThermalLink"])["ThermalLink"]
+fmu = wl.fmu_files("ThermalLink")["ThermalLink"]
 heating = {"heat_flow": 2.0, "speed": 1.0}
 
 in_fmpy = fmpy.simulate_fmu(

@@ -8,13 +8,9 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import warmlink as wl
-from warmlink.fmus.catalogue import Entry
-from warmlink.fmus.component import Component, Input, Output, Parameter, State
-from warmlink.fmus.component.arithmetic import where
-from warmlink.fmus.packaging.native.fmu import build_native_fmus
-from warmlink.orchestration.fmu_store import FmuStore
+from warmlink import Component, Input, Output, Parameter, State, where
 
-COMPONENT = Component(
+THERMOSTAT = Component(
     name="Thermostat",
     description="Switches a heater on below a temperature and off above another",
     inputs=(Input("temperature", "K", "measured temperature", start=295.15, nominal=300),),
@@ -31,13 +27,10 @@ COMPONENT = Component(
     observe=lambda x, u, p, time: {"on": x.on},
 )
 
-folder = Path(mkdtemp())
-(thermostat,) = build_native_fmus([Entry(COMPONENT, __name__)], folder)
-shipped = FmuStore("native").files(["Heater", "ThermalLink"])
-
+fmus = wl.fmu_files([THERMOSTAT, "Heater", "ThermalLink"])
 system = wl.assemble(
     "Thermostat rod",
-    {"thermostat": thermostat, "heater": shipped["Heater"], "link": shipped["ThermalLink"]},
+    {"thermostat": fmus["Thermostat"], "heater": fmus["Heater"], "link": fmus["ThermalLink"]},
     [
         ("thermostat.on", "heater.on"),
         ("heater.heat_flow", "link.heat_flow"),
@@ -45,6 +38,7 @@ system = wl.assemble(
         ("link.base_temperature", "thermostat.temperature"),
     ],
 )
+folder = Path(mkdtemp())
 wl.write_ssp(system, f"{folder}/rod.ssp")
 result = wl.simulate(folder / "rod.ssp", stop="40 min", step="1 s")
 frame = result.to_frame()

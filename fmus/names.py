@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from difflib import SequenceMatcher
+from os import PathLike
 
 MOST_LISTED = 12
 """Names that a sentence lists; the rest are counted."""
@@ -20,9 +21,9 @@ def listed(names: Iterable[str], joint: str = "and") -> str:
     return f" {joint} ".join(part for part in (", ".join(every[:-1]), *every[-1:]) if part) or "none"
 
 
-def several(given: str | Iterable[str]) -> list[str]:
-    """The names given: those of a list, or the only one."""
-    return [given] if isinstance(given, str) else list(given)
+def several(given: str | PathLike[str] | Iterable[str | PathLike[str]]) -> list[str]:
+    """The names, or paths, given: those of a list, or the only one."""
+    return [str(each) for each in ([given] if isinstance(given, str | PathLike) else given)]
 
 
 def instead(name: str, known: Iterable[str], otherwise: str = "") -> str:

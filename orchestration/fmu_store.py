@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from warmlink.fmus.arguments import argument
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import WRITING, sweep
 from warmlink.fmus.names import instead
@@ -87,6 +89,56 @@ class FmuStore:
         except OSError as fault:
             told = f"cannot be written ({fault.strerror}); free space there, or name another folder in"
             raise NoRoomError(f"{folder}: {told} {CACHE_VARIABLE}") from None
+
+
+def fmu_files(components: str | Component | Iterable[str | Component]) -> dict[str, Path]:
+    """Give native FMUs (FMI 2.0) of components for this machine, from the cache; missing ones are built.
+
+    They are for use where they are: what is to be passed on is written by `build`.
+
+    Parameters
+    ----------
+    components : names of components and controllers, as `ThermalLink`, and components of one's own, which
+        NAME.md in the current folder documents, if there is one
+
+    Returns
+    -------
+    dict
+        path of each FMU by its component's name
+
+    Raises
+    ------
+    InputError
+        If there is no component of a name, two have one name, or no compiler is found.
+    """
+    native, wanted = FmuStore("native"), dict[str, Entry]()
+    for each in [components] if isinstance(components, str | Component) else components:
+        name = each if isinstance(each, str) else each.name
+        if isinstance(each, str) and name not in entries():
+            raise InputError(f"{name}: there is no component of this name; {instead(name, entries())}")
+        if name in wanted:
+            raise InputError(f"{name}: two components of this name; rename one, or leave it out")
+        wanted[name] = entries()[name] if isinstance(each, str) else Entry(each, "__main__")
+    native.files([name for name, entry in wanted.items() if entry == entries().get(name)])
+    return {name: _kept(native, entry) for name, entry in wanted.items()}
+
+
+def _kept(native: FmuStore, entry: Entry) -> Path:
+    """FMU of a component; one's own is kept under the digest of its code, variables and texts."""
+    from warmlink.fmus.packaging.beside import files_beside
+    from warmlink.fmus.packaging.model_description import model_description
+    from warmlink.fmus.packaging.native.fmu import native_sources
+    from warmlink.fmus.packaging.views import opened
+
+    name = f"{entry.component.name}.fmu"
+    if entry == entries().get(entry.component.name):
+        return native.file(name)
+    _, implementation = native_sources(entry.component, "2.0")
+    described = model_description(opened(entry.component), implementation=implementation)
+    contents = b"".join([described, *files_beside(entry).values()])
+    place = Path("own") / hashlib.sha256(contents).hexdigest()[:16]
+    path = native.file(place / name)
+    return path if whole(path) else native.build([entry], native.folder / place)[0]
 
 
 def kind_named(name: str | None) -> FmuKind | None:

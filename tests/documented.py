@@ -9,10 +9,10 @@ from pathlib import Path
 DOCS = Path(__file__).parents[1] / "docs"
 sys.path.insert(0, str(DOCS))
 
-from extension import reference, results, texts  # noqa: E402
+from extension import kept, reference, results, texts  # noqa: E402
 from extension.results import undescribed  # noqa: E402
 
-__all__ = ["DOCS", "blocks", "reference", "results", "texts", "undescribed"]
+__all__ = ["DOCS", "blocks", "kept", "reference", "results", "texts", "undescribed"]
 
 
 def blocks(text: str, *languages: str) -> list[str]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
+import time
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from extension import reference, texts
+from extension import kept, reference, texts
 
 
 def setup(app: Any) -> dict[str, Any]:
@@ -21,6 +23,9 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_html_math_renderer("mathml", (_inline_math, None), (_block_math, None))
     app.connect("autodoc-process-docstring", _explain, priority=400)
     app.connect("builder-inited", _write_pages)
+    app.connect("env-before-read-docs", _count_pages)
+    app.connect("doctree-read", lambda app, tree: app.progress.read(app.env.docname))
+    app.connect("source-read", _with_links_of_the_site)
     app.connect("build-finished", _write_assets)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -55,15 +60,41 @@ def _write_pages(app: Any) -> None:
         path.write_text(text, "utf-8")
 
 
+def _with_links_of_the_site(app: Any, name: str, content: list[str]) -> None:
+    """Sources link to what stands in a checkout."""
+    if not name.startswith("generated/"):
+        content[0] = texts.linked(content[0], Path(app.srcdir) / f"{name}.md")
+
+
+def _count_pages(app: Any, env: Any, names: list[str]) -> None:
+    """What is shown of a build's progress, and the code's digest, before other processes read the pages."""
+    app.began = time.time()
+    own = [name for name in names if not name.startswith("generated/")]
+    made = [name for name in names if name.startswith("generated/")]
+    app.progress = kept.Progress.over(own)
+    kept.code_digest()
+    _build_fmus()
+    # A process reads a few pages in sequence: of those that run blocks, each gets its share.
+    mixed = zip_longest(own, made[::2], made[1::2])
+    names[:] = [name for group in mixed for name in group if name is not None]
+
+
+def _build_fmus() -> None:
+    """Build, once for all pages, the FMUs that are not kept from before."""
+    import warmlink as wl
+    from warmlink.fmus.catalogue import catalogue
+
+    kept.tell("FMUs of this version, kept or built")
+    wl.fmu_files([entry.component.name for entry in catalogue()])
+
+
 def _write_assets(app: Any, failure: Exception | None) -> None:
     """Plotly's library, which the pictures need, and the page to play with."""
     if failure is not None:
         return
     from plotly.offline import get_plotlyjs
 
-    import warmlink as wl
     from extension.blocks import ROOT, notebook
-    from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
     out = Path(app.outdir)
     (out / "notebooks").mkdir(exist_ok=True)
@@ -71,4 +102,17 @@ def _write_assets(app: Any, failure: Exception | None) -> None:
         text = notebook(path.read_text("utf-8"))
         (out / "notebooks" / f"{path.stem}.ipynb").write_text(text, "utf-8")
     (out / "_static" / "plotly.min.js").write_text(get_plotlyjs(), "utf-8")
-    wl.live(DEFAULT_SCENARIO, ["lag", "observer"]).write(out / "live.html")
+    results = Path(app.doctreedir).parent / "blocks"
+    live = kept.alone(results, "live", "live.html", lambda: {"page": _live(out)})
+    (out / "live.html").write_text(live["page"], "utf-8")
+    kept.forget(results, app.began)
+
+
+def _live(out: Path) -> str:
+    """The page to play with."""
+    import warmlink as wl
+    from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
+
+    page = out / "live.html"
+    wl.live(DEFAULT_SCENARIO, ["lag", "observer"]).write(page)
+    return page.read_text("utf-8")

@@ -1,7 +1,8 @@
 """Directives whose content runs when the site is built, and is shown with what came of it.
 
 `run sh` and `run python` run in a folder of the page, one block after another; `file NAME` writes a file
-there. A Plotly figure that a block calls `figure` is drawn. A block that fails fails the build.
+there. A Plotly figure that a block calls `figure` is drawn. A block that fails fails the build. Results are
+kept from build to build: see kept.py.
 """
 
 from __future__ import annotations
@@ -12,12 +13,9 @@ import io
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
-import time
 import traceback
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -27,23 +25,17 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 from extension import results
+from extension.kept import Content, Page, alone
 from extension.reference import markdown_table
+from warmlink.orchestration.report.figures import styled
 
 ROOT = Path(__file__).parents[2]
 
 LOG = logging.getLogger(__name__)
-"""A warning fails the build, once everything has been tried. Not `--quiet`, it tells what each took."""
+"""A warning fails the build, once everything has been tried."""
 
 
-@dataclass
-class Place:
-    """Where the blocks of one page run; the folder stays until the next build."""
-
-    folder: Path
-    names: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
-
-
-_PLACES: dict[str, Place] = {}
+_PAGES: dict[str, Page] = {}
 
 
 class Block(SphinxDirective):
@@ -53,15 +45,22 @@ class Block(SphinxDirective):
     required_arguments = 1
 
     @property
-    def place(self) -> Place:
+    def out(self) -> Path:
+        """Folder of all that the site is built in."""
+        return Path(self.env.doctreedir).absolute().parent
+
+    @property
+    def page(self) -> Page:
         """Where this page's blocks run."""
         name = self.env.docname
-        if name not in _PLACES:
-            folder = Path(self.env.doctreedir).absolute() / "blocks" / name
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir(parents=True)
-            _PLACES[name] = Place(folder)
-        return _PLACES[name]
+        if name not in _PAGES:
+            _PAGES[name] = Page(self.out / "doctrees" / "blocks" / name, self.out / "blocks")
+        return _PAGES[name]
+
+    @property
+    def where(self) -> str:
+        """Page and line of this block."""
+        return f"{self.env.docname}:{self.lineno}"
 
     @property
     def up(self) -> str:
@@ -72,36 +71,42 @@ class Block(SphinxDirective):
         """Text as a block of code."""
         return nodes.literal_block(text, text, language=language, classes=[css] if css else [])
 
-    def drawn(self, figure: Any) -> nodes.Node:
-        """Plotly figure; `static/figures.js` draws it in the colours of the page."""
-        content = figure.to_json().replace("</", "<\\/")
-        height = figure.layout.height or 360
-        html = (
-            f'<script src="{self.up}_static/plotly.min.js" defer></script>'
-            f'<div class="figure-scroll"><div class="drawn" style="min-height:{height}px;'
-            f'min-width:{figure.layout.meta or 10}px">'
-            f'<script type="application/json">{content}</script></div></div>'
-        )
-        return nodes.raw("", html, format="html")
+    def nodes_of(self, came: Content) -> list[nodes.Node]:
+        """What Python printed, and its figure; `static/figures.js` draws it in the colours of the page."""
+        found = [self.shown(came["printed"], "text", "output")] if came["printed"] else []
+        if came.get("figure"):
+            content = came["figure"].replace("</", "<\\/")
+            html = (
+                f'<script src="{self.up}_static/plotly.min.js" defer></script>'
+                f'<div class="figure-scroll"><div class="drawn" style="min-height:{came["height"]}px;'
+                f'min-width:{came["width"]}px">'
+                f'<script type="application/json">{content}</script></div></div>'
+            )
+            found.append(nodes.raw("", html, format="html"))
+        return found
 
-    def in_python(self, source: str, name: str, names: dict[str, Any]) -> list[nodes.Node]:
-        """Run Python in the page's folder; give what it printed, and its figure."""
-        printed = io.StringIO()
-        before, began = Path.cwd(), time.perf_counter()
-        os.chdir(self.place.folder)
-        try:
-            with contextlib.redirect_stdout(printed):
-                exec(compile(ast.parse(source), name, "exec"), names)
-        except Exception:
-            LOG.warning("%s: %s", name, traceback.format_exc())
-        finally:
-            os.chdir(before)
-        LOG.info("%s: %.1f s", name, time.perf_counter() - began)
-        found: list[nodes.Node] = []
-        if printed.getvalue().strip():
-            found.append(self.shown(printed.getvalue().rstrip(), "text", "output"))
-        figure = names.pop("figure", None)
-        return found if figure is None else [*found, self.drawn(figure)]
+
+def in_python(source: str, name: str, names: dict[str, Any], folder: Path) -> Content:
+    """Run Python in a folder; give what it printed, and its figure in the reports' look."""
+    printed, failed = io.StringIO(), False
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(printed):
+            exec(compile(ast.parse(source), name, "exec"), names)
+    except Exception:
+        failed = True
+        LOG.warning("%s: %s", name, traceback.format_exc())
+    finally:
+        os.chdir(before)
+    came = {"printed": printed.getvalue().rstrip(), "failed": failed}
+    figure = names.pop("figure", None)
+    if figure is None:
+        return came
+    if figure.layout.meta is None:  # made by plotly alone
+        styled(figure, figure.layout.height or 360)
+    sizes = {"height": figure.layout.height or 360, "width": figure.layout.meta or 10}
+    return {**came, "figure": figure.to_json(), **sizes}
 
 
 class Run(Block):
@@ -111,31 +116,37 @@ class Run(Block):
 
     def run(self) -> list[nodes.Node]:
         """Run the block."""
-        source, kind = "\n".join(self.content), self.arguments[0]
-        where = f"{self.env.docname}:{self.lineno}"
+        source, kind, page = "\n".join(self.content), self.arguments[0], self.page
+        said = f"{source}\n{kind} {sorted(self.options)}"
         if kind == "python":
-            return [self.shown(source, "python"), *self.in_python(source, where, self.place.names)]
-        began = time.perf_counter()
-        came = self._in_shell(source, where)
-        LOG.info("%s: %.1f s", where, time.perf_counter() - began)
-        nothing = not came or "hide-output" in self.options
-        return [self.shown(source, "sh"), *([] if nothing else [self.shown(came, "text", "output")])]
+            came = page.result(
+                said, self.where, lambda: in_python(source, self.where, page.names, page.folder)
+            )
+            return [self.shown(source, "python"), *self.nodes_of(came)]
+        came = page.result(said, self.where, lambda: self._in_shell(source))
+        nothing = not came["printed"] or "hide-output" in self.options
+        return [
+            self.shown(source, "sh"),
+            *([] if nothing else [self.shown(came["printed"], "text", "output")]),
+        ]
 
-    def _in_shell(self, source: str, where: str) -> str:
+    def _in_shell(self, source: str) -> Content:
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         done = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", source],
-            cwd=self.place.folder,
+            cwd=self.page.folder,
             env={**os.environ, "PATH": path, "COLUMNS": "100"},
             capture_output=True,
             text=True,
         )
         wanted = 2 if "refused" in self.options else 0
-        if done.returncode != wanted:
+        failed = done.returncode != wanted
+        if failed:
             told = f"{source}\n{done.stderr}{done.stdout}"
-            LOG.warning("%s: exit code %s: %s", where, done.returncode, told)
-        came = (done.stderr if wanted else done.stdout).replace(str(self.place.folder), "/home/you")
-        return re.sub(r"[ \t]+$", "", came, flags=re.MULTILINE).rstrip()
+            LOG.warning("%s: exit code %s: %s", self.where, done.returncode, told)
+        came = (done.stderr if wanted else done.stdout).replace(str(self.page.folder), "/home/you")
+        printed = re.sub(r"[ \t]+$", "", came, flags=re.MULTILINE).rstrip()
+        return {"printed": printed, "failed": failed}
 
 
 class File(Block):
@@ -150,7 +161,8 @@ class File(Block):
             path = ROOT / self.options["from"]
             self.env.note_dependency(str(path))
             text = path.read_text("utf-8").rstrip()
-        (self.place.folder / name).write_text(text + "\n", "utf-8")
+        file = self.page.folder / name
+        self.page.before_the_next(f"{name}\n{text}", lambda: file.write_text(text + "\n", "utf-8"))
         caption = nodes.paragraph("", "", nodes.literal(name, name), classes=["file-name"])
         return [
             caption,
@@ -168,7 +180,13 @@ class Keys(Block):
     def run(self) -> list[nodes.Node]:
         """Make the table."""
         name, paths = self.arguments[0], " ".join(self.arguments[1:]).split()
-        contents = [results.content_of(self.place.folder / path) for path in paths]
+        files = [self.page.folder / path for path in paths]
+        came = self.page.result(
+            f"{name} {paths}",
+            self.where,
+            lambda: {"contents": [results.content_of(file) for file in files]},
+        )
+        contents = came["contents"]
         rows, missing = results.rows(name, contents)
         unknown = [key for content in contents for key in results.undescribed(name, content)]
         for told, keys in (("no example in results.toml", missing), ("not in results.toml", unknown)):
@@ -187,7 +205,11 @@ class Gallery(Block):
         self.env.note_dependency(str(path))
         source = path.read_text("utf-8")
         title, about, code = parts_of(source)
-        found = self.in_python(source, str(path), {"__name__": "__main__", "__file__": str(path)})
+        names = {"__name__": "__main__", "__file__": str(path)}
+        where = f"{self.env.docname}: {self.arguments[0]}"
+        folder = self.page.folder
+        came = alone(self.page.kept, source, where, lambda: in_python(source, str(path), names, folder))
+        found = self.nodes_of(came)
         section = nodes.section(ids=[nodes.make_id(title)], names=[nodes.fully_normalize_name(title)])
         section += nodes.title(title, title.rstrip("."))
         section += self.parse_text_to_nodes(" ".join(about.split()))

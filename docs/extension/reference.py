@@ -176,7 +176,7 @@ def components() -> dict[str, str]:
         page = f"components/{entry.component.name}"
         tables = variable_tables(entry.component).replace("<table>", '<table class="docutils">')
         readme = next(path for path, name in known.items() if name == page and path.suffix)
-        found[page] = adapted(ROOT / readme, page, known).replace(MARK, f"```{{raw}} html\n{tables}\n```")
+        found[page] = adapted(ROOT / readme).replace(MARK, f"```{{raw}} html\n{tables}\n```")
     listed = "\n".join(page.partition("/")[2] for page in found)
     found["components/index"] = f"# Components\n\n```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
     return found

@@ -1,16 +1,14 @@
 """Duty cycles.
 
-What the joint is asked to do, in three of the shipped cycles. A duty cycle of your own is a table in a
+How fast the joint turns, in rad/s, in three of the shipped cycles. A duty cycle of your own is a table in a
 TOML file, or a recorded CSV.
 """
 
-import numpy as np
+import pandas
 
-from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import demands_at
+import warmlink as wl
 
 names = ("shift_with_breaks", "random_jobs", "stop_and_go")
-times = 30.0 * np.arange(480)
-speeds = {name: demands_at(duty_files.load(name).unrolled(), times)["speed"] for name in names}
-figure = time_plot(times, speeds, "speed [rad/s]")
+runs = {name: wl.run(name, "none", stop="4 h", step="30 s").to_frame() for name in names}
+speeds = {f"{name} [rad/s]": run["duty.speed [rad/s]"] for name, run in runs.items()}
+figure = wl.plot(pandas.DataFrame({"time [s]": runs["stop_and_go"]["time [s]"], **speeds}), *names)

@@ -5,14 +5,15 @@ integrated over the length of the link, the temperatures of a semi-infinite soli
 """
 
 import numpy as np
+import pandas
 
+import warmlink as wl
 from warmlink.controllers.analytic.law import corrected, printed
-from warmlink.orchestration.report.figures import time_plot
 
 times = np.linspace(60.0, 3600.0, 200)
 depths = np.sqrt(167 / (2713 * 892) * times)
 lines = {
-    name: [1e6 * float(form(14.0, depth, 0.2916, 23.6e-6)) for depth in depths]
+    f"{name} [m]": [float(form(14.0, depth, 0.2916, 23.6e-6)) for depth in depths]
     for name, form in {"as printed": printed, "corrected": corrected}.items()
 }
-figure = time_plot(times, lines, "elongation [µm]")
+figure = wl.plot(pandas.DataFrame({"time [s]": times, **lines}), "as printed", "corrected")

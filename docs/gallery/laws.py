@@ -4,12 +4,13 @@ All thermal parameters are 20 % larger than the laws assume, and the thermometer
 thermometer tells (`lag` uses none) stays as an error.
 """
 
+import pandas
+
 import warmlink as wl
-from warmlink.orchestration.report.figures import time_plot
 
 runs = {
     law: wl.run("stop_and_go", law, mismatches=["thermal_high", "noisy_sensors"], step="2 s")
     for law in ("lag", "regression", "observer")
 }
-lines = {law: 1e6 * run.error for law, run in runs.items()}
-figure = time_plot(runs["lag"].time, lines, "error of the tool point [µm]", tolerance=5)
+errors = {f"{law} [m]": run.error for law, run in runs.items()}
+figure = wl.plot(pandas.DataFrame({"time [s]": runs["lag"].time, **errors}), *runs)

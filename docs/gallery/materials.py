@@ -6,13 +6,15 @@ grows.
 
 from pathlib import Path
 
-import warmlink as wl
-from warmlink.orchestration.report.figures import time_plot
+import pandas
 
-lines = {}
-for material in ("aluminium_6061", "steel", "cast_iron", "invar"):
+import warmlink as wl
+
+materials = ("aluminium_6061", "steel", "cast_iron", "invar")
+growths = {}
+for material in materials:
     path = Path(f"{material}.toml")
     path.write_text(f'duty = "windshield_wiper"\ncontroller = "none"\n[materials]\nlink = "{material}"\n')
     run = wl.run(path, step="5 s")
-    lines[material] = 1e6 * run.uncompensated_error
-figure = time_plot(run.time, lines, "elongation [µm]")
+    growths[f"{material} [m]"] = run.uncompensated_error
+figure = wl.plot(pandas.DataFrame({"time [s]": run.time, **growths}), *materials)

@@ -8,10 +8,8 @@ import plotly.graph_objects as go
 
 from warmlink.controllers.design.plant import plant_model
 from warmlink.controllers.design.reduction import balanced
-from warmlink.orchestration.report.figures import COLOURS, styled
 
 values = balanced(plant_model()).hankel
-figure = go.Figure(go.Bar(x=list(range(1, 21)), y=values[:20], marker={"color": COLOURS[0]}, name="strength"))
+figure = go.Figure(go.Bar(x=list(range(1, 21)), y=values[:20], name="strength"))
 figure.update_xaxes(title="pattern")
 figure.update_yaxes(title="Hankel singular value", type="log")
-figure = styled(figure)

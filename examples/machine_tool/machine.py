@@ -4,13 +4,9 @@ The spindle is a foreign FMU; column and table are ThermalLinks of cast iron. In
 lubricant carries heat from the spindle to the table, which the maker does not know.
 """
 
-from dataclasses import replace
-
 from pythonfmu.builder import FmuBuilder
 
 import warmlink as wl
-from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.model import DefaultExperiment
 
 IRON = {"conductivity": 50.0, "density": 7200.0, "specific_heat": 500.0, "expansion_coefficient": 10.5e-6}
 CASTING = {**IRON, "cross_section": 0.004, "perimeter": 0.3, "base_position": 0.05}
@@ -43,10 +39,10 @@ kinds = {
     "lubricant": "HeatPath",
     "compensator": "RegressionCompensator",
 }
-files = FmuStore("native").files(kinds.values())
+files = wl.fmu_files(set(kinds.values()))
 parts = {"spindle": spindle, **{name: files[kind] for name, kind in kinds.items()}}
 real = wl.assemble("Machine", parts, WIRES + LUBRICANT, {**VALUES, "lubricant": {"conductance": 0.6}})
 del parts["lubricant"]
 machine = wl.assemble("Machine", parts, WIRES, VALUES)
 for system, name in ((machine, "machine.ssp"), (real, "real.ssp")):
-    wl.write_ssp(replace(system, default_experiment=DefaultExperiment(0.0, 7200.0, 10.0)), name)
+    wl.write_ssp(system, name)

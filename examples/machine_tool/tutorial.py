@@ -11,8 +11,6 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import warmlink as wl
-from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 os.chdir(shutil.copytree(Path(__file__).parent, mkdtemp(), dirs_exist_ok=True))
 
@@ -24,7 +22,7 @@ runpy.run_path("record.py")
 found = wl.diagnose("experiment.toml")
 print(found)
 print(found.to_frame())
-write_diagnosis(found.diagnosis, Path("found"), FmuStore("native"))
+found.write("found")
 scenario = Path("machine.toml").read_text("utf-8").replace("machine.ssp", "found/extended.ssp")
 Path("extended.toml").write_text(scenario, "utf-8")
 

@@ -252,7 +252,7 @@ def run(
     controller: str | None = None,
     *,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
-    mismatches: Sequence[str] | str = (),
+    mismatches: Sequence[str | Path] | str | Path = (),
     step: str | float | None = None,
     stop: str | float | None = None,
     master: str | None = None,

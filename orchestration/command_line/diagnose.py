@@ -137,8 +137,8 @@ def _in_words(run: dict[str, Any]) -> str:
 
 
 def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
-    from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
+    from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
     from warmlink.orchestration.fmu_store import store
@@ -155,9 +155,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         lambda: summary(found),
         folder,
     ):
-        rig, none = found.experiment.rig, controller("none").name
-        needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
-        files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
+        files = write_diagnosis(found, folder, store(None, kinds_needed(found.experiment.rig), remark))
     if not json:
         word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"

@@ -24,10 +24,11 @@ if TYPE_CHECKING:
     from warmlink.orchestration.check.checked import check as check
     from warmlink.orchestration.closed_loop.outcome import run as run
     from warmlink.orchestration.describe import describe as describe
-    from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.diagnosis.made_up import hide_effects
+    from warmlink.orchestration.fmu_store import fmu_files as fmu_files
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
     from warmlink.orchestration.products.build import build as build
+    from warmlink.orchestration.products.diagnose import diagnose as diagnose
     from warmlink.orchestration.products.export import export as export
     from warmlink.orchestration.products.live import live as live
     from warmlink.orchestration.products.reduce import reduce as reduce
@@ -60,9 +61,10 @@ _PLACES = {
     "compare": "orchestration.studies.compare:compare",
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",
-    "diagnose": "orchestration.diagnosis.diagnose:diagnose",
+    "diagnose": "orchestration.products.diagnose:diagnose",
     "export": "orchestration.products.export:export",
     "finite": "fmus.component.arithmetic:finite",
+    "fmu_files": "orchestration.fmu_store:fmu_files",
     "hide": "orchestration.diagnosis.made_up:hide_effects",
     "join": "fmus.component.join:join",
     "linearise": "controllers.design.linearise:linearise",

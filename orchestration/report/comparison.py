@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from warmlink.orchestration.closed_loop.metrics import CONDUCT
 from warmlink.orchestration.report.figures import heat_map
@@ -79,7 +80,20 @@ def _lead(comparison: Comparison) -> str:
     return "; ".join(parts) + "." if parts else "No controller was asked for beside none."
 
 
+def worst_errors(comparison: Comparison) -> Any:
+    """Heat map of the largest errors over all mismatches, of each controller in each duty cycle."""
+    duties, controllers, every = comparison.duty_cycles, comparison.controllers, comparison.mismatches
+    rows = [[comparison.worst(name, [duty], every) for name in controllers] for duty in duties]
+    return _largest(rows, duties)
+
+
 def _map(heading: str, rows: list[list[Row]], names: Sequence[str], text: str = "") -> Section:
+    """Section with the heat map of the largest errors."""
+    what = "Largest error in µm, and the share of the uncompensated one that was removed."
+    return Section(heading, f"{what} {text}".strip(), figure=_largest(rows, names))
+
+
+def _largest(rows: list[list[Row]], names: Sequence[str]) -> Any:
     """Heat map of the largest errors, a column for each controller and a named line for each of the rows."""
     figure = heat_map(
         [row.controller for row in rows[0]],
@@ -93,8 +107,7 @@ def _map(heading: str, rows: list[list[Row]], names: Sequence[str], text: str = 
         customdata=[[f"{row.duty_cycle}, {row.mismatch}" for row in line] for line in rows],
         hovertemplate="%{x}: %{text}<br>%{customdata}<extra></extra>",
     )
-    what = "Largest error in µm, and the share of the uncompensated one that was removed."
-    return Section(heading, f"{what} {text}".strip(), figure=figure)
+    return figure
 
 
 def _cell(row: Row) -> str:

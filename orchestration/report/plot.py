@@ -33,8 +33,9 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
 
     Parameters
     ----------
-    results, against : what `run` or `simulate` gave, a DataFrame, or a file or folder with their results; of
-        the second the variables are drawn beside those of the first
+    results, against : what `run` or `simulate` gave, a DataFrame with columns as `time [s]`, or a file or
+        folder with their results; of the second the variables are drawn beside those of the first. Of what
+        `compare` gave, the worst error of each controller in each duty cycle is drawn.
     variables : names, as `link.elongation`; the error of the tool point that `run` tells, by default
 
     Raises
@@ -42,6 +43,13 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     InputError
         If there are no such results or variables, or they are not of one unit.
     """
+    import pandas
+
+    if not isinstance(results, pandas.DataFrame | str | Path):
+        from warmlink.orchestration.report.comparison import Comparison, worst_errors
+
+        if isinstance(results, Comparison):
+            return worst_errors(results)
     found = columns_of(results)
     columns = {heading(name)[0]: name for name in found.names if name != TIME}
     variables = variables or tuple(name for name in ERRORS if name in columns)

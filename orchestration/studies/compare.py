@@ -106,8 +106,8 @@ def plan(
 def plan_on(
     system: str = CELL.name,
     controllers: Sequence[str] | str | None = None,
-    duty_cycles: Sequence[str] | str | None = None,
-    mismatches: Sequence[str] | str | None = None,
+    duty_cycles: Sequence[str | Path] | str | Path | None = None,
+    mismatches: Sequence[str | Path] | str | Path | None = None,
     sets: Sequence[StartValueSet] = (),
     scenario: str | Path | None = None,
     more: Sequence[str] = (),
@@ -242,8 +242,8 @@ class Comparison(Answer):
 
 def compare(
     controllers: Sequence[str] | str | None = None,
-    duty_cycles: Sequence[str] | str | None = None,
-    mismatches: Sequence[str] | str | None = None,
+    duty_cycles: Sequence[str | Path] | str | Path | None = None,
+    mismatches: Sequence[str | Path] | str | Path | None = None,
     *,
     system: str = CELL.name,
     scenario: str | Path | None = None,

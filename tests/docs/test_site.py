@@ -18,13 +18,15 @@ from tests.documented import DOCS, blocks, reference, results, texts
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.catalogue import catalogue as components
 from warmlink.orchestration.cli import COMMANDS, application
-from warmlink.orchestration.command_line.init import kinds
+from warmlink.orchestration.command_line.init import KINDS, kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.scenarios.duties.recorded import RECORDED
 from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
+
+API = DOCS / "reference" / "api.md"
 
 
 def entries(schema: dict[str, Any]) -> list[str]:
@@ -95,10 +97,41 @@ def test_every_script_of_the_gallery_is_shown() -> None:
     assert len(pictured) >= 12
 
 
-def test_links_in_texts_of_the_checkout_lead_somewhere() -> None:
-    for page, text in texts.pages().items():
-        for target in re.findall(r"\(/generated/([^)]+)\.md\)", text):
-            assert target in generated(), f"{page} links to {target}"
+def test_on_the_site_links_lead_to_its_pages() -> None:
+    shown = {**texts.pages(), **reference.pages()}
+    own = {page: texts.linked(page.read_text("utf-8"), page) for page in DOCS_PAGES}
+    for page, text in {**shown, **own}.items():
+        for target in re.findall(r"(?<!!)\[[^\]]+\]\((?!\w+:)([^)#\s]+)[^)]*\)", text):
+            made = target.removeprefix("/generated/").removesuffix(".md")
+            assert target.startswith("/"), f"{page} links to {target}, which the site does not show"
+            assert made in generated() or (DOCS / target[1:]).is_file(), f"{page} links to {target}"
+    theory = own[DOCS / "theory.md"]
+    assert "[ThermalLink](/generated/components/ThermalLink.md)" in theory
+    assert "[the theory](/theory.md)" in own[DOCS / "trust.md"]
+    assert "[Commands](#commands)" not in own[texts.REFERENCE]
+
+
+def test_each_page_that_is_made_from_code_has_a_heading_that_says_which_command_prints_it() -> None:
+    text = texts.REFERENCE.read_text("utf-8")
+    assert texts.made().keys() <= anchors(texts.REFERENCE)
+    leading = set(
+        re.findall(r"^#+ .*\n\n\[All of it\]\(/generated/(.*)\.md\)$", texts.adapted(texts.REFERENCE), re.M)
+    )
+    components_alone = {page for page in reference.pages() if page.startswith("components/")}
+    assert leading == {*reference.pages()} - components_alone | {"components/index"}
+    group: Any = typer.main.get_command(application())
+    for line in re.findall(r"`warmlink ([a-z]+ [^`]+)`", text):
+        name, *given = shlex.split(line)
+        command = group.commands[name]
+        command.make_parser(command.context_class(command)).parse_args([*given])
+        if name in ("schema", "init"):
+            assert given == ["KIND"] or given[0] in {"schema": kinds(), "init": KINDS}[name], line
+
+
+def anchors(path: Path) -> set[str]:
+    """Anchors of a Markdown file's headings, as GitHub and MyST make them."""
+    headings = re.findall(r"^#+ (.+)$", path.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", each.lower()).strip().replace(" ", "-") for each in headings}
 
 
 @cache
@@ -130,31 +163,74 @@ def test_what_does_not_run_when_the_site_is_built_is_run_by_a_test() -> None:
     assert made <= {f"files/{kind}" for kind in kinds()}
 
 
+NOT_OURS = {"generated", "out", "build", "dist", "node_modules"}
 TEXTS = [
     path
-    for room in (".", "docs/**", "examples/**", "fmus/**", "controllers/**", "orchestration/**")
-    for path in sorted(DOCS.parent.glob(f"{room}/*.md"))
-    if "generated" not in path.parts
+    for path in sorted(DOCS.parent.rglob("*.md"))
+    if not any(part in NOT_OURS or part.startswith(".") for part in path.relative_to(DOCS.parent).parts)
+]
+DOCS_PAGES = [
+    path
+    for path in TEXTS
+    if path.is_relative_to(DOCS) and str(path.relative_to(DOCS.parent)) not in texts.SHOWN
 ]
 
 
 @pytest.mark.parametrize("text", TEXTS, ids=lambda path: str(path.relative_to(DOCS.parent)))
 def test_links_lead_somewhere_and_commands_can_be_given(text: Path) -> None:
     written = text.read_text("utf-8")
-    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", written):
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", written):
         if "://" not in target:
-            page = target.partition("generated/")[2].removesuffix(".md")
-            assert page in generated() if page else (text.parent / target).exists(), target
+            file = text.parent / target if target else text
+            assert file.exists(), target
+            assert not anchor or anchor in anchors(file), f"{target}#{anchor}"
     group: Any = typer.main.get_command(application())
     for line in re.findall(r"^(?:\.venv/bin/)?warmlink ([^|>\n]+)", written, re.MULTILINE):
         name, *given = shlex.split(line, comments=True)
         command = group.commands[name]
         command.make_parser(command.context_class(command)).parse_args(given)
+    for line in re.findall(r"^\|[^|]*\| `warmlink ([^`]+)`", written, re.MULTILINE):
+        name, *given = shlex.split(line)
+        command = group.commands[name]
+        command.make_parser(command.context_class(command)).parse_args(given)
+    # What is not installed is there in the checkout alone.
+    assert not re.search(r"python (-m benchmarks|examples/)", written) or "checkout" in written
     for name in re.findall(r"python -m benchmarks\.([a-z]\w+)", written):
         assert find_spec(f"benchmarks.{name}"), name
     for name in re.findall(r"`(\w+(?:/\w+)+\.py)`", written):
         made = text.name == "CONTRIBUTING.md"  # its recipes name files that the reader makes
         assert made or any((folder / name).is_file() for folder in (DOCS.parent, text.parent)), name
+
+
+INSIDE = {
+    "CONTRIBUTING.md": "its recipes add to the inside",
+    "docs/theory.md": "computes the paper's expressions",
+    "docs/gallery/equation_four.py": "draws the paper's expressions",
+    "docs/gallery/modes.py": "shows what the design of an observer computes",
+}
+"""Texts and scripts that explain the inside, and import it; the reason of each."""
+
+SHOWN_CODE = [
+    *TEXTS,
+    *(path for room in ("docs/gallery", "examples") for path in sorted((DOCS.parent / room).rglob("*.py"))),
+]
+
+
+def test_whoever_copies_from_texts_and_examples_needs_no_name_from_below_warmlink() -> None:
+    imported = (
+        r"^\s*(?:from|import) warmlink\.|^\s*from warmlink import .*\b(?:fmus|controllers|orchestration)\b"
+    )
+    found = {
+        str(path.relative_to(DOCS.parent))
+        for path in SHOWN_CODE
+        if re.search(imported, path.read_text("utf-8"), re.MULTILINE)
+    }
+    assert found == INSIDE.keys()
+
+
+def test_the_page_of_python_lists_every_public_name() -> None:
+    listed = re.findall(r"^\.\. auto(?:function|class):: ([\w.]+)$", API.read_text("utf-8"), re.MULTILINE)
+    assert {each.rpartition(".")[2] for each in listed} >= {*wl.__all__} - {"__version__"}
 
 
 @pytest.mark.parametrize("name", [each for each in wl.__all__ if each.islower() and each != "__version__"])

@@ -157,6 +157,18 @@ def test_results_show_themselves_and_give_a_frame(place: Path) -> None:
     assert repr(system).startswith("WarmupCell: duty, motor, link")
 
 
+def test_a_comparison_is_plotted_and_a_mismatch_may_be_a_path(tmp_path: Path) -> None:
+    loose = tmp_path / "loose.toml"
+    loose.write_text('[scale]\n"motor.joint_conductance" = 0.5\n')
+    work = tmp_path / "work.toml"
+    work.write_text("stop_time = '5 min'\n[[segment]]\nduration = '5 min'\nspeed = '3 rad/s'\n")
+    found = wl.compare(["lag"], work, ["nominal", loose], means=wl.Means(jobs=1))
+    (cells,) = wl.plot(found).data
+    assert (cells.x, cells.y) == (("none", "lag"), ("work",))
+    worst = max(row.outcome.max_abs_um for row in found.rows.values() if row.controller == "lag")
+    assert cells.text[0][1].startswith(f"{worst:.1f}")
+
+
 def test_a_plot_of_nothing_named_shows_the_errors_that_are_there() -> None:
     only = pandas.DataFrame({"time [s]": [0.0, 1.0], "error [m]": [0.0, 1e-6]})
     assert [line.name for line in wl.plot(only).data] == ["error"]

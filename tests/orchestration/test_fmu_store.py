@@ -6,11 +6,13 @@ import errno
 import os
 import re
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from zipfile import is_zipfile
 
 import pytest
 
+import warmlink as wl
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, source_digest
 from warmlink.fmus.packaging.python import fmu as building
@@ -79,3 +81,30 @@ def test_a_full_disk_is_that_of_the_cache(tmp_path: Path, monkeypatch: pytest.Mo
         NoRoomError, match=f"{place}: cannot be written .* another folder in {CACHE_VARIABLE}"
     ):
         FmuStore("python", tmp_path).files(["Heater"])
+
+
+def test_fmus_of_ones_own_are_kept_under_what_they_are_and_do(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    twice = wl.Component(
+        name="Twice",
+        description="Doubles a temperature",
+        inputs=(wl.Input("given", "K", "what is doubled"),),
+        outputs=(wl.Output("doubled", "K", "twice of it"),),
+        observe=lambda x, u, p, time: {"doubled": 2.0 * u.given},
+    )
+    files = wl.fmu_files([twice, "Heater"])
+    assert {name: path.name for name, path in files.items()} == {"Twice": "Twice.fmu", "Heater": "Heater.fmu"}
+    times = files["Twice"].stat().st_mtime_ns
+    assert wl.fmu_files(twice) == {"Twice": files["Twice"]}
+    assert files["Twice"].stat().st_mtime_ns == times
+    thrice = replace(twice, observe=lambda x, u, p, time: {"doubled": 3.0 * u.given})
+    described = replace(twice, description="Doubles what is given")
+    assert len({wl.fmu_files(each)["Twice"] for each in (twice, thrice, described)}) == 3
+    shipped_again = replace(twice, name="Heater")
+    with pytest.raises(InputError, match="Heater: two components of this name"):
+        wl.fmu_files(["Heater", shipped_again])
+    assert wl.fmu_files(shipped_again)["Heater"] != files["Heater"]
+    with pytest.raises(InputError, match="Heatr: there is no component of this name; did you mean Heater"):
+        wl.fmu_files("Heatr")

@@ -30,8 +30,8 @@ def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """Write the generated C files of a component, all but `identity.h`; texts by name.
 
     `component.h` holds its name and sizes; by CasADi `starting.c` what runs once, `running.c` what runs all
-    the time, `deriving.c` what gives derivatives; `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
-    first element.
+    the time, `deriving.c` what gives derivatives; `variables.c` a table. With `arrays` an array is exchanged
+    as a whole, by the value reference of its first element.
     """
     plan = None if component.joint is None else Plan(component)
     groups, functions = _running(component, plan)

@@ -20,7 +20,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.catalogue import components
+from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.own import extended, shipped_system, with_paths
@@ -77,6 +77,12 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
         declared = components().get(kind)
         ours |= {f"{instance}.{scalar.name}" for scalar in declared.scalars()} if declared else set()
     return {name: float(v) for name, v in known.items() if name in ours and np.isfinite(v)}
+
+
+def kinds_needed(diagnosed: Rig) -> list[str]:
+    """Names of the components whose FMUs the extended model is written with; none for an SSP of one's own."""
+    none = controller("none").name
+    return [] if diagnosed.own else sorted(set(diagnosed.blueprint.components_with(none).values()))
 
 
 def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:

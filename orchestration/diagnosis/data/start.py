@@ -40,6 +40,8 @@ def at_start(time: Array, values: Array) -> float | None:
     times, readings = time[read], values[read]
     if not readings.size:
         return None
+    if not readings.any():  # as a growth that a model computes without noise
+        return 0.0
     noise = max(row_noise(time, values), step / np.sqrt(12), 1e-9 * float(np.abs(readings).max()))
     noise = noise or 1.0  # of nothing but zeros, which any noise explains
     count = readings.size

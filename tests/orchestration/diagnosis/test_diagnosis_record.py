@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.diagnose import Diagnosis, diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.products.diagnose import Found
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 
@@ -116,13 +117,20 @@ def test_files_are_written_and_read_back(named: Diagnosis, tmp_path: Path) -> No
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "next_experiment.toml").write_text("of an older run")
     files = write_diagnosis(named, tmp_path / "out")
-    assert {path.name for path in (tmp_path / "out").iterdir()} == set(files)
+    beside = {"command.txt", "earlier-1"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*files, *beside}
     assert set(files) == {"diagnosis.json", "extended.ssv", "report.html"}
     values = read_ssv(files["extended.ssv"])
     assert values["link.emissivity"].value == pytest.approx(0.6, abs=0.05)
     page = files["report.html"].read_text()
     assert "http-equiv" not in page
     assert "as it stands" in plots(files["report.html"])
+
+
+def test_in_python_a_diagnosis_writes_all_that_the_command_writes(named: Diagnosis, tmp_path: Path) -> None:
+    files = Found(named).write(tmp_path / "out")
+    assert all(path == tmp_path / "out" / name and path.is_file() for name, path in files.items())
+    assert set(files) == {"diagnosis.json", "extended.ssv", "extended.ssp", "report.html"}
 
 
 def test_a_diagnosis_that_is_done_with_leaves_nothing_behind() -> None:

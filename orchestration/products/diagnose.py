@@ -1,0 +1,123 @@
+"""What a simulation gets wrong: asked for in one call, shown, and written as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import pandas as pd
+
+from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
+from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.report.diagnosis import write_diagnosis
+
+
+@dataclass(frozen=True, repr=False)
+class Found(Answer):
+    """What a simulation gets wrong, and why."""
+
+    diagnosis: Diagnosis
+
+    @property
+    def verdict(self) -> str:
+        """One of adequate, named, ambiguous, empirical, unknown."""
+        return self.diagnosis.verdict
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of the causes found, strongest first."""
+        return tuple(item.title for item in self.diagnosis.causes)
+
+    @property
+    def extended(self) -> dict[str, float]:
+        """Parameters of the extended model that differ from nominal, in SI units; `run` takes them."""
+        return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
+
+    def summary(self) -> str:
+        """At most ten lines of plain words."""
+        return summary(self.diagnosis)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What stands in `diagnosis.json`."""
+        return json_content(self.diagnosis)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row for each parameter of the causes found: value, unit and 95 % interval."""
+        entries = [cause_entry(self.diagnosis, item) for item in self.diagnosis.causes]
+        rows = [
+            {"cause": entry["name"], "parameter": name, **figures}
+            for entry in entries
+            for name, figures in entry["parameters"].items()
+        ]
+        return pd.DataFrame(rows, columns=["cause", "parameter", "value", "std", "low95", "high95", "unit"])
+
+    def write(self, folder: str | Path) -> dict[str, Path]:
+        """Write the page, `diagnosis.json`, the extended model, and the next experiment if one is proposed.
+
+        Parameters
+        ----------
+        folder : where to; what an earlier diagnosis left there goes
+
+        Returns
+        -------
+        dict
+            path of each file by its name, as `extended.ssp`
+
+        Raises
+        ------
+        InputError
+            If the folder holds another command's results, or cannot be written.
+        """
+        needed = kinds_needed(self.diagnosis.experiment.rig)
+        return write_diagnosis(self.diagnosis, Path(folder), store(None, needed, remark))
+
+
+def diagnose(
+    *sources: str | Path | pd.DataFrame,
+    assume: Mapping[str, str | float] = MappingProxyType({}),
+    parameters: Mapping[str, str] = MappingProxyType({}),
+    scenario: str | Path | None = None,
+    noise: Mapping[str, str] = MappingProxyType({}),
+    units: Mapping[str, str] = MappingProxyType({}),
+    names: Mapping[str, str] = MappingProxyType({}),
+    decimal: str = "",
+) -> Found:
+    """Show what the simulation gets wrong and name the cause.
+
+    Parameters
+    ----------
+    sources : files or DataFrames measured on one warm-up cell, with columns as `tip_temperature [degC]`; or
+        an experiment (TOML)
+    assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
+    parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
+    scenario : a scenario (TOML) of the cell as it is known
+    noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
+    units : those that headers lack, `"degC"` under `T_base`
+    names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
+    decimal : decimal mark, "point" or "comma", if a file could be read either way
+
+    Raises
+    ------
+    InputError
+        If a source, or something in it, cannot be used.
+    """
+    known = {} if scenario is None else parameters_of(str(scenario))
+    assumed = [f"{name}={value}" for name, value in assume.items()]
+    with spinner("Diagnosing") as progress:
+        progress("reading")
+        told = Said(units, names=names, decimal=decimal)
+        experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
+        found = Found(diagnose_experiment(experiment, progress))
+    for each in found.diagnosis.remarks:
+        remark(each)
+    return found
