@@ -12,12 +12,14 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import (
     FAILED,
+    Progress,
     answer,
     answer_json,
     counted,
     print_table,
     progress_bar,
     remark,
+    spinner,
 )
 from warmlink.orchestration.files import fresh_folder, temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -242,7 +244,9 @@ def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> N
     if file.is_dir():
         raise InputError(_folder(file))
     limit = TIME_LIMIT if time_limit is None else positive(time_limit, "s", "--time-limit")
-    results = _check_system(file) if file.suffix == ".ssp" else check_fmu(file, limit)
+    with spinner(f"Checking {file.name}") as progress:
+        system = file.suffix == ".ssp"
+        results = _check_system(file, progress) if system else check_fmu(file, limit, progress=progress)
     failed = sum(result.verdict == "fail" for result in results)
     if json:
         answer_json([asdict(result) for result in results])
@@ -271,7 +275,7 @@ def _folder(folder: Path) -> str:
     return f"{folder}: is a folder, which holds {names}{more}; check one of them: warmlink check {one}"
 
 
-def _check_system(path: Path) -> list[CheckResult]:
+def _check_system(path: Path, progress: Progress) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     from warmlink.orchestration.check.fmu import CheckResult, validity_problems
     from warmlink.orchestration.simulation import simulate
@@ -281,7 +285,8 @@ def _check_system(path: Path) -> list[CheckResult]:
         system = read_system(path, work)
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
         results = [CheckResult("reads and fits together", "pass", detail)]
-        for name, held in system.components.items():
+        for k, (name, held) in enumerate(system.components.items()):
+            progress(f"{name} is valid", k / (1 + len(system.components)))
             found = "; ".join(validity_problems(held.fmu))[:200]
             results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
         stop = system.default_experiment.stop_time

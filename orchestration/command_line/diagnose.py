@@ -140,19 +140,21 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.catalogue import controller
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.words import summary
-    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
+    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
         found = diagnose_experiment(measured(), progress)
+        work_out(found, progress)
     for each in found.remarks:
         remark(each)
     with _answered(json, lambda: json_content(found, SSV, SSP), lambda: summary(found), folder):
         rig, none = found.experiment.rig, controller("none").name
         needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
-        files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
+        with spinner("Writing the report"):
+            files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
         if following := files.get(SCENARIO):
@@ -168,7 +170,7 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
     whole = found.to_json(SSV)
-    with _answered(json, lambda: whole, found.summary, folder):
+    with _answered(json, lambda: whole, found.summary, folder), spinner("Writing the reports"):
         write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")

@@ -94,10 +94,11 @@ def reduce(
         unit=unit,
     )
     page = target.with_suffix(".html")
-    with spinner("building and checking the FMU") as doing:
+    with spinner(f"Writing {target.name}") as progress:
+        progress("building and checking the FMU", 0.0)
         failed = found.write_fmu(target)
         if report:
-            doing("where thermometers tell most")
+            progress("where thermometers tell most", 0.5)
             found.write_page(page)
     if json:
         answer_json({**found.to_dict(), "fmu": str(target), "failed_checks": failed})

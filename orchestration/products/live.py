@@ -69,8 +69,8 @@ def live(
     given = {name: value for each in files for name, value in given_values(each).items()} | typed
     asked = changed(load_scenario(scenario), parameters=given)
     laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
-    with spinner("compiling the system for the browser"):
-        html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]))
+    with spinner("Compiling for the browser") as progress:
+        html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]), progress)
     for law in laws:
         advice, _ = judged(replace(asked, controller=law))
         if advice is not None:

@@ -141,9 +141,9 @@ def reduce(
         temperature=positive(temperature_tolerance, "K", argument("temperature_tolerance")),
         heat_flow=positive(heat_flow, "W", argument("heat_flow")),
     )
-    with spinner("reducing") as doing:
+    with spinner(f"Reducing {path.name}") as progress:
         return Reduced(
-            path.name, reduce_part(path, use, within, unit=unit, size=size, order=order, doing=doing)
+            path.name, reduce_part(path, use, within, unit=unit, size=size, order=order, progress=progress)
         )
 
 

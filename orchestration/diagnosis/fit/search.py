@@ -6,13 +6,14 @@ promising sets are then fitted in full, until none is left that might be better,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 
+from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.diagnosis.fit import neighbours
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
@@ -62,7 +63,7 @@ class Search:
     def __init__(
         self,
         fitter: Fitter,
-        progress: Callable[[str], None] = lambda text: None,
+        progress: Progress = unseen,
         before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
     ) -> None:
         self.fitter = fitter
@@ -162,7 +163,8 @@ class Search:
             if not promising:
                 break
             for proposal in promising:
-                self._progress(" + ".join(sorted(proposal.key)))
+                told = f"set {len(self.fits)} of at most {_MOST_FITS}, {' + '.join(sorted(proposal.key))}"
+                self._progress(f"causes: {told}", min(1.0, len(self.fits) / _MOST_FITS))
                 near = len(proposal.items) > 1 and promising is not late
                 worth = bar + self._excess(proposal, best) if near else np.inf
                 before = self._before.get(proposal.key)

@@ -13,6 +13,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
@@ -86,6 +87,7 @@ def hide(
     seed: int = 0,
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
     at_changes: bool = False,
+    progress: Progress = unseen,
 ) -> dict[str, Array]:
     """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
@@ -117,6 +119,7 @@ def hide(
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
+    progress(f"{duration / 3600:.3g} h of the cell")
     course = solver(truth, list(duty), dense)
     readings = {f"{name}_temperature": getattr(course, name) for name in TEMPERATURES}
     readings["elongation"] = course.elongation
