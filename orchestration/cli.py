@@ -41,7 +41,7 @@ COMMANDS = {
     "sweep": "studies",
     "design": "laws",
     "export": "laws",
-    "check": "build",
+    "check": "check",
     "diagnose": "diagnose",
     "hide": "diagnose",
     "reduce": "reduce",
@@ -49,6 +49,7 @@ COMMANDS = {
     "init": "init",
     "schema": "init",
     "list": "init",
+    "info": "init",
 }
 """Module of each command; a function of the same name, or with a `_` after it, is the command."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, astuple, dataclass, fields, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, field, fields, replace
 from itertools import groupby
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
@@ -15,11 +15,23 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.documentation import facts
 from warmlink.orchestration.console import Answer, table_text
+from warmlink.orchestration.system.archive import open_archive
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Variable
+from warmlink.orchestration.system.model import DefaultExperiment, ModelInfo, System, Variable
 
 if TYPE_CHECKING:
     import pandas
+
+ROLES = "input", "parameter", "output"
+
+_CAPABILITIES = {
+    "variable_step": "steps of any length",
+    "get_set_state": "get and set its state",
+    "serialize_state": "store its state",
+    "directional_derivatives": "give directional derivatives",
+    "interpolate_inputs": "take input derivatives",
+    "intermediate_update": "take inputs within a step",
+}
 
 SHOWN = ("input", "parameter", "structuralParameter", "output")
 """Causalities of an FMU's variables that concern its user."""
@@ -54,11 +66,12 @@ HEADINGS = tuple(each.name for each in fields(VariableRow))
 
 @dataclass(frozen=True, repr=False)
 class Description(Answer):
-    """What something takes and gives."""
+    """What something takes and gives; `facts` tell what kind of file it is, by what they are about."""
 
     name: str
     about: str
     variables: tuple[VariableRow, ...]
+    facts: Mapping[str, str] = field(default_factory=dict)
 
     def summary(self) -> str:
         """A table of the variables."""
@@ -92,7 +105,8 @@ def describe(what: str | Path) -> Description:
     if path.suffix == ".fmu":
         info = read_description(path)
         rows = [_row(each, each.name, each.causality, each.start) for each in info.variables.values()]
-        return Description(path.name, info.description or info.model_name, _merged(rows))
+        about = info.description or info.model_name
+        return Description(path.name, about, _merged(rows), _facts_of_fmu(info, rows))
     if path.suffix == ".ssp":
         return _of_system(path)
     found = _component_named(str(what))
@@ -136,7 +150,43 @@ def _of_system(path: Path) -> Description:
     with temporary_folder() as work:
         system = read_system(path, work)
         rows = [row for name in system.components for row in _of_instance(system, name)]
-    return Description(path.name, system.summary(), _merged(rows))
+        parts = {
+            f"component {name}": f"{info.model_name}, FMI {info.fmi_version}, {_platforms(info.path)}"
+            for name, held in system.components.items()
+            for info in [read_description(held.fmu)]
+        }
+    found = {"connections": str(len(system.connections)), **_experiment(system.default_experiment), **parts}
+    return Description(path.name, system.summary(), _merged(rows), found)
+
+
+def _facts_of_fmu(info: ModelInfo, rows: Sequence[VariableRow]) -> dict[str, str]:
+    """What an integrator asks of an FMU first."""
+    can = [words for flag, words in _CAPABILITIES.items() if getattr(info.capabilities, flag)]
+    return {
+        "model": info.model_name,
+        "FMI": f"{info.fmi_version}, co-simulation",
+        "platforms": _platforms(info.path),
+        "can": ", ".join(can) or "nothing beyond fixed steps",
+        **_experiment(info.default_experiment),
+        **{
+            f"{role}s": str(sum(row.role == role for row in rows))
+            for role in ("input", "parameter", "output")
+        },
+    }
+
+
+def _experiment(proposed: DefaultExperiment) -> dict[str, str]:
+    """Times that a file proposes."""
+    times = {"stop time": proposed.stop_time, "step size": proposed.step_size}
+    return {f"proposed {name}": f"{value:g} s" for name, value in times.items() if value is not None}
+
+
+def _platforms(fmu: Path) -> str:
+    """Platforms for which an FMU holds libraries, as its folders are called."""
+    with open_archive(fmu) as archive:
+        folders = {PurePosixPath(name).parts[:2] for name in archive.namelist()}
+    found = sorted(each[1] for each in folders if len(each) == 2 and each[0] == "binaries")
+    return ", ".join(found) or "no libraries"
 
 
 def _of_instance(system: System, name: str) -> Iterator[VariableRow]:

@@ -21,7 +21,7 @@ WRITTEN = ".written-"
 """How the names of folders begin whose files are whole, and are about to take their places."""
 
 _GOES = ".goes"
-"""Folder in such a folder with the names of files that go before."""
+"""Folder in such a folder with the names of files that go before; each says into which folder, or none."""
 
 ENDING_SECONDS = 1.0
 """Within which the processes of a command that was killed have ended, and hold no folder any more."""
@@ -31,14 +31,16 @@ FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 
 @contextmanager
-def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Iterator[Path]:
+def fresh_folder(
+    folder: Path, old: Callable[[], Iterable[Path]] = tuple, kept_in: str = ""
+) -> Iterator[Path]:
     """Folder to write results into; its files move to `folder` when all are written.
 
-    Files of the same names are replaced, and before that the `old` ones go; others in `folder` are left
-    alone, and so are all where nothing was written. Whatever ends the process, either the old files are there
-    or the new ones: what it had no time for, `settle` does. Folders made for the purpose go again where
-    nothing came of it, and so does what a process that was killed left there. InputError if the folder cannot
-    be written; NoRoomError where the disk is full.
+    Files of the same names are replaced, and before that the `old` ones go, or are `kept_in` a folder of that
+    name inside; others in `folder` are left alone, and so are all where nothing was written. Whatever ends
+    the process, either the old files are there or the new ones: what it had no time for, `settle` does.
+    Folders made for the purpose go again where nothing came of it, and so does what a process that was killed
+    left there. InputError if the folder cannot be written; NoRoomError where the disk is full.
     """
     shown, folder = folder, folder.absolute()
     with _made(folder, shown):
@@ -53,7 +55,7 @@ def fresh_folder(folder: Path, old: Callable[[], Iterable[Path]] = tuple) -> Ite
                         raise InputError(f"{shown / name}: is a folder; choose another --out, or move it")
                 (work / _GOES).mkdir()
                 for path in old() if new else ():
-                    (work / _GOES / path.name).touch()
+                    (work / _GOES / path.name).write_text(kept_in, encoding="utf-8")
             except OSError as fault:
                 if fault.errno not in FULL_DISK:
                     raise
@@ -81,7 +83,11 @@ def settle(folder: Path) -> None:
 def _take_places(ready: Path) -> None:
     """Have the old files go, then the new ones move up; may be done again after it was interrupted."""
     for name in [*(ready / _GOES).glob("*")]:
-        (ready.parent / name.name).unlink(missing_ok=True)
+        path, kept_in = ready.parent / name.name, name.read_text(encoding="utf-8")
+        if kept_in and path.exists():
+            (ready.parent / kept_in).mkdir(exist_ok=True)
+            path.replace(ready.parent / kept_in / name.name)
+        path.unlink(missing_ok=True)
         name.unlink()
     for path in sorted(ready.rglob("*")):
         if path.is_file():

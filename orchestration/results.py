@@ -1,17 +1,28 @@
-"""Folders of results: each holds those of one command, of one run."""
+"""Folders of results: each holds those of one command line; what another one left there is kept.
+
+So `warmlink run --controller lag` after `warmlink run` replaces nothing: the earlier results move into a
+folder inside, `earlier-1`. The same command line replaces its own.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, settle
+from warmlink.orchestration.shell import command as command_line
 from warmlink.orchestration.text_files import is_file
 
-RESULTS = {
+ASKED = "command.txt"
+"""File beside the results with the command line that made them."""
+
+_WRITTEN = {
     "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
     "simulate": ("results.csv", "results.parquet"),
     "compare": ("compare.csv", "report.html"),
@@ -23,7 +34,12 @@ RESULTS = {
     ),
     "reproduce": ("report.html",),
 }
+RESULTS = {command: (*names, ASKED) for command, names in _WRITTEN.items()}
 """Files that each command writes as its results, a pattern for several; it may leave some out."""
+
+
+_MATTERS_NOT = ("--json", "--quiet", "--resume", "--no-report", "--no-csv")
+"""Options that do not change what is computed."""
 
 
 def refuse_others(folder: Path, command: str) -> None:
@@ -46,12 +62,33 @@ def results_in(folder: Path, command: str) -> list[Path]:
     return []
 
 
+def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
+    """Folder inside in which another command line's results are to be kept, and that line, or nothing."""
+    before = ""
+    with suppress(OSError, ValueError):
+        before = (folder / ASKED).read_text(encoding="utf-8").strip()
+    if before == asked or not results_in(folder, command):
+        return "", ""
+    numbers = (f"earlier-{number}" for number in count(1))
+    return next(name for name in numbers if not (folder / name).exists()), before
+
+
 @contextmanager
 def results_folder(folder: Path, command: str) -> Iterator[Path]:
-    """A fresh folder for the results of a command, before which go those that it wrote before.
+    """A fresh folder for the results of a command.
 
-    Raises as `refuse_others` and `fresh_folder`.
+    Results that the same command line wrote before go; those of another one are kept in a folder inside, as a
+    remark says. Raises as `refuse_others` and `fresh_folder`.
     """
     refuse_others(folder, command)
-    with fresh_folder(folder, lambda: results_in(folder, command)) as work:
+    asked = command_line("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT))
+    kept_in, before = _earlier(folder, command, asked)
+
+    with fresh_folder(folder, lambda: results_in(folder, command), kept_in) as work:
         yield work
+        written = any(work.iterdir())
+        if written:
+            (work / ASKED).write_text(f"{asked}\n", encoding="utf-8")
+    if kept_in and written:
+        of = f" (of {before})" if before else ""
+        remark(f"the results that were in {folder}{of} are kept in {folder / kept_in}")

@@ -14,11 +14,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
 from warmlink.orchestration.check.cases import CASES, Outcome
 from warmlink.orchestration.check.subject import Subject
-from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import ModelInfo

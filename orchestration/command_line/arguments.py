@@ -22,14 +22,8 @@ from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 from warmlink.fmus.arguments import speaking_of_options
-from warmlink.orchestration.console import (
-    FAILED,
-    answer,
-    interrupted,
-    print_table,
-    remark,
-    without_progress_lines,
-)
+from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
+from warmlink.orchestration.progress import without_progress_lines
 from warmlink.orchestration.text_files import pair
 
 if TYPE_CHECKING:

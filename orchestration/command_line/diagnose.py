@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import settings_given
-from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.console import answer, answer_json, print_table, remark
 from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.results import refuse_others
 from warmlink.orchestration.shell import command
 
@@ -142,7 +143,7 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
     from warmlink.orchestration.fmu_store import store
-    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, SSV, write_diagnosis
+    from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
@@ -150,13 +151,20 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         work_out(found, progress)
     for each in found.remarks:
         remark(each)
-    with _answered(json, lambda: json_content(found, SSV, SSP), lambda: summary(found), folder):
+    with _answered(
+        json,
+        lambda: json_content(found, *extended_files(found, as_system=True)),
+        lambda: summary(found),
+        folder,
+    ):
         rig, none = found.experiment.rig, controller("none").name
         needed = set() if rig.own else set(rig.blueprint.components_with(none).values())
         with spinner("Writing the report"):
             files = write_diagnosis(found, folder, store(None, sorted(needed), remark))
     if not json:
-        answer(f"report  {folder / PAGE}    figures  {folder / JSON}    extended model  {folder / SSP}")
+        word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
+        model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
+        answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
             practise = command("warmlink", "hide", "EFFECT", "--duty", following)
             answer(f"next    {following}    practise it: {practise}")

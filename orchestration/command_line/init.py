@@ -12,7 +12,7 @@ from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.command_line.arguments import loaded
 from warmlink.orchestration.console import answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_folder
-from warmlink.orchestration.shell import quoted
+from warmlink.orchestration.shell import command, quoted
 
 WIDE = 200
 """Width in characters of a table where the output is not a terminal."""
@@ -142,6 +142,27 @@ def list_(what: list[str] | None = None, *, json: bool = False) -> None:
         return
     for kind, entries in found.items():
         print_table(kind, (), entries.items())
+
+
+def info(file: Path, *, json: bool = False) -> None:
+    """Say what an FMU or a system (SSP) is: versions, platforms, what it can do, its parts.
+
+    Example: `warmlink info dist/WarmupCell.ssp`; `warmlink list FILE` says what can be set in it.
+
+    Parameters
+    ----------
+    file : An .fmu or .ssp file from any tool.
+    """
+    from warmlink.orchestration.describe import describe
+
+    if file.suffix.lower() not in (".fmu", ".ssp"):
+        raise InputError(f"{file}: is neither FMU nor SSP; give a file that ends in .fmu or .ssp")
+    found = describe(file)
+    if json:
+        answer_json({"name": found.name, "about": found.about, **found.facts})
+        return
+    print_table(f"{found.name}: {found.about}", (), found.facts.items())
+    answer(f"what can be set  {command('warmlink', 'list', file)}")
 
 
 def _describe(what: str, json: bool) -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import values_given
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.files import fresh_file, locked_folder
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.results import refuse_others, results_folder
 
 PICTURES = (".svg", ".png", ".pdf")

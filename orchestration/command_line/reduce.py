@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
-from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.console import answer, answer_json, print_table, remark
 from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
 if TYPE_CHECKING:
@@ -97,8 +98,8 @@ def simulate(
     from warmlink.orchestration.master.recording.recorder import is_recorded
     from warmlink.orchestration.master.run import simulate as simulate_system
     from warmlink.orchestration.master.slaves.under_way import interruption
-    from warmlink.orchestration.plausible import declared_in, within_bands
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
+    from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
     from warmlink.orchestration.scenarios.system_values import with_parameters
     from warmlink.orchestration.simulation import (
         experiment_of,

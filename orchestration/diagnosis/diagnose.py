@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import Answer, Progress, remark, spinner, stretch, unseen
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
@@ -28,6 +28,7 @@ from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
+from warmlink.orchestration.progress import Progress, spinner, stretch, unseen
 from warmlink.orchestration.scenarios.duties.duty import length
 from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.threads import one_thread

@@ -11,9 +11,10 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import Progress, remark, spinner
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
+from warmlink.orchestration.progress import Progress, spinner
 
 if TYPE_CHECKING:
     import pandas

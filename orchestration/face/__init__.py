@@ -21,12 +21,13 @@ if TYPE_CHECKING:
     from warmlink.fmus.component.join import join as join
     from warmlink.fmus.errors import InputError as InputError
     from warmlink.fmus.packaging.release import version
+    from warmlink.orchestration.check.checked import check as check
     from warmlink.orchestration.closed_loop.outcome import run as run
-    from warmlink.orchestration.command_line.build import build_files
     from warmlink.orchestration.describe import describe as describe
     from warmlink.orchestration.diagnosis.diagnose import diagnose as diagnose
     from warmlink.orchestration.diagnosis.made_up import hide_effects
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
+    from warmlink.orchestration.products.build import build as build
     from warmlink.orchestration.products.export import export as export
     from warmlink.orchestration.products.live import live as live
     from warmlink.orchestration.products.reduce import reduce as reduce
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.system.assemble import read_system as read_system
     from warmlink.orchestration.system.write import write_ssp as write_ssp
 
-    build, hide, sweep, tune = build_files, hide_effects, sweep_study, tune_study
+    hide, sweep, tune = hide_effects, sweep_study, tune_study
     __version__ = version()
 
 _PLACES = {
@@ -54,7 +55,8 @@ _PLACES = {
     "Parameter": "fmus.component:Parameter",
     "State": "fmus.component:State",
     "assemble": "orchestration.system.assemble:assemble",
-    "build": "orchestration.command_line.build:build_files",
+    "build": "orchestration.products.build:build",
+    "check": "orchestration.check.checked:check",
     "compare": "orchestration.studies.compare:compare",
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",

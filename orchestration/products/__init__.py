@@ -1,1 +1,1 @@
-"""What is made for use elsewhere: a law's C, a link of a solid, a page with a cell inside."""
+"""What is made for use elsewhere: FMUs and systems, a law's C, a link of a solid, a live page."""

@@ -12,8 +12,9 @@ from warmlink.fmus.names import several
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.live.content import Asked
 from warmlink.orchestration.report.live.page import live_page, usual_laws
 from warmlink.orchestration.scenarios.overrides import given_values

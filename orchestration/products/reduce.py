@@ -10,8 +10,9 @@ from pathlib import Path
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import several
-from warmlink.orchestration.console import Answer, spinner
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.reduction.elements import Use
 from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu

@@ -28,8 +28,8 @@ from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.check.fmu import check_fmu
-from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.reduction.elements import Elements, Heat, Use
 from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
 from warmlink.orchestration.reduction.solid import SOLIDS, read_solid

@@ -20,7 +20,12 @@ from warmlink.orchestration.diagnosis.answer.entries import (
 )
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.answer.profile import calibration, profiles_of
+from warmlink.orchestration.diagnosis.answer.profile import (
+    calibration,
+    calibration_doubts,
+    met_bounds,
+    profiles_of,
+)
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
@@ -91,7 +96,8 @@ def _growing(diagnosis: Diagnosis) -> str:
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
     rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
-    return [Section("Calibrated", text, Table((*_NUMBER, "not told apart from"), rows))] if rows else []
+    told, table = [text, *calibration_doubts(diagnosis)], Table((*_NUMBER, "not told apart from"), rows)
+    return [Section("Calibrated", "\n".join(told), table, warning=met_bounds(diagnosis))] if rows else []
 
 
 _NUMBER = ("variable", "value", "95 % interval", "unit")
@@ -233,19 +239,29 @@ def _gain_table(diagnosis: Diagnosis) -> Table:
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
     """Write `diagnosis.json`, the page, the extended model, and the next experiment where one is proposed.
 
-    Without FMUs from a `store` the extended model is the `.ssv` alone. Returns the paths by name of the file.
+    Without FMUs from a `store` the extended model is the `.ssv` alone. A model that is only the nominal one,
+    as nothing explains the run, is not written. Returns the paths by name of the file.
     """
     values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+    ssv, ssp = extended_files(diagnosis, store is not None)
     with results_folder(folder, "diagnose") as work:
-        write_ssv(values, work / SSV, name="extended")
-        if store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / SSP, store)
-        _write_json(json_content(diagnosis, SSV, SSP if store is not None else None), work / JSON)
+        if ssv is not None:
+            write_ssv(values, work / ssv, name="extended")
+        if ssp is not None and store is not None:
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store)
+        _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:
             write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
         names = [path.name for path in work.iterdir()]
     return {name: folder / name for name in names}
+
+
+def extended_files(diagnosis: Diagnosis, as_system: bool) -> tuple[str | None, str | None]:
+    """Names of the parameter set and the system that are written, None for what is not."""
+    if not diagnosis.delivers:
+        return None, None
+    return SSV, SSP if as_system else None
 
 
 def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folder: Path) -> None:

@@ -21,8 +21,8 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.plausible import Declared, left, ours, tight
 from warmlink.orchestration.scenarios.entries import Number, OneOf
+from warmlink.orchestration.scenarios.plausible import Declared, left, ours, tight
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.scenarios.setup import CELL, Setup
 from warmlink.orchestration.scenarios.written import Table

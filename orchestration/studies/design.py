@@ -24,11 +24,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import Answer, progress_bar, remark
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import progress_bar
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import (
     OBJECTIVES,

@@ -249,3 +249,12 @@ def test_a_notebook_shows_progress_and_nothing_else_does(
     shown = capsys.readouterr().err.split("\r")
     assert any(" %" in each for each in shown)
     assert shown[-2:] == [" " * 79, ""]
+
+
+def test_a_file_is_checked(place: Path) -> None:
+    found = wl.check(place / "dist" / "WarmupCell.ssp")
+    assert not found.failed
+    assert "reads and fits together" in repr(found)
+    assert list(found.to_frame().columns) == ["name", "verdict", "detail"]
+    with pytest.raises(InputError, match=r"dist: is a folder, which holds WarmupCell\.ssp"):
+        wl.check(place / "dist")

@@ -74,3 +74,22 @@ def test_the_command_lists_it(capsys: pytest.CaptureFixture[str], monkeypatch: p
     table, whole = capsys.readouterr().out.split("\n{", 1)
     assert "electric" in table.lower()
     assert json.loads("{" + whole)["name"] == "Heater"
+
+
+def test_info_says_what_kind_of_file_it_is(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fmu = FmuStore("native").files(["Heater"])["Heater"]
+    assert wl.describe(fmu).facts["FMI"] == "2.0, co-simulation"
+    monkeypatch.setattr("sys.argv", ["warmlink", "info", str(fmu)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code
+    said = capsys.readouterr().out
+    assert "get and set its state" in said
+    assert f"what can be set  warmlink list {fmu}" in said
+    monkeypatch.setattr("sys.argv", ["warmlink", "info", "Heater"])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert "Heater: is neither FMU nor SSP" in capsys.readouterr().err

@@ -19,7 +19,7 @@ from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.console import FAILED
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
-from warmlink.orchestration.plausible import Declared, within_bands
+from warmlink.orchestration.scenarios.plausible import Declared, within_bands
 from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import Means
 from warmlink.orchestration.studies.compare import compare

@@ -8,26 +8,23 @@ import io
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from warmlink.orchestration import console
+from warmlink.orchestration import progress
 from warmlink.orchestration.cli import COMMANDS, command_named
 from warmlink.orchestration.command_line.arguments import carry_out
-from warmlink.orchestration.console import progress_bar, spinner, stretch, without_progress_lines
-
-ORCHESTRATION = Path(console.__file__).parent
+from warmlink.orchestration.progress import progress_bar, spinner, stretch, without_progress_lines
 
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Seconds that the console's clock shows; its own watch does not look."""
     now = [0.0]
-    monkeypatch.setattr(console.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(console, "_POLL", 1e6)
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(progress, "_POLL", 1e6)
     return now
 
 
@@ -79,7 +76,7 @@ def test_a_line_comes_although_nothing_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name, seconds in (("_FIRST", 0.1), ("_AGAIN", 60.0), ("_POLL", 0.01)):
-        monkeypatch.setattr(console, name, seconds)
+        monkeypatch.setattr(progress, name, seconds)
     with spinner("Compiling"):
         deadline, shown = time.monotonic() + 30.0, []
         while not shown and time.monotonic() < deadline:
@@ -132,7 +129,7 @@ def test_a_terminal_shows_what_is_done_and_how_much(monkeypatch: pytest.MonkeyPa
     assert shown.getvalue().endswith("\x1b[1A\x1b[2K"), "and leaves nothing behind"
 
 
-SHORT = {"save", "plot", "export", "init", "schema", "list"}
+SHORT = {"save", "plot", "export", "info", "init", "schema", "list"}
 """Commands that are done before anybody waits."""
 
 
@@ -143,7 +140,7 @@ def test_each_long_command_shows_its_progress(name: str) -> None:
 
 
 def _reached(command: Any, depth: int = 3) -> Iterator[ast.AST]:
-    """Trees of a function and of those of the library that it names, so many calls deep."""
+    """Trees of a function, and of the functions and classes of the library that it names, so many deep."""
     module = sys.modules[command.__module__]
     tree = ast.parse(inspect.getsource(inspect.unwrap(command)))
     yield tree
@@ -158,7 +155,7 @@ def _reached(command: Any, depth: int = 3) -> Iterator[ast.AST]:
             place, called = imported.get(used, (command.__module__, used))
             if place.startswith("warmlink.orchestration"):
                 found = getattr(__import__(place, fromlist=["*"]), called, None)
-                if inspect.isfunction(found) and found is not command:
+                if (inspect.isfunction(found) or inspect.isclass(found)) and found is not command:
                     yield from _reached(found, depth - 1)
 
 
@@ -176,3 +173,24 @@ def _tells(tree: ast.AST) -> bool:
     }
     used = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
     return bool(names & used)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_what_is_begun_meanwhile_is_a_part(
+    terminal: bool, clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A library that draws two bars at once would refuse the second."""
+    shown = io.StringIO()
+    shown.isatty = lambda: terminal  # type: ignore[method-assign]
+    for name, value in (("TERM", "xterm"), ("COLUMNS", "120")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("sys.stderr", shown)
+    with spinner("Checking") as show:
+        show("runs", 0.5)
+        with progress_bar("cell") as share:
+            clock[0] = 20.0
+            share(0.1)
+    told = "Checking cell" if terminal else "Checking: cell; 50 % in 20 s, about 20 s left\n"
+    assert told in shown.getvalue()
+    with spinner("Diagnosing"):
+        pass

@@ -79,9 +79,29 @@ def test_a_cell_is_run_saved_and_simulated_without_naming_a_folder(
     # What the run before left, and this one does not write, would be taken for this one's.
     Path("out/mine/notes.txt").write_text("mine")
     assert not told(["run", "mine.toml", "--no-report", "--no-csv"], capsys, monkeypatch).startswith("2")
-    left = {"metrics.json", "results.parquet", "notes.txt", "simulate"}
+    left = {"command.txt", "metrics.json", "results.parquet", "notes.txt", "simulate"}
     assert {path.name for path in Path("out/mine").iterdir()} == left
     assert json.loads(Path("out/mine/metrics.json").read_text())["scenario"] == "mine"
+
+
+def test_results_of_another_command_line_are_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("mine.toml").write_text('duty = "stop_and_go"\nstop_time = "1 min"\n')
+    run = ["run", "mine.toml", "--no-report"]
+    first = told(run, capsys, monkeypatch)
+    assert "kept" not in first
+    nominal = Path("out/mine/results.csv").read_bytes()
+    assert "kept" not in told(run, capsys, monkeypatch)
+    second = told([*run, "--set", "motor.joint_conductance=2 W/K"], capsys, monkeypatch)
+    kept = Path("out/mine/earlier-1")
+    assert f"the results that were in out/mine (of warmlink run mine.toml) are kept in {kept}" in second
+    assert (kept / "results.csv").read_bytes() == nominal
+    assert (kept / "command.txt").read_text() == "warmlink run mine.toml\n"
+    assert Path("out/mine/results.csv").read_bytes() != nominal
+    told(run, capsys, monkeypatch)
+    assert Path("out/mine/results.csv").read_bytes() == nominal
+    assert "joint_conductance" in Path("out/mine/earlier-2/command.txt").read_text()
 
 
 def test_the_winner_of_another_instance_goes_with_the_study_that_had_it(

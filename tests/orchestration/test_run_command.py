@@ -213,7 +213,11 @@ def test_what_is_written_can_be_chosen(tmp_path: Path, monkeypatch: pytest.Monke
         run(["run", "stop_and_go", "--stop", "1 min", *chosen, "--out", str(tmp_path / "o")], monkeypatch)
         == 0
     )
-    assert {path.name for path in (tmp_path / "o").iterdir()} == {"metrics.json", "results.parquet"}
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {
+        "command.txt",
+        "metrics.json",
+        "results.parquet",
+    }
     frame = pd.read_parquet(tmp_path / "o" / "results.parquet")
     named = ["motor.shaft_temperature [K]", "link.elongation [m]", "sensors.reading[1] [K]"]
     assert list(frame) == ["time [s]", *named]

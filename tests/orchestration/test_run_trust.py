@@ -272,6 +272,7 @@ def test_ctrl_c_keeps_what_was_computed(
     assert 0 < float(str(found["simulated_s"])) < 1200
     # There is a live page, too, where the system was compiled for the browser before.
     assert {path.name for path in Path("o").iterdir()} - {"live.html"} == {
+        "command.txt",
         "metrics.json",
         "report.html",
         "results.csv",

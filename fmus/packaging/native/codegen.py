@@ -105,7 +105,7 @@ def _running(component: Component, plan: Plan | None) -> tuple[list[list[int]], 
         parts = [*joint_code.samples(plan)]
     if plan is None or not plan.repeats:
         groups = output_groups(component)
-        parts += _written_out(component, groups)
+        parts += written_out(component, groups)
     else:
         groups, outputs = joint_code.seen(plan)
         moving = component.continuous.size > 0
@@ -115,7 +115,8 @@ def _running(component: Component, plan: Plan | None) -> tuple[list[list[int]], 
     return groups, [function(*part) for part in parts]
 
 
-def _written_out(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Function]:
+def written_out(component: Component, groups: Sequence[Sequence[int]]) -> Iterator[Function]:
+    """Yield what runs all the time, but for samples, with nothing called that could be written out."""
     import casadi
 
     s = Symbols.of(component)

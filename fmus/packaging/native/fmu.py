@@ -49,6 +49,7 @@ def build_native_fmus(
     platforms: Sequence[Platform] | None = None,
     progress: Callable[[str], None] = lambda name: None,
     arrays: bool = False,
+    begun: Callable[[str], None] = lambda name: None,
 ) -> list[Path]:
     """Write the native FMUs of components and return their paths, in the order of the components.
 
@@ -62,20 +63,19 @@ def build_native_fmus(
     platforms : from `platforms_named`; this machine's where none are given
     progress : called with the name of each FMU that is done
     arrays : in FMI 3.0, one variable for an array in place of one for each element
+    begun : called with the name of each FMU before it is built
     """
     chosen = compilers(platforms or platforms_named(None))
 
     def build(entry: Entry) -> Path:
+        begun(entry.component.name)
         target = folder / f"{entry.component.name}.fmu"
         write_archive(target, native_fmu_files(entry, fmi_version, chosen, arrays))
+        progress(entry.component.name)
         return target
 
-    built = []
     with ThreadPoolExecutor(2) as pool:
-        for path in pool.map(build, entries):
-            built.append(path)
-            progress(path.stem)
-    return built
+        return [*pool.map(build, entries)]
 
 
 def native_fmu_files(

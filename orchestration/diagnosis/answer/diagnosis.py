@@ -8,7 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
-from warmlink.orchestration.diagnosis.answer.doubtful import doubts, unchanging_inputs
+from warmlink.orchestration.diagnosis.answer.doubtful import (
+    beyond_noise,
+    doubts,
+    unchanging_inputs,
+    understated,
+)
 from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
@@ -18,7 +23,7 @@ from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, h
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.candidates import Item
-from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
+from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 
 
@@ -62,7 +67,15 @@ class Diagnosis:
         """Verdict after the gate on prediction, and what is to be said of it."""
         wanders = not self.assessment.fitter.wander.still
         fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
-        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted)
+        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
+
+    @cached_property
+    def beyond_noise(self) -> str:
+        """A sentence where the chosen model leaves more than a noise stated or credible, else ""."""
+        over = self.scores.beyond(self.after)
+        if not over:
+            return next(iter(understated(self.assessment.problem)), "")
+        return beyond_noise(self.assessment, max(over, key=lambda name: over[name]), max(over.values()))
 
     @property
     def verdict(self) -> Word:
@@ -108,6 +121,16 @@ class Diagnosis:
         return what_is_wrong(self.assessment.fitter, self.assessment.best)
 
     @cached_property
+    def pattern(self) -> tuple[str, str] | None:
+        """Columns of a reading and of the input that what is left of it follows in blocks, if it does."""
+        problem, best = self.assessment.problem, self.assessment.best
+        found = followed_input(self.assessment.fitter, best) if self.assessment.word == "unknown" else None
+        if found is None:
+            return None
+        signal = self.experiment.rig.column_of(found.signal)
+        return problem.names[problem.variables[found.channel]], signal
+
+    @cached_property
     def hint(self) -> Hint | None:
         """What the missing heat looks like, where the cause is unknown."""
         return hint(self.assessment) if self.assessment.word == "unknown" else None
@@ -130,9 +153,10 @@ class Diagnosis:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
         problem, null = self.assessment.problem, self.assessment.null
+        stated = tuple(each for each in understated(problem) if each != self.judged[1])
         if self.verdict == "adequate":
-            return ()
-        found = doubts(problem, problem.values_by_run(null.freed, null.theta))
+            return stated
+        found = (*doubts(problem, problem.values_by_run(null.freed, null.theta)), *stated)
         return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
 
     @cached_property
@@ -144,6 +168,11 @@ class Diagnosis:
     def adopted(self) -> Predicted:
         """The model to use from now on: the uncorrected one unless causes were found."""
         return self.after if self.causes else self.before
+
+    @property
+    def delivers(self) -> bool:
+        """Whether there is a model to hand on: not where nothing is found or calibrated."""
+        return self.verdict != "unknown" or bool(self.experiment.calibrated)
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:

@@ -14,6 +14,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.rig import SCALE
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.system.units import parse_unit
 
@@ -138,6 +139,40 @@ class _Doubts:
         changes = np.nanstd(self._measured, axis=0)
         moving = changes > 0
         return _rms((self._measured - simulated)[:, moving] / changes[moving])
+
+
+_MORE = 1.5
+"""Times a stated noise by which readings scatter from row to row for it to be told."""
+
+
+def understated(problem: Problem) -> tuple[str, ...]:
+    """Sentences on columns that scatter by more from row to row than the noise that is stated of them."""
+    said = []
+    for i, (variable, name) in enumerate(problem.names.items()):
+        stated, unit = problem.experiment.noise.get(variable), problem.experiment.rig.unit(variable)
+        scatter = max(float(data.scatter[i]) for data in problem.data)
+        if stated is not None and scatter > _MORE * stated:
+            told = f"{name} scatters by {_shown(scatter, unit)} from row to row, more than the noise of "
+            said.append(
+                f"{told}{_shown(stated, unit)} that is stated: by this a model is hardly ever adequate."
+            )
+    return tuple(said)
+
+
+def beyond_noise(assessment: Assessment, name: str, over: float) -> str:
+    """Say that a model leaves so many times the noise in a column, which is stated or credible."""
+    problem = assessment.problem
+    variable = next(v for v, column in problem.names.items() if column == name)
+    place, run = problem.variables.index(variable), problem.fitted_runs[0]
+    unit, stated = problem.experiment.rig.unit(variable), problem.experiment.noise.get(variable)
+    left = f"The model leaves {over:.2g} times the noise in {name}"
+    if stated is not None:
+        return f"{left}, of which {_shown(stated, unit)} is stated."
+    scatter = float(problem.scatter_in(run)[place])
+    return (
+        f"{left}, which scatters by {_shown(scatter, unit)} from row to row: the rest may be slow noise or "
+        f"the model's fault, which these rows do not tell; state the noise of {name}."
+    )
 
 
 def unchanging_inputs(experiment: Experiment) -> tuple[str, ...]:

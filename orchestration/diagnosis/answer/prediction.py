@@ -86,18 +86,20 @@ class Scores:
     """Errors of models on a whole experiment, held-out rows included.
 
     They are added by `scales`, the noise of each reading in SI, by run, shape (rows, outputs): the stated
-    figure where it was larger than the scatter, the estimate otherwise, and by the `best` model's values what
-    it does to a reading that nobody knows when between two rows the inputs leapt.
+    figure if there is one, else the estimate as far as the readings' scatter makes it credible, and by the
+    `best` model's values what it does to a reading that nobody knows when between two rows the inputs leapt.
     """
 
     def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel], best: Fit) -> None:
         self.problem = Problem(experiment)
         self.scales: list[Array] = []
+        self._doubted: list[list[bool]] = []
         for run, z in enumerate(Carried(self.problem, best).values):
-            channels = zip(self.problem.variables, self.problem.noise_in(run, noise), strict=True)
-            here = [experiment.noise[name] if each.lasting else each.sigma for name, each in channels]
             leaps = np.sum(self.problem.switched(run, z) ** 2, axis=2)
-            self.scales.append(np.sqrt(np.square(here) + leaps))
+            told = self.problem.told(run, noise)
+            self.scales.append(np.sqrt(told**2 + leaps))
+            here = self.problem.noise_in(run, noise)
+            self._doubted.append([size < 0.99 * each.sigma for size, each in zip(told, here, strict=True)])
 
     def predict(self, fit: Fit) -> Predicted:
         """Readings of every run by a model fitted elsewhere."""
@@ -135,6 +137,20 @@ class Scores:
         """Root mean square of the errors on fitted rows in units of the noise, robust as on held-out rows."""
         found = self.held_out(predicted, STILL, heldout=False)
         return 0.0 if found is None else found.in_noise
+
+    def beyond(self, predicted: Predicted) -> dict[str, float]:
+        """Error on fitted rows by column name in units of the noise, robust, where that is beyond it.
+
+        Only of channels whose noise is less than what a model leaves: it is stated, or not to be believed.
+        """
+        found: dict[str, float] = {}
+        for run, data in enumerate(self.problem.data):
+            error = (data.readings - predicted.readings[run]) / self.scales[run]
+            for i, name in enumerate(self.problem.names.values()):
+                there = data.fitted & np.isfinite(error[:, i])
+                if self._doubted[run][i] and there.sum() >= _FEWEST:
+                    found[name] = max(_typical(error[there, i]), found.get(name, 0.0))
+        return {name: over for name, over in found.items() if over > _MISSED}
 
     def held_out(self, predicted: Predicted, wander: Wander, heldout: bool = True) -> HeldOut | None:
         """Errors of a model on held-out rows, or else on fitted ones; None where there are too few."""
@@ -192,13 +208,20 @@ def _typical(errors: Array) -> float:
 
 
 def judged(
-    word: Word, before: HeldOut | None, after: Sequence[HeldOut | None], fitted: float = 1.0
+    word: Word,
+    before: HeldOut | None,
+    after: Sequence[HeldOut | None],
+    fitted: float = 1.0,
+    beyond: str = "",
 ) -> tuple[Word, str]:
     """Verdict after the gate, and why it differs from the one before or what else must be said of it.
 
     The `word` is the verdict on fitted rows, where the chosen model's error is `fitted` times the noise; the
-    other errors are those of the uncorrected model, and of the chosen one and its rivals.
+    other errors are those of the uncorrected model, and of the chosen one and its rivals. `beyond` says where
+    its error is beyond a noise that is stated, or that the readings themselves show.
     """
+    if word == "adequate" and beyond:
+        return "unknown", beyond
     if word != "unknown" and fitted > _MISSED:
         still = f"the error on fitted rows is {fitted:.2g} times the noise"
         if word == "adequate":

@@ -28,6 +28,9 @@ _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 INTERVAL = 1.959964
 """Standard deviations on either side of a 95 % interval."""
 
+_ON_BOUND = 1e-3
+"""Share of a bound, or of the room between both, within which a number lies on it."""
+
 _ALIKE = 0.95
 """Correlation of two numbers from which the data know only a combination of them."""
 
@@ -37,7 +40,7 @@ class Calibrated:
     """A calibrated number, its interval within its bounds; its name has the label that it belongs to.
 
     It is in the SI unit, an absolute temperature in degC (its standard deviation in K).
-    `at_bound`: the data would have it beyond a bound; `unknown`: the interval covers all between the
+    `at_bound`: it lies on a bound; `unknown`: the interval covers all between the
     bounds; `alike`: others with which it is correlated so much that only a combination is known.
     """
 
@@ -80,13 +83,44 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
         Calibrated(
             names[i],
             **_read_in(rig, freed.variable, interval(freed, float(fit.theta[i]), float(spreads[i]))),
-            at_bound=fit.at_bound[i],
+            at_bound=_at_bound(freed, float(fit.theta[i])),
             unknown=bool(2 * INTERVAL * spreads[i] > freed.span),
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
         if freed.calibrated and not freed.added
     ]
+
+
+def _at_bound(freed: Freed, value: float) -> bool:
+    bounds = (freed.lower, freed.upper)
+    return any(abs(value - each) <= _ON_BOUND * min(abs(each) or freed.span, freed.span) for each in bounds)
+
+
+def calibration_doubts(diagnosis: Diagnosis) -> list[str]:
+    """Sentences on what limits the calibration of the model to use from now on, bounds aside."""
+    fit, given = diagnosis.adopted.fit, diagnosis.experiment.calibrated
+    said = []
+    if given and not fit.arrived:
+        told = "a further step would still gain something; give starts nearer to them, or calibrate fewer"
+        said.append(f"The calibrated numbers are not yet the best ones: {told}.")
+    denied = [(f.variable, v) for f, v in fit.values.items() if f.calibrated and f.added]
+    if denied and not diagnosis.experiment.initial_measured:
+        starts = ", ".join(f"{name} by {value:+.3g} K" for name, value in denied)
+        said.append(
+            f"The first readings are not those of the start that is given, so it is fitted too: {starts}; "
+            'say so with initial = "measured" in the experiment.'
+        )
+    return said
+
+
+def met_bounds(diagnosis: Diagnosis) -> str:
+    """A sentence on calibrated numbers that lie at their bounds, "" if none does."""
+    on = [
+        f"{c.name} ({c.value:.4g} {c.unit})".replace(" 1)", ")") for c in calibration(diagnosis) if c.at_bound
+    ]
+    told = "widen the bounds if they may be wider, or look for what the model lacks"
+    return f"At a bound of its calibration lies {', '.join(on)}: {told}." if on else ""
 
 
 @dataclass(frozen=True)

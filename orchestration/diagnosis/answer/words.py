@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
-from warmlink.orchestration.diagnosis.answer.profile import calibration
+from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
@@ -34,6 +34,7 @@ def summary(diagnosis: Diagnosis) -> str:
         f"against {wrong['noise']:.2g} {wrong['unit']} of noise{_paused(diagnosis)}{when}."
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
+    lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
@@ -60,6 +61,7 @@ def _calibrated(diagnosis: Diagnosis) -> str:
         *_slip_lines(diagnosis),
         diagnosis.judged[1] or told,
     ]
+    lines += calibration_doubts(diagnosis)
     for each in calibration(diagnosis):
         text = _number(each.name, "=", asdict(each)) + ", of which the data say nothing" * each.unknown
         text += f", not told apart from {', '.join(each.alike)}" if each.alike else ""
@@ -88,7 +90,10 @@ def _verdict_line(diagnosis: Diagnosis) -> str:
         told = f"Nothing is wrong beyond the noise{beside}{_paused(diagnosis)}"
         return f"{told}: the model is adequate."
     if word == "unknown":
-        return "Something is wrong that no cause in the catalogue explains."
+        left = (
+            "" if diagnosis.pattern is None else ": what is left of {} follows {}".format(*diagnosis.pattern)
+        )
+        return f"Something is wrong that no cause in the catalogue explains{left}."
     if word == "named":
         return "Found: " + " ".join(map(sentence_of, diagnosis.causes))
     sets = ["; or ".join(names[:4]) + (" ..." if len(names) > 4 else "") for names in diagnosis.ambiguous]

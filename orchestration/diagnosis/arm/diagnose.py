@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from warmlink.orchestration.arm.blueprint import axis, axis_name
-from warmlink.orchestration.console import Progress, stretch, unseen
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment

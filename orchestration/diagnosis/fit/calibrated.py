@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.console import Progress, stretch, unseen
 from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 _MOST_EVALUATIONS = 60
 """Simulations from one starting point."""

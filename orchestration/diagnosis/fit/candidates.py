@@ -12,9 +12,10 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, names_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
+from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
-from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of, neutral
+from warmlink.orchestration.diagnosis.fit.offers import freed_by
+from warmlink.orchestration.diagnosis.model.instruments import channel_of, neutral
 from warmlink.orchestration.diagnosis.model.simulation import initial_values, input_table, start_values
 
 _INNER = ("plant", "input", "place")
@@ -105,7 +106,7 @@ class Candidates:
         self.experiment, self.names = experiment, names_of(experiment.columns)
         self.variables = tuple(self.names)
         self.data: tuple[Thinned, ...] = tuple(thinned(run, self.variables) for run in experiment.runs)
-        offers = ((cause, _freed_by(cause, experiment, self.names)) for cause in experiment.catalogue)
+        offers = ((cause, freed_by(cause, experiment, self.names)) for cause in experiment.catalogue)
         self._offered = [(cause, *named) for cause, each in offers for named in each]
         self.inner, self.outer = self._slots()
         self.slots = (*self.inner, *self.outer)
@@ -183,7 +184,7 @@ class Candidates:
             return [*read, *self._camera_offsets]
         least = max(_DENIED * float(max(self.data[i].scatter, default=0.0)), _DENIED_LEAST)
         given = {name: float(self.neutral[i][self.slots.index(name)]) for name in read if name in self.slots}
-        return [name for name, start in given.items() if abs(read[name] - start) > least]
+        return list(given) if any(abs(read[name] - start) > least for name, start in given.items()) else []
 
     @cached_property
     def items(self) -> tuple[Item, ...]:
@@ -253,83 +254,3 @@ class Candidates:
         of = ["" if label is None else {**run.labels, PER_RUN: run.name}[label] for run in runs]
         values = dict.fromkeys(of[i] for i in (*self.fitted_runs, *range(len(runs))))
         return [(v, tuple(i for i, each in enumerate(of) if each == v)) for v in values]
-
-
-Named = Iterable[tuple[str, tuple[str, ...]]]
-
-
-def _freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> Named:
-    """Names of a cause's candidates, the channel after a colon, and the variables that each frees.
-
-    `names` are the columns by output that was measured.
-    """
-    rig = experiment.rig
-    if cause.kind == "record" or (cause.kind == "plant" and cause.declared):
-        yield cause.name, cause.frees
-        groups = dict.fromkeys(logger_of(rig, variable) for variable in names)
-        if cause.grouped and len(groups) > 1:
-            yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
-    elif cause.kind == "plant":
-        yield from _of_parts(cause, experiment)
-    elif cause.kind == "input":
-        yield from _inputs(cause, experiment)
-    elif cause.kind == "declared reading":
-        output, fault = cause.frees
-        slot = channel_of(rig, output).variable("stem_conduction" if fault == "stem" else fault)
-        yield cause.name, (f"{CLOCK}:{output}" if fault == "clock" else slot,)
-    elif cause.kind != "simulation":
-        cameras = [variable for variable in names if channel_of(rig, variable).is_camera]
-        for variable, name in names.items():
-            freed = _of_instrument(cause, rig, variable)
-            if freed is not None:
-                only = cause.kind == "camera" and len(cameras) == 1
-                yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
-
-
-def _of_parts(cause: Cause, experiment: Experiment) -> Named:
-    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
-    rig = experiment.rig
-    found: dict[str, tuple[str, ...]] = {}
-    for part, _, name in (each.partition(".") for each in cause.frees):
-        for instance in rig.called(part):
-            if f"{instance}.{name}" in rig.parameters and _fed(cause.covariate, instance, experiment):
-                found[instance] = (*found.get(instance, ()), f"{instance}.{name}")
-    if len({name.partition(".")[0] for name in cause.frees}) == 1 and len(found) > 1:
-        yield from ((f"{cause.name}:{instance}", each) for instance, each in found.items())
-    elif found:
-        yield cause.name, tuple(variable for each in found.values() for variable in each)
-
-
-def _fed(name: str | None, instance: str, experiment: Experiment) -> bool:
-    """Whether an input that a cause needs, if any, follows a column, or another part of the plant."""
-    needed = f"{instance}.{name}"
-    logged = any(name in run.covariates or needed in run.inputs for run in experiment.runs)
-    return name is None or logged or needed not in experiment.rig.variables
-
-
-def _inputs(cause: Cause, experiment: Experiment) -> Named:
-    """Logged inputs that a cause scales or shifts.
-
-    No switch is; nor is the ambient temperature, which has causes of its own; and no temperature is scaled.
-    """
-    rig, scales = experiment.rig, cause.frees[0] == SCALE
-    for name in dict.fromkeys(name for run in experiment.runs for name in run.inputs):
-        unit = rig.unit(name)
-        if not (
-            rig.variables[name].is_discrete
-            or (name.endswith(".ambient_temperature") and rig.part_of(name) not in rig.foreign)
-            or unit == "1"
-            or (unit == "K" and scales)
-        ):
-            yield f"{cause.name}:{rig.column_of(name)}", (f"{SCALE if scales else OFFSET}:{name}",)
-
-
-def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
-    """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
-    if cause.kind == "place":
-        at = None if rig.in_loop else rig.on_link(variable)
-        place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"
-        return f"{PLACE}:{place}" if place in rig.parameters else None
-    channel = channel_of(rig, variable)
-    units = {"camera": ("m",), "reading": ("K", "m")}.get(cause.kind, ("K",))
-    return channel.variable(cause.frees[0]) if channel.unit in units else None

@@ -16,6 +16,7 @@ from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
 from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.noise import slow_courses
+from warmlink.orchestration.diagnosis.fit.patterns import patterns
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import Responses, Wander
 
@@ -164,40 +165,85 @@ def _whiteness_p(residual: Array) -> float:
     return float(kolmogorov(np.abs(cumulated - straight).max() * np.sqrt(power.size / 2)))
 
 
+@dataclass(frozen=True)
+class Followed:
+    """An input that residuals of a channel follow in blocks, and the chance level of that, tests counted."""
+
+    signal: str
+    channel: int
+    chance: float
+
+
+class _Left:
+    """Whitened residuals of a fit, what it fitted taken out, and how likely noise has so much of courses."""
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        from scipy.linalg import block_diag
+
+        residuals, courses, sensitivities, self.widths = [], [], [], []
+        for run, joined in enumerate(fitter.whitened(fit.freed, fit.theta)):
+            residuals.append(joined[:, 0])
+            sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
+            times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
+            tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
+            courses.append(fitter.whiten(run, block_diag(*tables)))
+            self.widths += [table.shape[1] for table in tables if table.shape[1]]
+        self._taken = orthonormal(np.concatenate(sensitivities))
+        self.residual = self.without_fitted(np.concatenate(residuals))
+        self.basis = self.without_fitted(block_diag(*courses))
+        self.slow = orthonormal(self.basis)
+        rest = max(self.residual.size - self.slow.shape[1] - self._taken.shape[1], 1)
+        # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
+        self._rest = max(rest // 2, 4)
+
+    def without_fitted(self, columns: Array) -> Array:
+        """Columns without what the fitted numbers explain, shape as given."""
+        return columns - self._taken @ (self._taken.T @ columns)
+
+    def chance(self, courses: Array) -> float:
+        """Chance level of so much of orthonormal courses, shape (rows, courses).
+
+        The statistic is an F ratio, since the noise itself is estimated from what is not slow.
+        """
+        from scipy.special import fdtrc
+
+        chi2, degrees = float(np.sum((courses.T @ self.residual) ** 2)), max(courses.shape[1], 1)
+        return float(fdtrc(degrees, self._rest, chi2 / degrees))
+
+    def of_slow_courses(self) -> float:
+        """Chance level of the slow courses, all together and in each channel of each run."""
+        edges = np.cumsum([0, *self.widths])
+        single = min(self.chance(orthonormal(self.basis[:, a:b])) for a, b in pairwise(edges))
+        return min(1.0, 2 * min(self.chance(self.slow), len(self.widths) * single))
+
+    def of_patterns(self, fitter: Fitter) -> Followed | None:
+        """The input that is followed most, slow courses apart; None where no input changes."""
+        tried = patterns(fitter)
+        found = []
+        for each in tried:
+            courses = self.without_fitted(each.courses)
+            courses = orthonormal(courses - self.slow @ (self.slow.T @ courses), 1e-3)
+            if courses.shape[1]:
+                chance = min(1.0, 2 * len(tried) * self.chance(courses))
+                found.append(Followed(each.signal, each.channel, chance))
+        return min(found, key=lambda each: each.chance, default=None)
+
+
 def lack_of_fit_p(fitter: Fitter, fit: Fit) -> float:
-    """Chance level of the slow courses in a fit's residuals, all together and in each channel of each run.
+    """Chance level of what a fit leaves: of slow courses, and of patterns that follow an input in blocks.
 
     What is wrong with one sensor shows by itself, and is lost among many. The chance level is that of the
-    less likely outcome of the two, counted with the number of tests (Bonferroni). The statistic is an
-    F ratio, since the noise itself is estimated from what is not slow.
+    least likely outcome, counted with the number of tests (Bonferroni).
     """
-    from scipy.linalg import block_diag
-    from scipy.special import fdtrc
+    left = _Left(fitter, fit)
+    pattern = left.of_patterns(fitter)
+    return min(left.of_slow_courses(), 1.0 if pattern is None else pattern.chance)
 
-    residuals, courses, sensitivities, widths = [], [], [], []
-    for run, joined in enumerate(fitter.whitened(fit.freed, fit.theta)):
-        residuals.append(joined[:, 0])
-        sensitivities.append(by_number(joined[:, 1:], fit.freed, run, fit.freed))
-        times = [fitter.problem.data[run].time[rows] for rows in fitter.rows[run]]
-        tables = [slow_courses(t) if t.size >= _FEWEST else np.zeros((t.size, 0)) for t in times]
-        courses.append(fitter.whiten(run, block_diag(*tables)))
-        widths += [table.shape[1] for table in tables if table.shape[1]]
-    residual = np.concatenate(residuals)
-    basis = block_diag(*courses)
-    taken = orthonormal(np.concatenate(sensitivities))
-    residual = residual - taken @ (taken.T @ residual)
-    basis = basis - taken @ (taken.T @ basis)
-    slow = orthonormal(basis)
-    rest = max(residual.size - slow.shape[1] - taken.shape[1], 1)
 
-    def chance(courses: Array) -> float:
-        chi2, degrees = float(np.sum((courses.T @ residual) ** 2)), max(courses.shape[1], 1)
-        # Half of the rest's degrees of freedom: the noise's correlation was estimated too.
-        return float(fdtrc(degrees, max(rest // 2, 4), chi2 / degrees))
-
-    edges = np.cumsum([0, *widths])
-    single = min(chance(orthonormal(basis[:, a:b])) for a, b in pairwise(edges))
-    return min(1.0, 2 * min(chance(slow), len(widths) * single))
+def followed_input(fitter: Fitter, fit: Fit) -> Followed | None:
+    """The input that a fit's residuals follow in blocks, if that is no chance."""
+    found = _Left(fitter, fit).of_patterns(fitter)
+    return found if found is not None and found.chance < UNEXPLAINED else None
 
 
 class Carried:

@@ -63,7 +63,8 @@ class Point:
 class Fit:
     """A fitted model: its causes, its numbers `freed`, their values `theta` in SI, and chi-square there.
 
-    `at_bound` says whether each number would rather lie beyond a physical bound.
+    `at_bound` says whether each number would rather lie beyond a physical bound, and `arrived` whether no
+    further step, by the gradient there, would gain anything worth it.
     """
 
     items: tuple[Item, ...]
@@ -71,6 +72,7 @@ class Fit:
     theta: Array
     point: Point
     at_bound: tuple[bool, ...]
+    arrived: bool = True
 
     @property
     def chi2(self) -> float:
@@ -251,18 +253,19 @@ class Fitter:
             theta, point = ahead, tried
             if share == 1.0 and abs(gained - expected) < 0.02 * gained and gained < 5:
                 break
+        arrived = True
         if freed:
-            theta, point = self._arrived(freed, theta, point)
-        return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point))
+            theta, point, arrived = self._last_step(freed, theta, point)
+        return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point), arrived)
 
-    def _arrived(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[Array, Point]:
-        """Values and point after the last step of a fit, too small to be worth a simulation."""
+    def _last_step(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[Array, Point, bool]:
+        """Values and point after a last step too small to be worth a simulation; whether it is so small."""
         lower, upper, _ = _bounds(freed)
         step, expected = bounded_step(*of_numbers(freed, freed, point), lower - theta, upper - theta)
         if not 0 < expected < self._small(point):
-            return theta, point
+            return theta, point, expected <= 0
         ahead = np.clip(theta + step, lower, upper)
-        return ahead, point.moved(freed, ahead - theta, freed)
+        return ahead, point.moved(freed, ahead - theta, freed), True
 
     def _small(self, point: Point) -> float:
         """Decrease of chi-square that is not worth a simulation."""

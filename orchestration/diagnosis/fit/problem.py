@@ -11,7 +11,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import OFFSET
-from warmlink.orchestration.diagnosis.data.thinning import Averaging
+from warmlink.orchestration.diagnosis.data.thinning import ROW, Averaging
 from warmlink.orchestration.diagnosis.fit.algebra import root_of
 from warmlink.orchestration.diagnosis.fit.candidates import Candidates
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
@@ -37,6 +37,9 @@ has gaps."""
 
 _PAUSED = 1.2
 """Usual times between rows that a pause may last without its leaps coming sooner than all of them alike."""
+
+_CREDIBLE = 4.0
+"""Times the scatter from row to row that noise of an instrument, correlated over a minute, is at most."""
 
 _AT_ONCE = 12
 """Leaps that are simulated together, at most: each takes memory for all states."""
@@ -75,10 +78,33 @@ class Problem(Candidates):
         """Noise of each channel in a run, given that in the first run to fit."""
         return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
 
+    def told(self, run: int, noise: Sequence[NoiseModel]) -> Array:
+        """Noise by which a run's errors are told and judged, by output in SI, shape (outputs,).
+
+        What is stated rules. What is estimated from what models leave may be their own misfit, so that it
+        counts as far as the readings' own scatter from row to row makes it credible.
+        """
+        data, result = self.data[run], []
+        for i, (name, model) in enumerate(zip(self.variables, self.noise_in(run, noise), strict=True)):
+            stated = self.experiment.noise.get(name)
+            if stated is None:
+                result.append(min(model.sigma, _CREDIBLE * self.scatter_in(run)[i]))
+            else:
+                result.append(
+                    stated if model.lasting else NoiseModel(stated).averaged(data.averaging, ROW).sigma
+                )
+        return np.array(result)
+
+    def scatter_in(self, run: int) -> Array:
+        """White noise of a run's readings by their scatter from row to row, shape (outputs,)."""
+        data = self.data[run]
+        least = np.maximum(data.scatter, data.quantum / np.sqrt(12))
+        averaged = [NoiseModel(white).averaged(data.averaging, ROW).sigma for white in least.tolist()]
+        return np.maximum(averaged, self.floors)
+
     def deviations(self, run: int, noise: Sequence[NoiseModel]) -> Array:
         """Standard deviation of each reading's noise, that of leaps included, shape (rows, outputs)."""
-        sigmas = np.array([each.sigma for each in self.noise_in(run, noise)])
-        return np.sqrt(sigmas**2 + np.sum(self.leaping[run] ** 2, axis=2))
+        return np.sqrt(self.told(run, noise) ** 2 + np.sum(self.leaping[run] ** 2, axis=2))
 
     def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.

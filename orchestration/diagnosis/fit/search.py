@@ -13,12 +13,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.diagnosis.fit import neighbours
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, held_at
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
+from warmlink.orchestration.progress import Progress, unseen
 
 FALSE_ALARMS = 0.007
 """Share of runs with nothing wrong in which some cause may reach the penalty."""

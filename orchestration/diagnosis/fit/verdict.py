@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from warmlink.orchestration.console import Progress, stretch, unseen
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
@@ -32,6 +31,7 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, IMPATIENT, PATIENT, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 """A verdict; `empirical` is one on held-out rows alone."""

@@ -16,7 +16,6 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.diagnosis.practice import hidden
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
@@ -24,6 +23,7 @@ from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import bare_link
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 CARRIED = {

@@ -13,11 +13,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import Progress, unseen
 from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 

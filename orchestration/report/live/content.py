@@ -12,11 +12,11 @@ from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
-from warmlink.orchestration.plausible import shown_in
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.logged.layout import conversion_to
+from warmlink.orchestration.scenarios.plausible import shown_in
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.ssp.parameter_values import parameter_set_element
 from warmlink.orchestration.system.xml import to_bytes

@@ -15,7 +15,7 @@ from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
 from warmlink.fmus.safe_text import printable_json
 from warmlink.orchestration.catalogue import Controller, shipped
-from warmlink.orchestration.console import Progress, unseen
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered

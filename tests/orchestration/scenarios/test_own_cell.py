@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +14,11 @@ import pytest
 import warmlink as wl
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.python.fmu import build_python_fmus
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration import cli
 from warmlink.orchestration.catalogue import entries
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import materials
 from warmlink.orchestration.studies.compare import plan_on
@@ -155,13 +156,12 @@ def test_the_cell_is_one_component_for_build(warmlink: Warmlink, monkeypatch: py
     Path("my cell.toml").write_text(CELL)
     asked: list[list[Entry]] = []
 
-    def built(components: list[Entry], *_: object) -> list[Path]:
+    def built(components: list[Entry], how: Any) -> list[Path]:
         asked.append(components)
-        names = [each.component.name for each in components if each.component.name in entries()]
-        return [*FmuStore("python").files(names).values()]
+        return build_python_fmus([each for each in components if each.component.name in entries()], how.out)
 
-    monkeypatch.setattr("warmlink.orchestration.command_line.build._build_native", built)
-    wl.build("dist", "native", scenario="my cell.toml")
+    monkeypatch.setattr("warmlink.orchestration.products.build._build_native", built)
+    wl.build(fmus="native", scenario="my cell.toml")
     whole = asked[-1][0].component
     assert whole.name == "my_cell"
     assert whole.start_values()[0][whole.p.index["link.length"]] == 0.8

@@ -15,10 +15,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.fmus.packaging.views import flagged
 from warmlink.orchestration.catalogue import components, entries
-from warmlink.orchestration.command_line.build import build_files
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.products.build import build
 from warmlink.orchestration.scenarios.setup import is_ours
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.shipped import WARMUP_CELL
@@ -113,5 +113,5 @@ def test_fmus_with_flags_are_not_taken_for_those_without(
 @pytest.mark.parametrize(("fmus", "scenario"), [("all", None), ("native", "cell.toml")])
 def test_flags_are_for_shipped_native_fmus(fmus: str, scenario: str | None, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--valid-flags: is for the shipped native FMUs"):
-        build_files(tmp_path / "dist", fmus, scenario=scenario, valid_flags=True)
+        build((), tmp_path / "dist", fmus=fmus, scenario=scenario, valid_flags=True)
     assert not (tmp_path / "dist").exists()

@@ -14,6 +14,7 @@ from fmpy import read_model_description
 
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.packaging.native import compile as compiling
 from warmlink.fmus.packaging.native.compile import (
     PLATFORMS,
@@ -234,3 +235,28 @@ def test_a_universal_binary_holds_its_libraries_at_page_boundaries() -> None:
         assert processor == struct.unpack_from("<I", library, 4)[0]
     with pytest.raises(ValueError, match="thin"):
         universal_binary([b"\x7fELF" + bytes(20)])
+
+
+def test_what_is_compiled_for_a_browser_asks_nothing_of_it() -> None:
+    pytest.importorskip("ziglang", reason="zig is not installed: pip install 'warmlink[cross]'")
+    from warmlink.fmus.packaging.native.fmu import browser_module
+
+    module = browser_module(HEATER)
+    assert module[:8] == b"\0asm\1\0\0\0"
+    assert 2 not in sections(module), "it imports functions, which a page would have to give it"
+
+
+def sections(module: bytes) -> list[int]:
+    """Numbers of the sections of a WebAssembly module; that of imports is 2."""
+    found, place = [], 8
+    while place < len(module):
+        found.append(module[place])
+        size, shift, place = 0, 0, place + 1
+        while True:
+            byte = module[place]
+            size |= (byte & 0x7F) << shift
+            shift, place = shift + 7, place + 1
+            if not byte & 0x80:
+                break
+        place += size
+    return found
