@@ -1,26 +1,29 @@
 """What a caller gave, as the caller wrote it: `--stop soon` on the command line, `stop='soon'` in Python."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 _options: Mapping[str, str] | None = None
+_quoted: Callable[[str], str] = str
 
 
 @contextmanager
-def speaking_of_options(names: Mapping[str, str]) -> Iterator[None]:
+def speaking_of_options(names: Mapping[str, str], quoted: Callable[[str], str] = str) -> Iterator[None]:
     """Let sentences speak of a command's options meanwhile, as while a command runs.
 
     Parameters
     ----------
     names : option of each argument that is not called alike, as `--mismatch` of `mismatches`
+    quoted : gives `NAME=VALUE` as one word of a command
     """
-    global _options
-    before, _options = _options, names
+    global _options, _quoted
+    before = _options, _quoted
+    _options, _quoted = names, quoted
     try:
         yield
     finally:
-        _options = before
+        _options, _quoted = before
 
 
 def argument(name: str, *value: object) -> str:
@@ -29,9 +32,11 @@ def argument(name: str, *value: object) -> str:
     Parameters
     ----------
     name : of the argument of the Python function
-    value : at most one
+    value : at most one; a mapping is an option for each of its entries, `--assume torque=0`
     """
     if _options is not None:
         option = _options.get(name, f"--{name.strip('_').replace('_', '-')}")
+        if value and isinstance(value[0], Mapping):
+            return " ".join(f"{option} {_quoted(f'{key}={each}')}" for key, each in value[0].items())
         return " ".join([option, *(f"{each:g}" if isinstance(each, float) else str(each) for each in value)])
     return f"{name}={str(value[0]) if isinstance(value[0], Path) else value[0]!r}" if value else f"`{name}`"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 _LONG_WORD, _SHOWN = re.compile(r"\S{301,}"), 80
 """A word that no reader wants to see whole, as a unit of 5000 characters, and how much of it is shown."""
@@ -25,6 +26,26 @@ class InputError(ValueError):
 
 class NoRoomError(InputError):
     """The disk is full, which does not mean that the input was wrong."""
+
+
+MOST_SENTENCES = 10
+"""Mistakes that are told at once."""
+
+
+class SeveralError(InputError):
+    """Several mistakes in one input: a sentence for each, in a line of its own."""
+
+    def __str__(self) -> str:
+        return "\n".join(str(InputError(sentence)) for sentence in self.args)
+
+
+def refusal(sentences: Iterable[str]) -> InputError:
+    """Error to be raised for some mistakes, each told once: at most ten sentences, and how many more."""
+    told = list(dict.fromkeys(line for sentence in sentences for line in sentence.split("\n")))
+    more = len(told) - MOST_SENTENCES
+    if len(told) == 1:
+        return InputError(told[0])
+    return SeveralError(*told[:MOST_SENTENCES], *([f"and {more} more"] if more > 0 else []))
 
 
 class MissingExtraError(InputError):

@@ -10,14 +10,21 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import cleandoc
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import typer
+    import typer.core
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
-from warmlink.orchestration.command_line.arguments import Command, carry_out, for_typer, plain_values
+from warmlink.orchestration.command_line.arguments import (
+    Command,
+    carry_out,
+    for_typer,
+    plain_values,
+    refuse_values_of_flags,
+)
 from warmlink.orchestration.console import (
     BAD_INPUT,
     FAILED,
@@ -67,6 +74,7 @@ def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> 
     given = sys.argv[1:] if arguments is None else [*arguments]
     if given and given[0] in COMMANDS and COMPLETES not in os.environ:
         command = command_named(given[0])
+        refuse_values_of_flags(command, given[1:])
         values = plain_values(command, given[1:])
         if values is not None:
             carry_out(command, values)
@@ -96,8 +104,22 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
             found.command(name, short_help=sentence)(lambda: None)
         return found
     for name in named or COMMANDS:
-        found.command(name)(for_typer(command_named(name)))
+        found.command(name, cls=_with_help_as_flag())(for_typer(command_named(name)))
     return found
+
+
+def _with_help_as_flag() -> type[typer.core.TyperCommand]:
+    """Typer's command, whose help shows `--help` as the flag that it is, without a value."""
+    from typer.core import TyperCommand
+
+    class Told(TyperCommand):
+        def get_help_option(self, ctx: Any) -> Any:
+            found = super().get_help_option(ctx)
+            if found is not None:
+                found.metavar = ""
+            return found
+
+    return Told
 
 
 def _outlines() -> dict[str, str]:
@@ -159,7 +181,8 @@ def guarded(command: Callable[[], None]) -> None:
     try:
         command()
     except InputError as fault:
-        remark(str(fault))
+        for sentence in str(fault).split("\n"):
+            remark(sentence)
         raise SystemExit(BAD_INPUT) from None
     except SlaveError as fault:
         remark(f"{fault}; there are no results")

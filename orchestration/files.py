@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import TEMPORARY, WRITING, hold, let_go, lock, sweep, unlock, whole_file
 
@@ -46,13 +47,15 @@ def fresh_folder(
     with _made(folder, shown):
         settle(folder)
         sweep(folder, WRITING)
-        with _owned(folder, WRITING, "choose another --out", shown) as work:
+        with _owned(folder, WRITING, f"choose another {argument('out')}", shown) as work:
             try:
                 yield work
                 new = [path.relative_to(work) for path in sorted(work.rglob("*")) if path.is_file()]
                 for name in new:
                     if (folder / name).is_dir():
-                        raise InputError(f"{shown / name}: is a folder; choose another --out, or move it")
+                        raise InputError(
+                            f"{shown / name}: is a folder; choose another {argument('out')}, or move it"
+                        )
                 (work / _GOES).mkdir()
                 for path in old() if new else ():
                     (work / _GOES / path.name).write_text(kept_in, encoding="utf-8")
@@ -62,7 +65,7 @@ def fresh_folder(
                 told = os.strerror(fault.errno).lower()
                 raise NoRoomError(f"{shown}: cannot be written ({told}); free space there") from None
             if new:
-                with _refused("{}: cannot be replaced ({}); choose another --out", shown):
+                with _refused("{}: cannot be replaced ({}); choose another " + argument("out"), shown):
                     ready = work.rename(work.with_name(work.name.replace(WRITING, WRITTEN, 1)))
                     _take_places(ready)
 
@@ -103,7 +106,7 @@ def fresh_file(path: Path) -> Iterator[Path]:
 
     InputError if the file cannot be written, as where the folder is read-only or the disk is full.
     """
-    with _refused("{}: cannot be written ({}); nothing is there, choose another --out", path):
+    with _refused("{}: cannot be written ({}); nothing is there, choose another " + argument("out"), path):
         sweep(path.parent, WRITING)
         with whole_file(path) as scratch:
             yield scratch
@@ -157,7 +160,7 @@ def write_files(
         for name in writers:
             (folder / name).unlink(missing_ok=True)
     told = f"lost, because {'not all' if earlier else 'it'} could{'' if earlier else ' not'} be written"
-    return f"{told} ({reason}): {' and '.join(lost)}{stay}; free space or choose another --out"
+    return f"{told} ({reason}): {' and '.join(lost)}{stay}; free space or choose another {argument('out')}"
 
 
 @contextmanager
@@ -180,7 +183,7 @@ def locked_folder(folder: Path) -> Iterator[None]:
                 if not free:
                     raise InputError(
                         f"{folder}: another warmlink is writing there{_holder(folder)}; wait until it has "
-                        "ended, or choose another --out"
+                        f"ended, or choose another {argument('out')}"
                     )
                 if handle is None or _is_still(handle, folder):
                     yield
@@ -230,7 +233,7 @@ def _made(folder: Path, shown: Path | None = None) -> Iterator[None]:
     """Make a folder, which may be shown otherwise; those made go again where nothing came of it."""
     made: list[Path] = []
     try:
-        with _refused("{}: cannot be written ({}); choose another --out", shown or folder):
+        with _refused("{}: cannot be written ({}); choose another " + argument("out"), shown or folder):
             made = [path for path in (folder, *folder.parents) if not path.exists()]
             folder.mkdir(parents=True, exist_ok=True)
         yield

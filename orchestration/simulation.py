@@ -162,13 +162,13 @@ def remarks_on_steps(
         if own and not _divides(own, step_size):
             count = max(1, math.floor(duration / own + _ROUNDING))
             there = stop_time - duration + count * own
-            remedy = "" if _divides(own, duration) else f' --stop "{there:.10g} s"'
+            remedy = "" if _divides(own, duration) else f' {argument("stop")} "{there:.10g} s"'
             told = f"proposes steps of {own:g} s and declares that it takes no others"
-            found.append(f'{name}: {told}; give --step "{own:.10g} s"{remedy}')
+            found.append(f'{name}: {told}; give {argument("step")} "{own:.10g} s"{remedy}')
         elif inside and not _divides(inside, step_size):
             told = f"goes on by {inside:g} s inside, which does not divide the run's steps of {step_size:g} s"
-            found.append(f'{name}: {told}; give a multiple, as --step "{10 * inside:g} s"')
-    asked = system.default_experiment.stop_time if stop is None else positive(stop, "s", "--stop")
+            found.append(f'{name}: {told}; give a multiple, as {argument("step")} "{10 * inside:g} s"')
+    asked = system.default_experiment.stop_time if stop is None else positive(stop, "s", argument("stop"))
     if asked is not None and stop_time < asked - _ROUNDING * step_size:
         found.append(
             f"the run ends at {stop_time:.10g} s: no step of {step_size:g} s ends at {asked:.10g} s, and "
@@ -189,7 +189,7 @@ def _divides(part: float, whole: float) -> bool:
 
 def relative_tolerance(value: str | float | None) -> float | None:
     """Give a relative tolerance for FMUs; InputError if it is not above 0."""
-    return None if value is None else positive(value, "1", "--fmu-tolerance")
+    return None if value is None else positive(value, "1", argument("fmu_tolerance"))
 
 
 def largest_step(system: System, stop_time: float, longest: float | None) -> float:

@@ -148,16 +148,24 @@ def second_instance(subject: Subject) -> Outcome:
     alone = Instance(subject, "alone")
     expected = alone.run(0, 20)
     alone.slave.terminate()
-    first, second = Instance(subject, "first"), Instance(subject, "second")
+    first, second = Instance(subject, "first"), _another(subject)
     for index, row in enumerate(expected):
         if not _same(first.run(index, 1)[0], row):
             return "fail", "an instance differs when another runs beside it"
-        # The other one moves along other inputs.
+        # The other one moves along other inputs, with other parameters.
         second.put(subject.excitation(index + 100))
         second.step(index)
     second.slave.terminate()
     first.slave.terminate()
     return "pass", "20 steps beside another instance equal those alone"
+
+
+def _another(subject: Subject) -> Instance:
+    """A second instance, with other parameters where the FMU takes them."""
+    try:
+        return Instance(subject, "second", parameters=subject.other_parameters())
+    except SlaveError:
+        return Instance(subject, "second")
 
 
 def memory_growth(subject: Subject) -> Outcome:

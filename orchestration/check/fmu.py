@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
 from warmlink.orchestration.check.cases import CASES, Outcome
@@ -79,7 +80,10 @@ def _validity(path: Path, time_limit: float) -> Outcome:
         process.answer(START_LIMIT)
         problems = process.answer(time_limit)
     except TimeoutError:
-        return "remark", f"FMPy has not judged it within {time_limit:g} s; give a longer --time-limit"
+        return (
+            "remark",
+            f"FMPy has not judged it within {time_limit:g} s; give a longer {argument('time_limit')}",
+        )
     except ProcessEndedError as ended:
         return "remark", f"FMPy could not judge it: its process ended with {ended}"
     finally:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,14 @@ class Subject:
             if v.kind == "Real"
         }
 
+    def other_parameters(self) -> dict[str, float]:
+        """Values of the real parameters near their start values, but not those."""
+        return {
+            v.name: within(v, float(v.start or 0) + 0.01 * scale(v))
+            for v in self._numbers("parameter")
+            if v.kind == "Real" and v.variability != "constant"
+        }
+
     def _numbers(self, causality: str) -> list[Variable]:
         found = [v for v in self.info.variables.values() if v.causality == causality]
         numbers = [v for v in found if v.kind not in (None, "String") and not v.dimensions]
@@ -53,13 +62,21 @@ class Subject:
 class Instance:
     """A fresh instance of the FMU, initialized with the inputs of step 0.
 
-    It is told whether the check `goes_back`.
+    It is told whether the check `goes_back`, and takes `parameters` other than those it begins with.
     """
 
-    def __init__(self, subject: Subject, name: str = "checked", *, goes_back: bool = False) -> None:
+    def __init__(
+        self,
+        subject: Subject,
+        name: str = "checked",
+        *,
+        goes_back: bool = False,
+        parameters: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
         self.subject = subject
         self.slave = open_slave(name, subject.info, subject.folder)
         self.slave.setup(Experiment(subject.start_time, goes_back=goes_back))
+        self.put(parameters)
         self.slave.enter_initialization()
         self.put(subject.excitation(0))
         self.slave.exit_initialization()

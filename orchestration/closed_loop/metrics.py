@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -43,6 +44,58 @@ def error_metrics(time: Array, error: Array, tolerance: float) -> ErrorMetrics:
         rms_um=1e6 * float(np.sqrt(float(mean_square))),
         p95_abs_um=1e6 * float(p95),
         time_to_tolerance_s=settled,
+    )
+
+
+@dataclass(frozen=True)
+class Conduct:
+    """What controllers say of their error, and how they move the tool point; shares in percent.
+
+    Controllers are ready where all of them are; this is wrong where the error is outside the tolerance, and
+    `fine_not_ready_percent` is the share of the time within tolerance in which one of them is not. Of several
+    controllers the one counts that travels farthest in an hour, and that leaps farthest in a step.
+    """
+
+    ready_percent: float
+    ready_wrong_percent: float
+    fine_not_ready_percent: float
+    travel_um_h: float
+    leap_um: float
+
+
+CONDUCT = tuple(each.name for each in fields(Conduct))
+"""Names of these figures."""
+
+
+def conduct(
+    time: Array, error: Array, ready: Sequence[Array], corrections: Sequence[Array], tolerance: float
+) -> Conduct:
+    """Conduct of controllers over a run.
+
+    Parameters
+    ----------
+    time, error : communication points in s, and the error there in m, shapes (n,)
+    ready, corrections : what each controller says, 1 or 0, and its correction in m, shapes (n,) each
+    tolerance : largest error in m that production allows
+    """
+    # Each communication point counts for the step that begins with it.
+    spans = np.diff(time)
+    said = np.all([np.asarray(each)[:-1] > 0.5 for each in ready], axis=0)
+    fine = np.abs(error[:-1]) <= tolerance
+    moves = [np.abs(np.diff(each)) for each in corrections]
+
+    def percent(those: Array, among: Array) -> float:
+        """Share of a time in which something holds; 0 if there is no such time."""
+        whole = float(np.sum(spans[among]))
+        return 100 * float(np.sum(spans[those & among])) / whole if whole > 0 else 0.0
+
+    hours = float(np.sum(spans)) / 3600
+    return Conduct(
+        ready_percent=percent(said, np.ones_like(fine)),
+        ready_wrong_percent=percent(~fine, said),
+        fine_not_ready_percent=percent(~said, fine),
+        travel_um_h=1e6 * max((float(np.sum(each)) for each in moves), default=0.0) / hours if hours else 0.0,
+        leap_um=1e6 * max((float(np.max(each, initial=0.0)) for each in moves), default=0.0),
     )
 
 

@@ -17,7 +17,13 @@ from warmlink.fmus.names import several
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metrics, reduction_percent
+from warmlink.orchestration.closed_loop.metrics import (
+    Conduct,
+    ErrorMetrics,
+    conduct,
+    error_metrics,
+    reduction_percent,
+)
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
@@ -87,6 +93,13 @@ class ClosedLoop(Answer):
     def metrics(self) -> ErrorMetrics:
         """Figures with the controller."""
         return error_metrics(self.time, self.error, self.scenario.tolerance)
+
+    @cached_property
+    def conduct(self) -> Conduct:
+        """What the controllers say of their error, and how they move the tool point."""
+        setup, found = self.scenario.setup, self.result
+        ready, corrections = ([found[name] for name in names] for names in (setup.claims, setup.corrections))
+        return conduct(self.time, self.error, ready, corrections, self.scenario.tolerance)
 
     @property
     def discretisation_error_um(self) -> float:
@@ -162,7 +175,7 @@ class ClosedLoop(Answer):
             "master": scenario.master,
             "tolerance_um": 1e6 * scenario.tolerance,
             "uncompensated": {**asdict(self.uncompensated), **more.get("uncompensated", {})},
-            "compensated": {**asdict(self.metrics), **more.get("compensated", {})},
+            "compensated": {**asdict(self.metrics), **asdict(self.conduct), **more.get("compensated", {})},
             "reduction_percent": self.reduction_percent,
             "heat_balance_error_J": sum(audit.total for audit in self.result.audits),
             "error_budget_um": {"coupling": coupling, "discretisation": discretisation},

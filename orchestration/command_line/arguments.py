@@ -17,13 +17,16 @@ from contextlib import nullcontext
 from functools import wraps
 from getopt import GetoptError, gnu_getopt
 from importlib import import_module
+from itertools import zip_longest
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 from warmlink.fmus.arguments import speaking_of_options
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
 from warmlink.orchestration.progress import without_progress_lines
+from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import pair
 
 if TYPE_CHECKING:
@@ -59,10 +62,13 @@ EXPLAINED = {
 OPTIONS = {
     "heat_faces": "--heat-face",
     "mismatches": "--mismatch",
+    "names": "--map",
     "parameters": "--set",
+    "replaced": "--replace",
     "sensor_points": "--sensor",
     "solver": "--with",
     "tool_faces": "--tool-face",
+    "units": "--unit",
 }
 """Options of the arguments of the library's functions that are not called alike."""
 
@@ -106,9 +112,10 @@ def for_typer(command: Command) -> Command:
     entries = re.findall(r"^(\w+) : (.*(?:\n +.*)*)", section, re.MULTILINE)
     explained = {**EXPLAINED, **{name: " ".join(text.split()) for name, text in entries}}
     parameters = []
-    for each, _, options in taken(command):
+    for each, kind, options in taken(command):
         made, names = (typer.Option, ["/".join(options)]) if options else (typer.Argument, [])
-        told = made(*names, help=explained[each.name], autocompletion=proposals(each.name))
+        metavar = "" if kind is bool else None  # a flag takes no value
+        told = made(*names, help=explained[each.name], autocompletion=proposals(each.name), metavar=metavar)
         parameters.append(each.replace(annotation=Annotated[each.annotation, told]))
 
     @wraps(command)
@@ -126,8 +133,21 @@ def for_typer(command: Command) -> Command:
 def carry_out(command: Command, values: Mapping[str, Any]) -> None:
     """Run a command, whose sentences speak of options meanwhile; for another program it shows no progress."""
     unwatched = values.get("json") or values.get("quiet")
-    with speaking_of_options(OPTIONS), without_progress_lines() if unwatched else nullcontext():
+    with speaking_of_options(OPTIONS, quoted), without_progress_lines() if unwatched else nullcontext():
         command(**values)
+
+
+def refuse_values_of_flags(command: Command, given: Sequence[str]) -> None:
+    """Raise InputError where a flag is given a value, as `--isolate true` or `--isolate=1`."""
+    flags = {name: each.options for each in taken(command) if each.kind is bool for name in each.options}
+    for word, after in zip_longest(given, given[1:], fillvalue=""):
+        if word == "--":
+            return
+        name, equals, _ = word.partition("=")
+        if name in flags and (equals or after.lower() in _TRUTHS):
+            shown = word if equals else f"{word} {after}"
+            rule = " or ".join(flags[name]) if len(flags[name]) > 1 else f"{name}, or leave it out"
+            raise InputError(f"{shown}: {name} is a flag, which takes no value; write {rule}")
 
 
 def plain_values(command: Command, given: Sequence[str]) -> dict[str, Any] | None:
@@ -200,6 +220,9 @@ def values_given(files: Iterable[Path] | None, settings: Iterable[str] | None) -
     """Start values of all `--parameters` and `--set` together."""
     return {name: value for each in sets_given(files, settings) for name, value in each.values.items()}
 
+
+_TRUTHS = ("true", "false", "yes", "no", "on", "off", "1", "0")
+"""Words that people write after a flag."""
 
 _COMMA = re.compile(r",(?![^\[]*\])")
 """A comma between names, none between the indices of `A[1,2]`."""

@@ -35,6 +35,7 @@ MOST_SHOWN = 12
 def simulate(
     system: Path,
     *,
+    structure: str | None = None,
     set_: list[str] | None = None,
     parameters: list[Path] | None = None,
     stop: str | None = None,
@@ -68,6 +69,7 @@ def simulate(
     Parameters
     ----------
     system : An .ssp or .fmu file from any tool.
+    structure : Which description of a system, of several in one SSP. Default: SystemStructure.ssd.
     set_ : Change a start value, for example --set "link.length=400 mm", or as a number in the variable's own
         unit. Repeatable.
     parameters : A parameter set (SSV) with full names, or a single FMU's own. Repeatable.
@@ -127,7 +129,7 @@ def simulate(
             "--real-time"
         )
     with temporary_folder() as work, locked_folder(folder):
-        read = Replacements.given(replace, map_).in_system(read_system(system, work))
+        read = Replacements.given(replace, map_).in_system(read_system(system, work, structure))
         for path in parameters or ():
             read = with_parameters(read, path)
         read = with_parameters(read, arguments.settings_given(set_))

@@ -103,7 +103,7 @@ def compare(
     with interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
         write_csv(comparison, target / "compare.csv")
         if report:
-            from warmlink.orchestration.report.studies import write_comparison
+            from warmlink.orchestration.report.comparison import write_comparison
 
             write_comparison(comparison, target / "report.html")
     if json:

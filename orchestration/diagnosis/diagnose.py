@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
-from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_nominal
+from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_inputs, with_noise, with_nominal
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
@@ -149,6 +149,10 @@ def diagnose(
     assume: Mapping[str, str | float] = MappingProxyType({}),
     parameters: Mapping[str, str] = MappingProxyType({}),
     scenario: str | Path | None = None,
+    noise: Mapping[str, str] = MappingProxyType({}),
+    units: Mapping[str, str] = MappingProxyType({}),
+    names: Mapping[str, str] = MappingProxyType({}),
+    decimal: str = "",
 ) -> Found:
     """Show what the simulation gets wrong and name the cause.
 
@@ -159,6 +163,10 @@ def diagnose(
     assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
     scenario : a scenario (TOML) of the cell as it is known
+    noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
+    units : those that headers lack, `"degC"` under `T_base`
+    names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
+    decimal : decimal mark, "point" or "comma", if a file could be read either way
 
     Raises
     ------
@@ -169,7 +177,8 @@ def diagnose(
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        experiment = read(sources, assumed, {**known, **parameters})
+        told = Said(units, names=names, decimal=decimal)
+        experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
         found = Found(diagnose_experiment(experiment, progress))
         work_out(found.diagnosis, progress)
     for each in found.diagnosis.remarks:

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from warmlink.fmus.names import several
+from warmlink.fmus.packaging.native.compile import BROWSER, compilers
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -69,6 +70,8 @@ def live(
     files = [*sets, *(() if isinstance(parameters, Mapping) else (parameters,))]
     given = {name: value for each in files for name, value in given_values(each).items()} | typed
     asked = changed(load_scenario(scenario), parameters=given)
+    # Before the system is made, which takes a while.
+    compilers((BROWSER,))
     laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
     with spinner("Compiling for the browser") as progress:
         html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]), progress)

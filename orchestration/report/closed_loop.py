@@ -136,6 +136,17 @@ def _figures(outcome: ClosedLoop) -> Table:
         ("root mean square", *(f"{each.rms_um:.2f} µm" for each in kinds)),
         (f"within ±{1e6 * outcome.scenario.tolerance:g} µm from", *map(_since, kinds)),
     ]
+    told = outcome.conduct
+    rows += [
+        (word, "", value)
+        for word, value in (
+            ("ready, of the time", f"{told.ready_percent:.1f} %"),
+            ("outside the tolerance, of the time ready", f"{told.ready_wrong_percent:.2f} %"),
+            ("not ready, of the time within tolerance", f"{told.fine_not_ready_percent:.1f} %"),
+            ("the correction travels", f"{told.travel_um_h:.1f} µm/h"),
+            ("its largest leap in one step", f"{told.leap_um:.2g} µm"),
+        )
+    ]
     return Table(("", NO_CONTROLLER, outcome.controller), rows)
 
 

@@ -26,25 +26,28 @@ def run_sections(diagnosis: Diagnosis) -> list[Section]:
         role = "held out" if measured.heldout else "fitted"
         if measured.fit_until <= diagnosis.scores.problem.data[run].time[-1]:
             role += f", from {measured.fit_until / 60:.0f} min held out"
-        text = "Left: measured and simulated. Right: measured minus simulated, over the noise's sigma."
-        sections.append(Section(f"{measured.name} ({role})", text, figure=_figure(diagnosis, run)))
+        text = "First measured and simulated, then measured minus simulated, over the noise's sigma."
+        courses, errors = _figures(diagnosis, run)
+        sections.append(Section(f"{measured.name} ({role})", text, figure=courses, beside=errors))
     return sections
 
 
-def _figure(diagnosis: Diagnosis, run: int) -> Any:
+def _figures(diagnosis: Diagnosis, run: int) -> tuple[Any, Any]:
+    """What was measured and simulated in a run, and the errors in sigma; a row for each channel."""
     from plotly.subplots import make_subplots
 
     problem = diagnosis.scores.problem
     data = problem.data[run]
     channels = [i for i in range(len(problem.variables)) if np.isfinite(data.readings[:, i]).any()]
-    figure = make_subplots(
-        rows=len(channels),
-        cols=2,
-        shared_xaxes=True,
-        vertical_spacing=0.22 / max(len(channels), 3),
-        horizontal_spacing=0.08,
-        column_widths=[0.6, 0.4],
-        column_titles=("measured, simulated", "error / sigma"),
+    courses, errors = (
+        make_subplots(
+            rows=len(channels),
+            cols=1,
+            shared_xaxes=True,
+            vertical_spacing=0.22 / max(len(channels), 3),
+            column_titles=[title],
+        )
+        for title in ("measured, simulated", "error / sigma")
     )
     minutes = data.time / 60
     pairs = [("as it stands", diagnosis.before, _BEFORE)]
@@ -52,32 +55,36 @@ def _figure(diagnosis: Diagnosis, run: int) -> Any:
         word = "nearest causes" if diagnosis.verdict == "unknown" else "extended"
         pairs.append((word, diagnosis.after, _AFTER))
 
-    def draw(place: tuple[int, int], word: str, values: Array, **style: Any) -> None:
-        """Draw a signal at a row and column; the legend names those of the first place."""
+    def draw(figure: Any, row: int, word: str, values: Array, **style: Any) -> None:
+        """Draw a signal in a row; the legend names those of the first."""
         x, y = minutes.astype(np.float32), values.astype(np.float32)
-        told = {"name": word, "legendgroup": word, "showlegend": place == (1, 1)}
-        figure.add_scatter(x=x, y=y, row=place[0], col=place[1], **told, **style)
+        told = {"name": word, "legendgroup": word, "showlegend": row == 1}
+        figure.add_scatter(x=x, y=y, row=row, col=1, **told, **style)
 
     for row, i in enumerate(channels, start=1):
         name = problem.names[problem.variables[i]]
         unit = shown(diagnosis.units()[name])
         factor, zero = per_si(unit), ZERO_CELSIUS if unit == "K" else 0.0
         measured = data.readings[:, i]
-        draw((row, 1), "measured", (measured - zero) * factor, **_dots(_MEASURED))
+        draw(courses, row, "measured", (measured - zero) * factor, **_dots(_MEASURED))
         for (word, predicted, colour), dash in zip(pairs, DASHES, strict=False):
             readings = predicted.readings[run][:, i]
             line = {"color": colour, "width": 2, "dash": dash}
-            draw((row, 1), word, (readings - zero) * factor, mode="lines", line=line)
+            draw(courses, row, word, (readings - zero) * factor, mode="lines", line=line)
             error = (measured - readings) / diagnosis.scores.scales[run][:, i]
-            draw((row, 2), word, error, **_dots(colour))
+            draw(errors, row, word, error, **_dots(colour))
         label = "degC" if unit == "K" else diagnosis.units()[name]
-        figure.update_yaxes(title_text=f"{name.replace('_', ' ')}<br>[{label}]", row=row, col=1)
-    figure.update_xaxes(title_text="time [min]", row=len(channels))
+        told = f"{name.replace('_', ' ')}<br>"
+        courses.update_yaxes(title_text=f"{told}[{label}]", row=row)
+        errors.update_yaxes(title_text=f"{told}error / sigma", row=row)
     until = diagnosis.experiment.runs[run].fit_until
-    if until < data.time[-1]:
-        grey = {"fillcolor": "#5b6577", "opacity": 0.08, "line_width": 0}
-        figure.add_vrect(x0=until / 60, x1=float(minutes[-1]), **grey)
-    return styled(figure, 170 * len(channels) + 90, 600).update_layout(margin_t=60)
+    for figure in (courses, errors):
+        figure.update_xaxes(title_text="time [min]", row=len(channels))
+        if until < data.time[-1]:
+            grey = {"fillcolor": "#5b6577", "opacity": 0.08, "line_width": 0}
+            figure.add_vrect(x0=until / 60, x1=float(minutes[-1]), **grey)
+        styled(figure, 170 * len(channels) + 90).update_layout(margin_t=60)
+    return courses, errors
 
 
 def _dots(colour: str) -> dict[str, Any]:

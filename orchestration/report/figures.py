@@ -2,18 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, count
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-COLOURS = ("#3b6fb6", "#d1603d", "#3d8f6f", "#8a5fb0", "#b58a2b", "#5b6577", "#c04c7f", "#2b8fa8")
+
+class Look(NamedTuple):
+    """How a line is drawn: its colour on white and on dark paper, and the lengths of its dashes in pixels."""
+
+    colour: str
+    dark: str
+    dashes: str
+
+    def line(self) -> dict[str, Any]:
+        """The line as plotly wants it."""
+        dashes = self.dashes.replace(" ", "px,") + "px" if self.dashes else "solid"
+        return {"color": self.colour, "dash": dashes, "width": 2}
+
+
+LOOKS = (
+    Look("#5b6577", "#aab3c2", ""),
+    Look("#0072b2", "#56b4e9", "8 4"),
+    Look("#c04f00", "#ff9c5b", "2 3"),
+    Look("#00795a", "#3fc79a", "10 3 2 3"),
+    Look("#a8457c", "#e79ac4", "14 4"),
+    Look("#8a6100", "#e6b422", "14 3 2 3 2 3"),
+)
+"""Looks of lines, told apart by colours and, by those who do not see them, by dashes."""
+
+LOOK_OF = {
+    **{"none": 0, "uncompensated_error": 0},
+    **{"lag": 1, "observer": 2, "regression": 3, "observer_drift": 4, "analytic": 5},
+}
+"""Which of the looks the line of a controller has, on every page."""
+
+COLOURS = (*(look.colour for look in LOOKS[1:]), LOOKS[0].colour, "#8a5fb0", "#2b8fa8")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-"""Lines are told apart by these too, by those who do not see the colours."""
+"""Dashes of lines that are no controllers', beside the colours."""
 
 MOST_POINTS = 2000
 """Points a line keeps in a report; the files beside it hold them all."""
+
+CELL_HIGH, NAME_HIGH = 40, 24
+"""Pixels of a heat map's cells, and of the name above each row of them."""
 
 
 def chart(
@@ -56,6 +90,8 @@ def time_plot(
     for i, (name, values) in enumerate(lines.items()):
         x, y = shown / scale, np.asarray(values, np.float32)[kept]
         line = {"color": COLOURS[i % len(COLOURS)], "dash": DASHES[i % len(DASHES)], "width": 2}
+        if not LOOK_OF.keys().isdisjoint(lines):
+            line = LOOKS[looks_of([*lines])[i]].line()
         traces.append({"x": x, "y": y, "name": name, "mode": "lines", "line": line})
     x_axis, y_axis = ({"title": title, "zeroline": False} for title in (f"time [{unit}]", axis))
     figure = chart(*traces, x=x_axis, y=y_axis, height=height)
@@ -64,6 +100,16 @@ def time_plot(
         look = {"fillcolor": "#3d8f6f", "opacity": 0.13, "line_width": 0}
         figure.add_hrect(y0=-tolerance, y1=tolerance, **look, **place)
     return figure
+
+
+def looks_of(names: Sequence[str]) -> list[int]:
+    """Which of the looks each line of a plot has, by the controller that it is of or by its own name.
+
+    What is no shipped controller takes those that are left, in their order.
+    """
+    held = {LOOK_OF[name] for name in names if name in LOOK_OF}
+    left: Iterator[int] = chain((i for i in range(len(LOOKS)) if i not in held), count(len(LOOKS)))
+    return [(LOOK_OF[name] if name in LOOK_OF else next(left)) % len(LOOKS) for name in names]
 
 
 def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
@@ -76,7 +122,14 @@ def styled(figure: Any, height: int = 360, least_width: int = 10) -> Any:
         meta=least_width,
         margin={"l": 70, "r": 20, "t": 30, "b": 50},
         # Below, where it touches neither the titles nor plotly's buttons however many lines it takes.
-        legend={"orientation": "h", "y": 0, "yref": "container", "yanchor": "bottom", "x": 0},
+        legend={
+            "orientation": "h",
+            "y": 0,
+            "yref": "container",
+            "yanchor": "bottom",
+            "x": 0,
+            "itemsizing": "constant",
+        },
         font={"family": "system-ui, sans-serif", "size": 13},
     )
     return figure
@@ -92,7 +145,8 @@ def heat_map(
 ) -> Any:
     """Plotly figure of values above 0 in cells, shape (rows, columns): blue below a limit, orange above it.
 
-    Colours go by the ratio to the limit, from a tenth to ten times it. NaN leaves a cell blank.
+    Colours go by the ratio to the limit, from a tenth to ten times it. NaN leaves a cell blank. The name of
+    a row stands above its cells, so that a telephone shows all columns.
     """
     ratio = np.log10(np.maximum(np.asarray(values, dtype=float), 1e-12) / limit)
     cells = {
@@ -108,19 +162,32 @@ def heat_map(
         "zmin": -1,
         "zmax": 1,
         "xgap": 2,
-        "ygap": 2,
+        "ygap": NAME_HIGH,
         "colorbar": {
+            "orientation": "h",
             "tickvals": [-1, 0, 1],
+            "ticklabeloverflow": "allow",
+            "len": 0.8,
             "ticktext": [f"{limit * factor:g} {unit}" for factor in (0.1, 1, 10)],
-            "thickness": 12,
+            "thickness": 10,
+            "y": 0,
+            "yref": "container",
+            "yanchor": "bottom",
         },
     }
+    place = {"x": 0, "xref": "paper", "xanchor": "left", "yanchor": "bottom", "showarrow": False}
+    named = [{"text": name, "y": i, "yshift": CELL_HIGH / 2, **place} for i, name in enumerate(rows)]
+    broken = [name.replace("_", "_<br>") for name in columns]
     return chart(
         cells,
-        x={"side": "top", "automargin": True},
-        y={"autorange": "reversed", "automargin": True},
-        height=130 + 44 * len(rows),
-        least_width=250 + 80 * len(columns),
-        # Room above the columns' names for the figure's tools.
-        margin={"t": 70, "b": 15},
+        x={
+            **{"side": "top", "tickvals": list(columns), "ticktext": broken, "tickangle": 0},
+            **{"ticklabelstandoff": NAME_HIGH // 2, "showgrid": False},
+        },
+        y={"autorange": "reversed", "showticklabels": False, "showgrid": False},
+        height=165 + (CELL_HIGH + NAME_HIGH) * len(rows),
+        least_width=58 * len(columns),
+        annotations=named,
+        # Room above the columns' names for the figure's tools, and below the cells for the colours.
+        margin={"l": 2, "r": 2, "t": 95, "b": 70},
     )

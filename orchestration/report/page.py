@@ -36,13 +36,15 @@ class Table:
 class Section:
     """A part of the page: heading, sentences, a table, a plotly figure, and a warning in red before them.
 
-    What is None or empty is left out. `page` is the file of another page beside it, which is shown within.
+    What is None or empty is left out. `beside` is a figure at the right of the first one, or below it on a
+    narrow page. `page` is the file of another page beside this one, which is shown within.
     """
 
     heading: str
     text: str = ""
     table: Table | None = None
     figure: Any = None
+    beside: Any = None
     warning: str = ""
     page: str = ""
 
@@ -99,8 +101,13 @@ def _packed(sections: Sequence[Section]) -> str:
     """Plotly's library and the figures by the number of their section, compressed; empty without figures."""
     from plotly.offline import get_plotlyjs
 
-    figures = {i: each.figure for i, each in enumerate(sections, 1) if each.figure is not None}
-    drawn = [f"{i}:{printable_json(figure.to_json())}" for i, figure in figures.items()]
+    figures = {
+        f"{i}-{place}": figure
+        for i, each in enumerate(sections, 1)
+        for place, figure in enumerate((each.figure, each.beside), 1)
+        if figure is not None
+    }
+    drawn = [f'"{place}":{printable_json(figure.to_json())}' for place, figure in figures.items()]
     if not drawn:
         return ""
     library, script = get_plotlyjs().encode(), f"\nconst figures = {{{','.join(drawn)}}};".encode()

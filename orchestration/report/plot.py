@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.arguments import argument
-from warmlink.fmus.errors import InputError, MissingExtraError
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.master.recording.result import Table
@@ -73,18 +74,16 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
 
 
 def picture(figure: Any, path: Path, kind: str) -> None:
-    """Draw the lines of a plot into a file of a kind: svg, png or pdf; InputError without matplotlib."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError("a picture", "studies") from None
+    """Draw the lines of a plot into a file of a kind: svg, png or pdf."""
+    from matplotlib.figure import Figure
 
     styles = {"solid": "-", "dash": "--", "dot": ":"}
     drawn = Figure(figsize=(8, 4), layout="constrained")
     axes = drawn.subplots()
     for line in figure.data:
-        style = styles.get(line.line.dash, "-.")
-        axes.plot(line.x, line.y, style, color=line.line.color, label=line.name)
+        lengths = tuple(map(float, re.findall(r"\d+(?=px)", line.line.dash)))
+        style = (0, lengths) if lengths else styles.get(line.line.dash, "-.")
+        axes.plot(line.x, line.y, linestyle=style, color=line.line.color, label=line.name)
     axes.set(xlabel=figure.layout.xaxis.title.text, ylabel=figure.layout.yaxis.title.text)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)

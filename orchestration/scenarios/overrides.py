@@ -8,7 +8,7 @@ from pathlib import Path
 
 from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.variables import VariableType
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, refusal
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.quantities import bare, converter, quantity
 from warmlink.orchestration.system.model import Value
@@ -59,14 +59,24 @@ def start_values(
     component refuses a value.
     """
     values: dict[str, dict[str, Value]] = {}
+    faults: list[str] = []
     for name, text in written.items():
         instance, _, variable = name.rpartition(".")
-        known = scalar(name, components, where)
-        value = to_si(text, known, f"{where}: {name}")
+        try:
+            known = scalar(name, components, where)
+            value = to_si(text, known, f"{where}: {name}")
+        except InputError as fault:
+            faults.append(str(fault))
+            continue
         typed = _TYPES[known.variable.type](value)
         values.setdefault(instance, {})[variable] = typed if typed == value else value
     for instance, chosen in values.items():
-        limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})
+        try:
+            limits.checked(components[instance], instance, {name: float(v) for name, v in chosen.items()})
+        except InputError as fault:
+            faults.append(str(fault))
+    if faults:
+        raise refusal(faults)
     return values
 
 

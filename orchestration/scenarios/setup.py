@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component, Output
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
@@ -106,6 +107,11 @@ class Setup:
     def corrections(self) -> tuple[str, ...]:
         """Names of the controllers' outputs that correct the error."""
         return tuple(f"{instance}.correction" for instance in self.controllers)
+
+    @property
+    def claims(self) -> tuple[str, ...]:
+        """Names of the controllers' outputs that say that the error is within tolerance."""
+        return tuple(f"{instance}.ready" for instance in self.controllers)
 
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""
@@ -259,7 +265,9 @@ def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
         known = shipped.get(kinds.get(instance, ""))
         if known is None:
             ours = [name for name, kind in kinds.items() if kind in shipped]
-            raise InputError(f"--replace {instance}: no part of {setup.name}; {instead(instance, ours)}")
+            raise InputError(
+                f"{argument('replaced', instance)}: no part of {setup.name}; {instead(instance, ours)}"
+            )
         asked = {
             each.name: ("output" if isinstance(each.variable, Output) else "input", Unit(each.variable.unit))
             for each in known.scalars()

@@ -1,4 +1,4 @@
-"""Files that people write (TOML), read by pydantic; every mistake is reported in one sentence.
+"""Files that people write (TOML), read by pydantic; all mistakes come at once, each in one sentence.
 
 The tables of a file are dataclasses, each a `Table` whose annotations are `entries`. From these come the
 check, the conversion to SI units, the sentence for a mistake and the JSON Schema. Pydantic is imported when a
@@ -8,11 +8,12 @@ file is read that was not read before.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import refusal
 from warmlink.fmus.names import instead, listed
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.text_files import read_toml, shortened, shown
@@ -32,8 +33,8 @@ Read = TypeVar("Read")
 def read_table(kind: type[Read], given: Any, name: str) -> Read:
     """Read the content of a file, as the TOML parser returns it, as a dataclass of a kind.
 
-    InputError is raised if an entry is missing, unknown or wrong; the sentence says where, with the name of
-    the file, its value, and the remedy.
+    InputError is raised if entries are missing, unknown or wrong; a sentence for each says where, with the
+    name of the file, its value, and the remedy.
     """
     asked = f"{kind.__module__}.{kind.__qualname__}", given
     return remembered("tables", asked, lambda: _checked(kind, given, name))
@@ -46,9 +47,20 @@ def _checked(kind: Any, given: Any, name: str) -> Any:
         return _adapter(kind).validate_python(given)
     except ValidationError as refused:
         errors = refused.errors(include_url=False)
-    # An unknown entry is reported before a missing one: it is often the missing one, misspelt.
-    first = min(errors, key=lambda error: error["type"] != _UNKNOWN)
-    raise InputError(_sentence(first, json_schema(kind), name))
+    # Unknown entries come first, since one is often a missing one, misspelt, of which no more is said then.
+    unknown = [error for error in errors if error["type"] == _UNKNOWN]
+    others = [error for error in errors if error["type"] != _UNKNOWN and not _misspelt(error, unknown)]
+    schema = json_schema(kind)
+    raise refusal(_sentence(error, schema, name) for error in [*unknown, *others])
+
+
+def _misspelt(error: Any, unknown: Sequence[Any]) -> bool:
+    """Whether an entry that is missing is one of the unknown ones of its table, misspelt."""
+    if error["type"] != "missing":
+        return False
+    *table, key = error["loc"]
+    beside = [each["loc"][-1] for each in unknown if [*each["loc"][:-1]] == table]
+    return bool(get_close_matches(key, beside, cutoff=0.5))
 
 
 def json_schema(kind: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, error_metrics
+from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, conduct, error_metrics
 from warmlink.orchestration.closed_loop.outcome import discretisation_um
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.table import algorithm
@@ -71,9 +71,10 @@ class Outcome:
     """Figures of one run, in um, s and min; the first four as in `ErrorMetrics`, NaN in a run that stopped.
 
     The error was within tolerance for `within_tolerance_min`, and for `warm_up_first_min` at best had one
-    warmed up without compensation. Then follow the fastest change of the correction between two communication
-    points, the largest estimate that the link makes of its grid's error, the bound of the coupling error of
-    growth and figures, None where it was not asked for, and why the run ended early or means nothing, if so.
+    warmed up without compensation. Then follow the figures of `Conduct`, the fastest change of the
+    correction between two communication points, the largest estimate that the link makes of its grid's error,
+    the bound of the coupling error of growth and figures, None where it was not asked for, and why the run
+    ended early or means nothing, if so.
     """
 
     max_abs_um: float = math.nan
@@ -82,6 +83,11 @@ class Outcome:
     time_to_tolerance_s: float | None = None
     within_tolerance_min: float = math.nan
     warm_up_first_min: float = math.nan
+    ready_percent: float = math.nan
+    ready_wrong_percent: float = math.nan
+    fine_not_ready_percent: float = math.nan
+    travel_um_h: float = math.nan
+    leap_um: float = math.nan
     correction_rate_um_s: float = math.nan
     discretisation_um: float = math.nan
     coupling_um: float | None = None
@@ -141,7 +147,7 @@ def recorded(setup: Setup) -> tuple[str, ...]:
     """Variables that the figures are computed from."""
     roles = setup.roles
     estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
-    scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections)
+    scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections, *setup.claims)
     watched = tight(ours(setup.blueprint.components))
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant, *watched)))
 
@@ -161,7 +167,8 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
     )
     errors, spans = error_metrics(time, error, case.tolerance), np.diff(time)
-    rates = [np.max(np.abs(np.diff(result[name])) / spans, initial=0.0) for name in setup.corrections]
+    claims, corrections = ([result[name] for name in names] for names in (setup.claims, setup.corrections))
+    rates = [np.max(np.abs(np.diff(each)) / spans, initial=0.0) for each in corrections]
     return Outcome(
         max_abs_um=errors.max_abs_um,
         p95_abs_um=errors.p95_abs_um,
@@ -170,6 +177,7 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
         # Of the steps that begin within it.
         within_tolerance_min=float(np.sum(spans[np.abs(error[:-1]) <= case.tolerance])) / 60,
         warm_up_first_min=warm_up_first(time, without, case.tolerance),
+        **asdict(conduct(time, error, claims, corrections, case.tolerance)),
         correction_rate_um_s=1e6 * float(max(rates, default=0.0)),
         discretisation_um=discretisation_um(result),
         coupling_um=None if fine is None or fine.reason else _coupling_um(case, result, fine, errors),
@@ -221,8 +229,16 @@ METRICS: dict[str, Metric] = {
     ),
     "outside_tolerance_min": lambda outcome, case: case.stop_time / 60 - outcome.within_tolerance_min,
     "correction_rate_um_s": lambda outcome, case: outcome.correction_rate_um_s,
+    "not_ready_percent": lambda outcome, case: 100 - outcome.ready_percent,
+    "ready_wrong_percent": lambda outcome, case: outcome.ready_wrong_percent,
+    "fine_not_ready_percent": lambda outcome, case: outcome.fine_not_ready_percent,
+    "travel_um_h": lambda outcome, case: outcome.travel_um_h,
+    "leap_um": lambda outcome, case: outcome.leap_um,
 }
-"""Figures of a run, in the unit that the name ends with. Never settled counts as the run's whole time."""
+"""Figures of a run, smaller being better, in the unit that the name ends with.
+
+Never settled counts as the run's whole time.
+"""
 
 GATHERINGS = ("worst", "mean", "cvar")
 

@@ -20,6 +20,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
+from warmlink.orchestration.closed_loop.metrics import CONDUCT
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
@@ -40,10 +41,9 @@ DEFAULT_MISMATCHES = (
 )
 SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
 """Systems that can be compared, each with its default mismatches."""
-
 COLUMNS = (
     *("controller", "duty_cycle", "mismatch", "max_abs_um", "p95_abs_um"),
-    *("time_to_tolerance_s", "removed_percent", "equal_within_um"),
+    *("time_to_tolerance_s", "removed_percent", "equal_within_um", *CONDUCT),
 )
 """Columns of `compare.csv`."""
 

@@ -6,14 +6,14 @@ import itertools
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
-from warmlink.orchestration.studies.case import METRICS
+from warmlink.orchestration.studies.case import METRICS, Outcome
 from warmlink.orchestration.studies.points import (
     AT_ONCE,
     OBJECTIVES,
@@ -42,13 +42,16 @@ class Swept(Searched):
         """
         import pyarrow
 
-        study, figures = self.study, [name for name in METRICS if name != "outside_tolerance_min"]
+        study, figures = self.study, [name for name in METRICS if name in asdict(Outcome())]
         text, number = pyarrow.string(), pyarrow.float64()
         columns = {
             "point": pyarrow.int64(),
             **{axis.heading: number for axis in study.axes},
             **{"duty_cycle": text, "mismatch": text},
-            **dict.fromkeys([*figures, "within_tolerance_min", *OBJECTIVES[: len(study.objectives)]], number),
+            **dict.fromkeys(
+                [*figures, "ready_percent", "within_tolerance_min", *OBJECTIVES[: len(study.objectives)]],
+                number,
+            ),
             **{"feasible": pyarrow.bool_(), "reason": text},
         }
         rows = [

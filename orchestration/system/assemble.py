@@ -8,9 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component.join import Wire
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, listed
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.system import archive
 from warmlink.orchestration.system.check import checked_values, variable_of
@@ -28,6 +29,9 @@ from warmlink.orchestration.system.ssp.net import net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
 from warmlink.orchestration.text_files import is_file
+
+STRUCTURE = "SystemStructure.ssd"
+"""The description of a system that an SSP is read by."""
 
 
 def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
@@ -122,7 +126,7 @@ def end_of(components: Mapping[str, Component], name: str, where: str = "") -> t
     return owner, name[len(owner) + 1 :]
 
 
-def read_system(path: str | Path, workdir: Path | None = None) -> System:
+def read_system(path: str | Path, workdir: Path | None = None, structure: str | None = None) -> System:
     """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
 
     Its components then have dotted names; start values and connections are in their variables' own units. A
@@ -132,6 +136,7 @@ def read_system(path: str | Path, workdir: Path | None = None) -> System:
     ----------
     path : the .ssp file, an .ssd file that lies beside its resources, or an .fmu file
     workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
+    structure : which description, of several in one SSP, by default `SystemStructure.ssd`
 
     Raises
     ------
@@ -140,9 +145,18 @@ def read_system(path: str | Path, workdir: Path | None = None) -> System:
     """
     path = Path(path)
     try:
-        return _read(path, _kept(path) if workdir is None else workdir)
+        return _read(path, _kept(path) if workdir is None else workdir, structure)
     except RecursionError:
         raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
+
+
+def _refuse_choice(path: Path, chosen: str | None, held: Iterable[Path]) -> None:
+    names = sorted(each.name for each in held)
+    if chosen is not None and chosen not in names:
+        remedy = instead(chosen, names) if names else "leave this out"
+        raise InputError(
+            f"{argument('structure', chosen)}: no description of a system in {path.name}; {remedy}"
+        )
 
 
 def _kept(path: Path) -> Path:
@@ -162,18 +176,23 @@ def _system_of_one(fmu: Path) -> System:
     )
 
 
-def _read(path: Path, workdir: Path) -> System:
+def _read(path: Path, workdir: Path, chosen: str | None) -> System:
     if path.suffix.lower() == ".fmu":
+        _refuse_choice(path, chosen, ())
         return _system_of_one(path)
-    structure, remarks = path, list[str]()
+    structure, remarks, held = path, list[str](), set[Path]()
     if path.suffix.lower() != ".ssd":
         remarks += archive.repeated_entries(path)
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
             return _system_of_one(path)
-        structure = folder / "SystemStructure.ssd"
+        structure, held = folder / (chosen or STRUCTURE), set(folder.glob("*.ssd"))
+    _refuse_choice(path, chosen, held)
     reader = Reader(workdir, remarks=remarks)
     name, experiment = reader.read(structure)
+    if chosen is None and (others := sorted(each.name for each in held - reader.documents)):
+        told = f"{listed(others)}; {argument('structure', others[0])} takes that instead"
+        remarks.append(f"{path.name}: {STRUCTURE} is run, one of several descriptions; beside it {told}")
     if not reader.net.components:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
     for element in reader.net.components.values():

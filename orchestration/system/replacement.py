@@ -13,11 +13,12 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import cache_folder, vouch, whole
-from warmlink.orchestration.shell import command, quoted
+from warmlink.orchestration.shell import command
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
@@ -42,7 +43,7 @@ class Replacements:
 
     @classmethod
     def given(cls, fmus: list[str] | None, names: list[str] | None) -> Replacements:
-        """What `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
+        """What the options `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
 
         Raises InputError where one does not have its form, or a name is of a part that is not replaced.
         """
@@ -50,7 +51,10 @@ class Replacements:
         renamed = dict(pair(each, "--map", "link.heat_flow=Q") for each in names or ())
         for name in renamed:
             if not any(name.startswith(f"{instance}.") for instance in pairs):
-                raise InputError(f"--map {name}: is of no part that --replace names; {instead(name, pairs)}")
+                raise InputError(
+                    f"{argument('names', name)}: is of no part that {argument('replaced')} names; "
+                    f"{instead(name, pairs)}"
+                )
         return cls({instance: Path(path) for instance, path in pairs.items()}, renamed)
 
     def fmu(
@@ -89,10 +93,10 @@ class Replacements:
         ]
         if problems:
             told = "; ".join(f"{name} {fault}" for name, fault in problems)
-            example = f"--map {quoted(f'{instance}.{problems[0][0]}')}=NAME"
+            example = argument("names", {f"{instance}.{problems[0][0]}": "NAME"})
             raise InputError(
-                f"--replace {instance}={path}: {told}. Where it has another name, say {example}; see "
-                f"`{command('warmlink', 'list', 'interface', interface)}`"
+                f"{argument('replaced', {instance: str(path)})}: {told}. Where it has another name, say "
+                f"{example}; see `{command('warmlink', 'list', 'interface', interface)}`"
             )
         renamed = {other: name for name, other in own.items() if name != other}
         return _renamed(path, renamed) if renamed else path
@@ -106,7 +110,9 @@ class Replacements:
         ends = [end for each in links for end in (each.source, each.target)]
         for instance in self.fmus:
             if instance not in parts:
-                raise InputError(f"--replace {instance}: no such component; {instead(instance, parts)}")
+                raise InputError(
+                    f"{argument('replaced', instance)}: no such component; {instead(instance, parts)}"
+                )
             part, before = parts[instance], read_description(parts[instance].fmu)
             asked = {name: (v.causality, own_unit(before, v)) for name, v in before.variables.items()}
             renamed = [end for end in self.names if end.removeprefix(f"{instance}.") in part.values]

@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.cli import command_named
+from warmlink.orchestration.cli import command_named, main
 from warmlink.orchestration.command_line.arguments import for_typer, listed, plain_values, settings_given
 
 GIVEN = (
@@ -73,3 +73,38 @@ def test_a_pair_is_refused_with_an_example_of_its_own_option(text: str, sentence
 )
 def test_commas_part_names_and_no_indices(text: str, names: list[str]) -> None:
     assert listed(text) == names
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (
+            "simulate x.ssp --isolate true",
+            "--isolate true: --isolate is a flag, which takes no value; write --isolate, or leave it out",
+        ),
+        (
+            "compare --report=false --jobs 1",
+            "--report=false: --report is a flag, which takes no value; write --report or --no-report",
+        ),
+    ],
+)
+def test_a_flag_with_a_value_is_explained(
+    line: str, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["warmlink", *shlex.split(line)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+def test_help_shows_flags_as_flags(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["warmlink", "simulate", "--help"])
+    with pytest.raises(SystemExit):
+        main()
+    shown = capsys.readouterr().out
+    assert "--isolate" in shown
+    assert "--help" in shown
+    assert "bool" not in shown

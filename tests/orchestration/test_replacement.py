@@ -22,6 +22,8 @@ from warmlink.orchestration.scenarios.setup import with_replaced
 from warmlink.orchestration.system import replacement
 from warmlink.orchestration.system.replacement import Replacements
 
+pytestmark = pytest.mark.usefixtures("as_a_command")
+
 OTHER = {"heat_flow": "Q", "base_temperature": "T.base", "elongation": "dL"}
 
 
@@ -97,7 +99,7 @@ def test_all_that_is_missing_is_said_at_once(strange: Path) -> None:
         assert "heat_flow is missing: an input [W]" in sentence
         assert "base_temperature is missing: an output [K]" in sentence
         assert "elongation is missing: an output [m]" in sentence
-        assert re.search(r"say --map link\.(heat_flow|base_temperature|elongation)=NAME", sentence)
+        assert re.search(r"say --map \"link\.(heat_flow|base_temperature|elongation)=NAME\"", sentence)
         assert "see `warmlink list interface ThermalLink`" in sentence
 
 

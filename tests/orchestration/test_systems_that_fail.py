@@ -61,3 +61,15 @@ def test_a_step_that_cannot_be_halved_is_no_failure(capsys: pytest.CaptureFixtur
     found, err = outcome("FMPy887_60Hz/s", "--step", repr(1 / 60), capsys=capsys)
     assert found["c.n"] == 6000.0
     assert "the coupling error is not bounded" in err
+
+
+def test_one_of_several_descriptions_is_chosen(capsys: pytest.CaptureFixture[str]) -> None:
+    found, err = outcome("OMS1550_variants/s", "--step", "0.1 s", capsys=capsys)
+    assert found == {"g.y": 1.0}
+    assert "beside it VarB.ssd; --structure VarB.ssd takes that instead" in err
+    found, err = outcome("OMS1550_variants/s", "--step", "0.1 s", "--structure", "VarB.ssd", capsys=capsys)
+    assert found == {"g.y": 2.0}
+    assert "takes that instead" not in err
+    path = given("systems_that_fail/OMS1550_variants/s.ssp")
+    _, err = simulate(path, "--structure", "VarC.ssd", capsys=capsys, expected=2)
+    assert "no description of a system in s.ssp; did you mean VarB.ssd?" in err

@@ -29,7 +29,7 @@ MOST_SHOWN = 8
 def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """Write the generated C files of a component, all but `identity.h`; texts by name.
 
-    `component.h` holds sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
+    `component.h` holds its name and sizes, `starting.c` and `running.c` by CasADi what runs once and what runs all the
     time, `variables.c` a table. With `arrays` an array is exchanged as a whole, by the value reference of its
     first element.
     """
@@ -49,8 +49,9 @@ def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
 
 
 def _sizes_header(component: Component, arrays: bool) -> str:
-    """Write `component.h`: sizes, and the prefix of the component's functions."""
+    """Write `component.h`: the component's name, the prefix of its functions, and sizes."""
     sizes = {
+        "NAME": _string(component.name),
         "PREFIX": f"{component.name}_",
         "MICRO_STEP": float(component.micro_step),
         "MOST_IN_A_STEP": MOST_IN_A_STEP,
@@ -66,12 +67,12 @@ def _sizes_header(component: Component, arrays: bool) -> str:
         "ARRAYS": int(arrays),
         "EXCHANGES": int(bool(exchanged_states(component))),
     }
-    return _header("Sizes of one component", sizes)
+    return _header("Name and sizes of one component", sizes)
 
 
-def identity_header(component: Component, token: str, state: str) -> str:
+def identity_header(token: str, state: str) -> str:
     """Write `identity.h`: the token that the FMU answers to, and what must have made a serialised state."""
-    known = {"NAME": component.name, "TOKEN": token, "STATE_ID": state}
+    known = {"TOKEN": token, "STATE_ID": state}
     return _header("What one FMU is known by", {name: _string(text) for name, text in known.items()})
 
 

@@ -76,6 +76,7 @@ UNIT_FLAGS: Mapping[str, tuple[str, ...]] = {
     "running.c": ("-fno-tree-slp-vectorize", *_FEW_BRANCHES),
     "fmi2_cs.c": _FEW_BRANCHES,
     "fmi3_cs.c": _FEW_BRANCHES,
+    **dict.fromkeys(("model.c", "fmi2_rest.c", "fmi3_rest.c"), ("-O0",)),  # not a part of any step
 }
 """Flags of units beside those of all."""
 

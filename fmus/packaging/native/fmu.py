@@ -116,7 +116,7 @@ def native_sources(
         if file.name.startswith(_SOURCES[speaker]):
             sources[file.name] = file.read_text(encoding="utf-8")
     digest = hashlib.sha256("\n".join((component.name, *sources.values())).encode()).hexdigest()[:32]
-    sources["identity.h"] = identity_header(component, instantiation_token(component, digest), digest)
+    sources["identity.h"] = identity_header(instantiation_token(component, digest), digest)
     return dict(sorted(sources.items())), digest
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
@@ -53,7 +54,8 @@ def _slip_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def _calibrated(diagnosis: Diagnosis) -> str:
-    told = "Calibration leaves what is no noise: leave out --calibrate-only to hear what may cause it."
+    without = argument("calibrate_only")
+    told = f"Calibration leaves what is no noise: leave out {without} to hear what may cause it."
     if diagnosis.verdict == "adequate":
         told = "The calibrated model explains the data to within their noise."
     lines = [

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
-from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.replacement import Replacements
 
 _DATE = "date"
@@ -53,7 +53,9 @@ def said(
     """What `--unit`, `--map` and `--decimal` say; raises InputError where one does not have its form."""
     for text in names:
         if "=" not in text:
-            raise InputError(f"--map {text}: no name; write --map {quoted(f'{text}=VARIABLE')}")
+            raise InputError(
+                f"{argument('names', text)}: no name; write {argument('names', {text: 'VARIABLE'})}"
+            )
     common = [text.strip() for text in units if "=" not in text]
     of_columns = _stripped(text.partition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
@@ -104,7 +106,7 @@ class Assignment:
                 what = "times" if place.variable == TIME else place.variable
                 raise InputError(
                     f"{self._sheet.name}: columns {one!r} and {two!r} are both {what}; keep one, or leave "
-                    f"one out with --map {quoted(f'{two}=')}"
+                    f"one out with {argument('names', {two: ''})}"
                 )
         # A current beside the torque would count twice; a pad's power acts where no temperature is.
         for first, *others in self._rig.driven_by:
@@ -123,7 +125,7 @@ class Assignment:
         rising = [name for i, (name, _) in enumerate(self._headings) if self._may_be_time(i)]
         told = "add the times of the rows, headed 'time [s]'"
         if rising:
-            told = f"head it as 'time [s]', or say which it is with --map {quoted(f'{rising[0]}=time')}"
+            told = f"head it as 'time [s]', or say which it is with {argument('names', {rising[0]: 'time'})}"
         raise InputError(f"{self._sheet.name}: there is no time column; {told}")
 
     def _may_be_time(self, column: int) -> bool:
@@ -142,12 +144,12 @@ class Assignment:
         return len(cells) > 1 and bool(numbers.is_monotonic_increasing and numbers.is_unique)
 
     def offers(self) -> str:
-        """Options by which columns that nothing is made of may be mapped, by their units and words."""
+        """Say how columns that nothing is made of may be mapped, by their units and words."""
         inputs = [self._rig.column_of(each) for group in self._rig.driven_by for each in group]
         free = dict.fromkeys([*self._rig.measurable, *inputs])
         for place in self._used.values():
             free.pop(self._rig.column_of(place.variable), None)
-        maps = []
+        meant = {}
         for column in (list(self._sheet.headers).index(header) for header in self.unused):
             name, unit = self._headings[column]
             unit = unit or self._sheet.units[column] or ""
@@ -162,19 +164,19 @@ class Assignment:
             if fitting:
                 best = max(fitting, key=alike.__getitem__)
                 del free[best]
-                maps.append(f"--map {quoted(f'{name}={best}')}")
-        return " ".join(maps) or f'--map "COLUMN={next(iter(free), "VARIABLE")}"'
+                meant[name] = best
+        return argument("names", meant or {"COLUMN": next(iter(free), "VARIABLE")})
 
     def signals(self) -> list[Place]:
         """Columns of variables."""
         return [place for variable, place in self._used.items() if variable not in (TIME, _DATE)]
 
     def _variable(self, header: str, name: str) -> str:
-        """Variable that `--map` names; empty where the column is to be left out."""
+        """Variable that a name of the user's is; empty where the column is to be left out."""
         variable = self._rig.columns.get(name, name)
         if name and variable not in self._rig.variables and name not in (TIME, _DATE):
             raise InputError(
-                f"--map {header}={name}: {name} is no column of {self._rig.name}; "
+                f"{argument('names', {header: name})}: {name} is no column of {self._rig.name}; "
                 f"{instead(name, (TIME, *self._rig.columns))}"
             )
         return variable
@@ -195,7 +197,9 @@ class Assignment:
                     raise InputError(absent[header])
         for name, unit in self._told.units.items():
             if name not in known:
-                raise InputError(f"--unit {name}={unit}: no such column; {instead(name, headers)}")
+                raise InputError(
+                    f"{argument('units', {name: unit})}: no such column; {instead(name, headers)}"
+                )
         return absent
 
     def _place(self, column: int) -> Place | None:
@@ -223,15 +227,15 @@ class Assignment:
                 given = self._told.units[key]
                 if unit not in (None, given) and "%" not in given:
                     raise InputError(
-                        f"--unit {key}={given}: column {header!r} is in {unit} already; correct the header, "
-                        "or leave --unit out"
+                        f"{argument('units', {key: given})}: column {header!r} is in {unit} already; "
+                        "correct the header, or leave this unit out"
                     )
-                unit, source = given, "--unit"
+                unit, source = given, argument("units")
         if unit is None:
             unit, source = self._units.get(name), "channels"
         if unit is None:
             fitting = (u for u in self._told.common if variable and converts(u, self._si(variable)))
-            unit, source = next(fitting, None), "--unit"
+            unit, source = next(fitting, None), argument("units")
         return Place(column, name, unit, variable, source, chosen)
 
     def _si(self, variable: str) -> str:
@@ -266,13 +270,11 @@ class Assignment:
             return
         names = [self._headings[column][0] for column in meant]
         guesses = [f"{self._sheet.headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
-        maps = [
-            f"--map {quoted(f'{name}={guess}')}" for name, guess in zip(names, meant.values(), strict=True)
-        ]
+        say = argument("names", dict(zip(names, meant.values(), strict=True)))
         noun, verb, one = ("columns", "are", "one") if len(meant) > 1 else ("column", "is", "it")
         raise InputError(
-            f"{self._sheet.name}: {noun} {', '.join(guesses)} {verb} not known; say {' '.join(maps)}, or "
-            f"leave {one} out with --map {quoted(f'{names[0]}=')}"
+            f"{self._sheet.name}: {noun} {', '.join(guesses)} {verb} not known; say {say}, or "
+            f"leave {one} out with {argument('names', {names[0]: ''})}"
         )
 
     def _guess(self, column: int, absent: Mapping[str, str]) -> str | None:

@@ -11,6 +11,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
@@ -156,8 +157,8 @@ def calibrating(experiment: Experiment) -> Experiment:
     """The same, to look for no cause; raises InputError where nothing is calibrated."""
     if not experiment.calibrated:
         raise InputError(
-            f"--calibrate-only: {experiment.title} calibrates nothing; name under [calibrate] in an "
-            'experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
+            f"{argument('calibrate_only')}: {experiment.title} calibrates nothing; name under [calibrate] in "
+            'an experiment file what is to be fitted, as "link.convection_still" = { min = 2, max = 12 }'
         )
     return replace(experiment, only_calibrated=True)
 

@@ -17,7 +17,6 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.data.rig import Rig, rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
 from warmlink.orchestration.scenarios.setup import CELL
-from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -57,8 +56,8 @@ def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
 def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experiment:
     """Set parameters of the system for all runs, and check that what is known goes together.
 
-    `settings` are values with units by `instance.variable`, as `--set` gives them. InputError is raised where
-    there is no such parameter, its unit does not fit, or the system cannot be like that.
+    `settings` are values with units by `instance.variable`, as a caller gives them. InputError is raised
+    where there is no such parameter, its unit does not fit, or the system cannot be like that.
     """
     system = experiment.rig
     given = {
@@ -68,11 +67,12 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     calibrated = {each.variable for each in experiment.calibrated}
     for name, text in settings.items():
         if name not in system.parameters:
-            raise InputError(
-                f"--set {name}={text}: is an input; write --assume {quoted(name)}={quoted(text)}"
-            )
+            say = argument("assume", {name: text})
+            raise InputError(f"{argument('parameters', {name: text})}: is an input; write {say}")
         if name in calibrated:
-            raise InputError(f"--set {name}={text}: is calibrated; change its start under [calibrate]")
+            raise InputError(
+                f"{argument('parameters', {name: text})}: is calibrated; change its start under [calibrate]"
+            )
     known, runs = {**experiment.known, **given}, []
     for run in experiment.runs:
         of_run = {name: value for name, value in run.known.items() if name not in given}
@@ -107,17 +107,19 @@ def with_inputs(experiment: Experiment, assumed: Sequence[str] = ()) -> Experime
     unused = list(dict.fromkeys(header for run in runs for header in run.unused))
     if unused:
         example = next(iter(experiment.rig.measurable), "VARIABLE")
-        remarks.append(f'not used: {listed(unused)}; say what a column is with --map "COLUMN={example}"')
+        remarks.append(
+            f"not used: {listed(unused)}; say what a column is with {argument('names', {'COLUMN': example})}"
+        )
     return replace(experiment, remarks=tuple(remarks))
 
 
 def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
     """Input and value in SI; NaN for a pad that is off."""
     name, equals, written = (part.strip() for part in text.partition("="))
-    system, where = experiment.rig, f"--assume {text}"
+    system, where = experiment.rig, argument("assume", {name: written} if equals else name)
     variable = system.columns.get(name, name)
     if not equals:
-        raise InputError(f"{where}: no value; write --assume {name or 'torque'}=0")
+        raise InputError(f"{where}: no value; write {argument('assume', {name or 'torque': '0'})}")
     if variable not in system.externals:
         names = [system.column_of(each) for group in system.driven_by for each in group]
         raise InputError(f"{where}: {name} is no input; {instead(name, names)}")
@@ -141,7 +143,7 @@ def _refuse_undriven(experiment: Experiment) -> None:
     names = [experiment.rig.column_of(group[0]) for group in driving]
     for run in experiment.runs if driving else ():
         if not any(is_given(experiment, run, *group) for group in driving):
-            still = " ".join(f"--assume {name}={_neutral(experiment.rig, name)[1]}" for name in names)
+            still = argument("assume", {name: _neutral(experiment.rig, name)[1] for name in names})
             raise InputError(
                 f"{run.name}: nothing drives the run: there is no column {' or '.join(names)}; add what was "
                 f"logged, or say that the machine stood still: {still}"
@@ -154,9 +156,10 @@ def _absent(experiment: Experiment) -> list[str]:
     for group in experiment.rig.driven_by:
         if without := [run.name for run in experiment.runs if not is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
-            value, option = _neutral(experiment.rig, name)
+            value, written = _neutral(experiment.rig, name)
             whose = f"{listed(without)}: " if len(experiment.runs) > 1 else ""
-            told = f"no {name} column: taken as {value}; give --assume {name}={option} to say so"
+            say = argument("assume", {name: written})
+            told = f"no {name} column: taken as {value}; give {say} to say so"
             remarks.append(whose + told)
     return remarks
 
@@ -170,7 +173,7 @@ def absent_drives(experiment: Experiment) -> list[str]:
             names = " or ".join(experiment.rig.column_of(each) for each in group)
             name = experiment.rig.column_of(group[0])
             told = f"{names} was not logged and makes no heat in the simulation: log it"
-            found.append(f"{told}, or say that it was 0 (--assume {name}=0)")
+            found.append(f"{told}, or say that it was 0 ({argument('assume', {name: '0'})})")
     return found
 
 
@@ -192,12 +195,12 @@ def _paused(experiment: Experiment) -> list[str]:
 
 
 def _neutral(system: Rig, name: str) -> tuple[str, str]:
-    """Value that an absent input is given: in words, and as an argument of `--assume`."""
+    """Value that an absent input is given: in words, and as it is written in an assumption."""
     if name.endswith("pad_temperature"):
         return OFF, OFF
     scalar = system.variables[system.columns.get(name, name)]
     start, unit = float(scalar.start or 0.0), scalar.variable.unit
     if scalar.is_temperature:
         celsius = f"{start - ZERO_CELSIUS:g} degC"
-        return celsius, f'"{celsius}"'
+        return celsius, celsius
     return f"{start:g}" if unit == "1" else f"{start:g} {unit}", f"{start:g}"

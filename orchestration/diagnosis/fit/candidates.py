@@ -166,25 +166,31 @@ class Candidates:
 
         So does a start that is given and that the first readings deny, where no cause is there to say so.
         """
-        if not (self.experiment.initial_measured or self.experiment.only_calibrated):
-            return ()
         stated = {each.variable for each in self.experiment.calibrated}
         return tuple(
             Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
-            for name in self._open_at_start(i, run)
+            for name, span in self._open_at_start(i, run).items()
             if name in self.slots and name not in stated
-            for span in [_START * (_PER_KELVIN if name in self._camera_offsets else 1.0)]
         )
 
-    def _open_at_start(self, i: int, run: Run) -> list[str]:
-        """Names of what a run's start leaves open."""
+    def _open_at_start(self, i: int, run: Run) -> dict[str, float]:
+        """What a run's start leaves open, and by how much."""
         read = initial_values(self.experiment.rig, run, self.known(run))
         if self.experiment.initial_measured:
-            return [*read, *self._camera_offsets]
+            return {
+                **dict.fromkeys(read, _START),
+                **dict.fromkeys(self._camera_offsets, _START * _PER_KELVIN),
+            }
         least = max(_DENIED * float(max(self.data[i].scatter, default=0.0)), _DENIED_LEAST)
         given = {name: float(self.neutral[i][self.slots.index(name)]) for name in read if name in self.slots}
-        return list(given) if any(abs(read[name] - start) > least for name, start in given.items()) else []
+        off = [read[name] - start for name, start in given.items()]
+        # A cause may shift all starts alike, but not one against the other.
+        apart = max(off, default=0.0) - min(off, default=0.0)
+        denied = max(map(abs, off), default=0.0) if self.experiment.only_calibrated else apart
+        if denied <= least or not self.experiment.calibrated:
+            return {}
+        return {name: _START + abs(each) for name, each in zip(given, off, strict=True)}
 
     @cached_property
     def items(self) -> tuple[Item, ...]:

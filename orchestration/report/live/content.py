@@ -13,6 +13,7 @@ from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
+from warmlink.orchestration.report.figures import looks_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
 from warmlink.orchestration.scenarios.logged.layout import conversion_to
@@ -26,9 +27,6 @@ IDEAL = (
     "the thermometers are perfect and the cell is exactly the one that the law was designed for, as no real "
     "cell is; move a slider, or give the thermometers noise"
 )
-
-LOOKS = 6
-"""Colours and dashes by which the page tells lines apart."""
 
 UNITS = {
     "s": ("s", "min", "h", "ms"),
@@ -131,7 +129,8 @@ def _bands(component: Component, watched: Sequence[str]) -> dict[str, list[float
 
 def _plot(heading: str, label: str, lines: Sequence[dict[str, str]], band: float = 0.0) -> dict[str, Any]:
     """A plot whose lines differ in colour and dashes, whichever of them are drawn."""
-    styled = [{**line, "style": i % LOOKS} for i, line in enumerate(lines)]
+    looks = looks_of([line["law"] or line["name"] for line in lines])
+    styled = [{**line, "style": look} for line, look in zip(lines, looks, strict=True)]
     return {"heading": heading, "label": label, "band": band, "lines": styled}
 
 

@@ -4,7 +4,6 @@
 const SMALLEST_SHOWN = 0.05; // µm; below it an error is printed as 0.0, so that a share of it means nothing
 const MOST_GROUPS = 500; // of a line's points; the lowest and the highest of each are drawn
 const MOST_MARKS = 150; // of a line; of more, every so manieth is drawn
-const DASHES = ["", "8 4", "2 3", "10 3 2 3", "14 4", "14 3 2 3 2 3"];
 
 /** Figures of an error history in µm, taken every `step` s; `within` in s (0: always, null: never within tolerance). */
 export function errorFigures(error, step, tolerance) {
@@ -81,7 +80,7 @@ export function drawLines(figure, { heading, label, band, lines }, step) {
     const [points, every] = [pointsOf(values, step), Math.ceil(marks.length / MOST_MARKS)];
     const dots = marks.filter(([time], i) => i % every === 0 && time <= stop);
     heights.push(...[...points, ...dots].map(([, value]) => value));
-    const look = `style="stroke: var(--line-${style})" stroke-dasharray="${DASHES[style]}"`;
+    const look = `style="stroke: var(--line-${style}); stroke-dasharray: var(--dash-${style})"`;
     drawn.push(`<path ${look} d="M${points.map(([time, value]) => `${time} ${value.toPrecision(6)}`).join("L")}"/>`);
     const d = `d="${dots.map(([time, value]) => `M${time} ${value}h0`).join("")}"`;
     if (dots.length) drawn.push(`<path class="dots" ${look} ${d}/><path class="within" ${d}/>`);

@@ -16,6 +16,7 @@ from warmlink.fmus.packaging.native.fmu import browser_module
 from warmlink.fmus.safe_text import printable_json
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.report.figures import LOOKS
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
 from warmlink.orchestration.report.page import rendered
@@ -90,6 +91,7 @@ def _page(systems: Sequence[Whole], asked: Asked) -> str:
         kind="live",
         lead="The cell is computed …",
         known=known,
+        looks=LOOKS,
         content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},
         # As one script, without what the modules import from each other.

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import DECIMALS, Place, Sheet
-from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import shown
 
 Rows = NDArray[np.intp]
@@ -69,8 +69,8 @@ def signal(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, A
         shorter = place.name if " " not in place.name else header
         usual = "degC" if temperature else {"m": "um"}.get(si_unit, si_unit)
         raise InputError(
-            f"{sheet.of(place.column)} has no unit; head it as '{shorter} [{usual}]', or give --unit "
-            f"{quoted(f'{shorter}={usual}')}"
+            f"{sheet.of(place.column)} has no unit; head it as '{shorter} [{usual}]', or give "
+            f"{argument('units', {shorter: usual})}"
         )
     conversion, unit = conversion_to(place.unit, si_unit, sheet.of(place.column), difference=not temperature)
     read, lost = numbers(sheet, place.column, _OFF if place.variable.endswith(_PADS) else ())
@@ -159,7 +159,8 @@ def _of_text(sheet: Sheet, column: int, empty: Sequence[str]) -> tuple[Array, Ro
     if 2 * words.size > np.count_nonzero(text != ""):
         raise InputError(
             f"{sheet.at(int(words[0]), column)}: {shown(text.iloc[words[0]])} and most cells below are no "
-            f"numbers; correct them, or leave the column out with --map {quoted(f'{sheet.headers[column]}=')}"
+            "numbers; correct them, or leave the column out with "
+            f"{argument('names', {sheet.headers[column]: ''})}"
         )
     return plain.where(parsed.notna(), np.nan).astype(float).to_numpy(), words
 
@@ -174,5 +175,5 @@ def _without_thousands(sheet: Sheet, row: int, column: int, cell: str, mark: str
         return cell.replace(other, "").replace(mark, ".")
     raise InputError(
         f"{sheet.at(row, column)}: {shown(cell)} may have a decimal mark or one for thousands; write all "
-        "numbers alike, or say --decimal comma or --decimal point"
+        f"numbers alike, or say {argument('decimal', 'comma')} or {argument('decimal', 'point')}"
     )

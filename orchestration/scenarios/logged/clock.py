@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
-from warmlink.orchestration.shell import quoted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,7 +109,7 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
             return values * factor, f"{unit} since 1970"
     name = sheet.headers[column]
     raise InputError(
-        f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give --unit {quoted(f'{name}=s')}"
+        f"{sheet.of(column)} has no unit; head it as '{name} [s]', or give {argument('units', {name: 's'})}"
     )
 
 
@@ -128,9 +128,10 @@ def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
     look = stamp["date"] if stamp else first
     orders = next((orders for pattern, orders in _DATES if re.fullmatch(pattern, look)), None)
     if orders is None or stamp is None:
+        say = argument("units", {sheet.headers[column]: "%d/%m/%Y %H:%M:%S"})
         raise InputError(
             f"{sheet.at(0, column)}: {first!r} is no date with a time that can be read; write it as "
-            '2026-11-22 08:59:31, or give its form, as --unit "time=%d/%m/%Y %H:%M:%S"'
+            f"2026-11-22 08:59:31, or give its form, as {say}"
         )
     clock = stamp["clock"]
     if orders[0] == "%Y-%m-%d" and not re.search(r"[AaPp]\.?[Mm]", clock):
@@ -163,7 +164,7 @@ def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> t
         name = sheet.headers[column]
         raise InputError(
             f"{sheet.at(0, column)}: {text.iloc[0]!r} may begin with the day or the month, which gives other "
-            f"times; say which, as --unit {quoted(name + '=' + form.replace('-', '/'))}, or write dates as "
+            f"times; say which, as {argument('units', {name: form.replace('-', '/')})}, or write dates as "
             "2026-11-22"
         )
     return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
@@ -173,8 +174,8 @@ def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    example = quoted(f"{sheet.headers[column]}=%H:%M")
-    told = f"write it so, or give its form, as --unit {example} or =%M:%S"
+    example = argument("units", {sheet.headers[column]: "%H:%M"})
+    told = f"write it so, or give its form, as {example} or %M:%S"
     wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))
     sheet.refuse(wrong, column, f"{{}} is not of the form HH:MM:SS; {told}")
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)

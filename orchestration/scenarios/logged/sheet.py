@@ -78,7 +78,7 @@ class Place:
     """A column that is used: its place, what its header or the user says, and the variable that it is.
 
     The unit is None where nothing says it; `source` is where it stands: "header", "row of units", "name" or
-    "--unit". A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
+    what says so. A `variable` may be "time", or "date" beside a time of the day. `chosen`: the user named it.
     """
 
     column: int

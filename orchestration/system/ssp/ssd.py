@@ -35,7 +35,7 @@ class Reader:
     """What is read of an SSD in an unpacked SSP, and of all that it refers to, never outside its folder.
 
     Packages inside the package are unpacked into `workdir`. Of the document that is being read it knows where
-    that lies, which units it defines, and those that hold it, itself among them.
+    that lies, which units it defines, and those that hold it, itself among them; `documents` are all so far.
     """
 
     workdir: File
@@ -45,6 +45,7 @@ class Reader:
     path: File = File()
     units: dict[str, Unit] = field(default_factory=dict)
     enclosing: tuple[File, ...] = ()
+    documents: set[File] = field(default_factory=set)
 
     def read(self, path: File, at: Path = ()) -> tuple[str, DefaultExperiment]:
         """Read an SSD as the system `at` a path; give its name and the experiment that it proposes."""
@@ -53,6 +54,7 @@ class Reader:
             raise InputError(f"{where}: holds itself as a component; take it out")
         if len(self.enclosing) > _DEEPEST:
             raise InputError(f"{where}: lies more than {_DEEPEST} descriptions deep; make the system flatter")
+        self.documents.add(path)
         root = xml.root_of_file(path, "SystemStructureDescription", where, self.remarks)
         xml.refuse_other_children(root, ("System", "Enumerations", "Units", "DefaultExperiment"), where)
         top = root.find("{*}System")

@@ -103,6 +103,20 @@ def test_no_pair_seen_is_no_pass(tmp_path: Path) -> None:
     assert verdicts == {"y": "pass", "time": "remark"}
 
 
+def test_parameters_that_instances_share_without_a_word_are_found(tmp_path: Path) -> None:
+    text = TOLD.read_text().replace("++steps_of_all", "++s->r[STEPS]")
+    (tmp_path / "own.c").write_text(text)
+    text = text.replace("steps_of_all;", "shared = 1;").replace("Y ? s->r[K]", "Y ? shared")
+    (tmp_path / "shares.c").write_text(
+        text.replace("s->r[v[i]] = x[i];", "s->r[v[i]] = x[i], shared = v[i] == K ? x[i] : shared;")
+    )
+    verdicts = {}
+    for name in ("own.c", "shares.c"):
+        made = compiled(tmp_path, tmp_path / name, description("2.0"))
+        verdicts[name] = check_fmu(made, cases=["second instance"])[-1].verdict
+    assert verdicts == {"own.c": "pass", "shares.c": "fail"}
+
+
 def test_instances_that_a_process_may_hold_once_are_checked_one_in_a_process(tmp_path: Path) -> None:
     made = compiled(tmp_path, TOLD, description("2.0", canBeInstantiatedOnlyOncePerProcess="true"))
     verdicts = {result.name: result.verdict for result in check_fmu(made)}

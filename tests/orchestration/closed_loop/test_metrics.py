@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from warmlink.orchestration.closed_loop.metrics import error_metrics, reduction_percent
+from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics, reduction_percent
 
 TOLERANCE = 5e-6
 
@@ -55,3 +55,18 @@ def test_an_error_of_exactly_the_tolerance_is_within_it_and_the_next_larger_numb
     assert error_metrics(time, np.full(3, -TOLERANCE), TOLERANCE).time_to_tolerance_s == 0
     beyond = np.array([np.nextafter(TOLERANCE, 1.0), TOLERANCE, TOLERANCE])
     assert error_metrics(time, beyond, TOLERANCE).time_to_tolerance_s == 1
+
+
+def test_conduct_counts_time_ready_travel_and_leaps() -> None:
+    time = np.array([0.0, 10.0, 20.0, 30.0, 70.0])
+    error = 1e-6 * np.array([1.0, 9.0, 1.0, 1.0, 0.0])
+    first, second = np.array([1.0, 1, 1, 0, 0]), np.array([1.0, 1, 0, 0, 1])
+    corrections = 1e-6 * np.array([0.0, 3, -1, 0, 0]), 1e-6 * np.array([0.0, 1, 2, 3, 4])
+    found = conduct(time, error, (first, second), corrections, TOLERANCE)
+    assert found.ready_percent == pytest.approx(100 * 20 / 70)
+    assert found.ready_wrong_percent == pytest.approx(50)
+    assert found.fine_not_ready_percent == pytest.approx(100 * 50 / 60)
+    assert found.travel_um_h == pytest.approx(8 * 3600 / 70)
+    assert found.leap_um == pytest.approx(4)
+    never = conduct(time, error, (0 * first,), corrections, TOLERANCE)
+    assert (never.ready_percent, never.ready_wrong_percent) == (0.0, 0.0)

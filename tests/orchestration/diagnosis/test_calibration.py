@@ -56,6 +56,14 @@ def test_rows_that_are_missing_and_a_start_that_is_not_the_given_one(tmp_path: P
     found = calibrated(experiment(tmp_path, table.iloc[kept], BOUNDS))
     assert_right(found)
     assert "The first readings are not those of the start that is given" in summary(found)
+    diagnosed = diagnose_experiment(read([experiment(tmp_path, table.iloc[kept], BOUNDS)]))
+    assert_right(diagnosed)
+    assert diagnosed.verdict == "adequate"
+
+
+def test_a_start_far_from_the_given_one_is_found(tmp_path: Path) -> None:
+    """The log begins after ten minutes of heat, one lump by 21 K warmer and the other by 14 K."""
+    assert_right(calibrated(experiment(tmp_path, log().iloc[119:], BOUNDS)))
 
 
 def test_bounds_that_are_met_are_said_on_the_page_and_in_words(tmp_path: Path) -> None:

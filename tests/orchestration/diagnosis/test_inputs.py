@@ -1,6 +1,7 @@
 """What nobody gave is said aloud, assumed on request, or refused: never quietly taken as nothing."""
 
 import json
+import shlex
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
+
+pytestmark = pytest.mark.usefixtures("as_a_command")
 
 FOLDER = "warmlink.orchestration.report.diagnosis"
 
@@ -56,12 +59,12 @@ def test_a_run_with_every_input_needs_no_remark(tmp_path: Path, whole: Columns) 
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("torque", "no torque column: taken as 0 N.m; give --assume torque=0 to say so"),
+        ("torque", 'no torque column: taken as 0 N.m; give --assume "torque=0" to say so'),
         (
             "pad_temperature",
-            "no pad_temperature column: taken as off; give --assume pad_temperature=off to say",
+            'no pad_temperature column: taken as off; give --assume "pad_temperature=off" to say',
         ),
-        ("ambient_temperature", 'taken as 22 degC; give --assume ambient_temperature="22 degC" to say so'),
+        ("ambient_temperature", 'taken as 22 degC; give --assume "ambient_temperature=22 degC" to say so'),
     ],
 )
 def test_an_absent_input_is_said_aloud_until_it_is_assumed(
@@ -112,7 +115,7 @@ def test_a_run_that_nothing_drives_is_refused(tmp_path: Path, whole: Columns) ->
     with pytest.raises(InputError, match="nothing drives the run") as refusal:
         diagnose_experiment(read([path]))
     option = str(refusal.value).rpartition("stood still: ")[2]
-    still = with_inputs(read_experiment(path), option.replace("--assume ", "").split())
+    still = with_inputs(read_experiment(path), shlex.split(option.replace("--assume ", "")))
     assert [remark.partition(" column")[0] for remark in still.remarks] == ["no ambient_temperature"]
 
 
@@ -241,7 +244,7 @@ def test_another_nominal_is_where_the_diagnosis_starts_from(tmp_path: Path, whol
         ({"link.length": "1 kg"}, "does not convert"),
         ({"link.length": "200 mm"}, "lies beyond the link's end"),
         ({"link.width": "-1 mm"}, "not positive"),
-        ({"motor.torque": "2"}, "--assume motor.torque=2"),
+        ({"motor.torque": "2"}, '--assume "motor.torque=2"'),
     ],
 )
 def test_a_nominal_that_cannot_be_is_refused(

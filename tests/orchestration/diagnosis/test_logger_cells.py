@@ -20,6 +20,8 @@ from tests.orchestration.diagnosis.test_logger_files import VARIANTS as FORMS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
+pytestmark = pytest.mark.usefixtures("as_a_command")
+
 LONE = ("time", "v", "M", "T_room", "T_base", "growth")
 MAPPED = [f"{one}={other}" for one, other in zip(LONE[1:], NAMES[1:], strict=True)]
 

@@ -20,6 +20,8 @@ from tests.orchestration.diagnosis.logger_variants import (
     timed,
 )
 
+pytestmark = pytest.mark.usefixtures("as_a_command")
+
 
 def frame() -> pd.DataFrame:
     return pd.DataFrame({name: [float(row[i]) for row in ROWS] for i, name in enumerate(PLAIN)})

@@ -11,6 +11,8 @@ from tests.shared_data import given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 
+pytestmark = pytest.mark.usefixtures("as_a_command")
+
 NOTED = [*PLAIN, "note"]
 
 

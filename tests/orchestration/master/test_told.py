@@ -217,6 +217,7 @@ def test_the_step_of_an_fmu_that_takes_no_other_is_taken(tmp_path: Path) -> None
     ]
 
 
+@pytest.mark.usefixtures("as_a_command")
 def test_the_advice_on_another_step_is_one_that_runs(tmp_path: Path) -> None:
     fmu = stepped(tmp_path, "2.0", 0.3, stepSize="0.3")
     made = replace(system(fmu, a={"only_step": 0.3}), default_experiment=DefaultExperiment(0.0, 1.0))

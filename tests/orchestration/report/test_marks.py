@@ -5,7 +5,7 @@ from pathlib import Path
 
 import warmlink.orchestration.api as wl
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
-from warmlink.orchestration.report.studies import write_comparison
+from warmlink.orchestration.report.comparison import write_comparison
 from warmlink.orchestration.studies.compare import compare
 
 

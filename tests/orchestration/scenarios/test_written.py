@@ -97,6 +97,24 @@ def test_a_mistake_ends_in_one_sentence_that_names_the_place(given: Any, sentenc
     assert "\n" not in str(refusal.value)
 
 
+def test_all_mistakes_come_in_one_answer() -> None:
+    given = {"titel": "x", "sure": 1, "piece": [{"tmie": 3}, {"time": "3 kg"}], "last": {}}
+    with pytest.raises(InputError) as refusal:
+        read_table(Mine, given, "mine")
+    places = [line.partition(";")[0] for line in str(refusal.value).split("\n")]
+    assert places == [
+        "mine: piece 1: tmie is not known",
+        "mine: titel is not known",
+        "mine: sure: 1 is neither true nor false",
+        "mine: piece 2.time: kg does not convert to s",
+        "mine: last: time is missing",
+    ]
+    with pytest.raises(InputError) as refusal:
+        read_table(Mine, {"piece": [{"time": 0}] * 13}, "mine")
+    assert len(str(refusal.value).split("\n")) == 11
+    assert str(refusal.value).endswith("\nand 3 more")
+
+
 def test_the_schema_tells_the_units_and_knows_no_null() -> None:
     schema = json_schema(Mine)
     piece = schema["$defs"]["Piece"]["properties"]

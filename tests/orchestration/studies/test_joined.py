@@ -1,6 +1,7 @@
 """Runs of the joined system beside those of its FMUs."""
 
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies import processes
 from warmlink.orchestration.studies import workers as runs
-from warmlink.orchestration.studies.case import Case, case_of, figures
+from warmlink.orchestration.studies.case import METRICS, Case, case_of, figures
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -73,6 +74,10 @@ def test_figures_are_those_of_the_fmus_within_the_coupling_error(
         assert joined.max_abs_um != exact.max_abs_um
         assert joined.within_tolerance_min == pytest.approx(exact.within_tolerance_min, abs=0.1)
         assert joined.correction_rate_um_s == pytest.approx(exact.correction_rate_um_s, rel=1e-3)
+        assert joined.leap_um == pytest.approx(exact.leap_um, rel=1e-3)
+        assert joined.travel_um_h == pytest.approx(exact.travel_um_h, rel=1e-3)
+        assert joined.ready_percent == pytest.approx(exact.ready_percent, abs=0.1)
+        assert all(math.isfinite(of(joined, case)) for of in METRICS.values())
 
 
 def test_a_run_is_the_same_alone_and_beside_others(

@@ -1,5 +1,9 @@
 /* A web page around the shared model part: one instance. */
-#include "model_instance.h"
+#include "identity.h"
+#include "model.h"
+#include "model_checks.h"
+#include "model_values.h"
+#include "model_step.h"
 
 #define EXPORTED(name) __attribute__((export_name(#name))) exported_##name
 
@@ -7,7 +11,7 @@ static Model model;
 static char reported[1024];
 
 /* The first fault is the cause of the others. */
-static void report(void *host, Severity severity, const char *sentence)
+void report(void *host, Severity severity, const char *sentence)
 {
     if (severity != WARNING && !*reported)
         strncpy(reported, sentence, sizeof reported - 1);

@@ -1,4 +1,6 @@
-/* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_cs.c and of fmi3_cs.c. */
+/* The functions by which a host integrates, alike in FMI 2.0 and 3.0; a part of fmi2_rest.c and of
+   fmi3_rest.c. */
+
 /* Whether there are states that a host may integrate. */
 static int exchanges(Instance *instance)
 {
@@ -29,6 +31,7 @@ Answer FUNCTION(EnterContinuousTimeMode)(void *instance)
 /* No step of the host's solver makes an event. */
 Answer FUNCTION(CompletedIntegratorStep)(void *instance, Truth keep, Truth *event, Truth *end)
 {
+    (void)keep;
     if (event)
         *event = 0;
     if (end)
@@ -80,5 +83,6 @@ Answer FUNCTION(GetNominalsOfContinuousStates)(void *handle, double nominals[], 
 
 Answer FUNCTION(GetEventIndicators)(void *instance, double indicators[], size_t count)
 {
+    (void)indicators;
     return count ? unsupported(instance, WL_NAME " has no event indicators") : status(instance != NULL);
 }

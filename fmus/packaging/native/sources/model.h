@@ -1,12 +1,11 @@
 /* The part of a native FMU that FMI 2.0 and FMI 3.0 share.
 
    starting.c, running.c and variables.c, generated from the component's declaration, give what is declared
-   below under WL(...); model_instance.h with its parts runs it, within fmi2_cs.c or fmi3_cs.c, which speaks with
-   the host. */
+   below under WL(...). What runs in every step is a part of fmi2_cs.c or fmi3_cs.c, so that a compiler sees all at
+   once; what does not is in model.c, and in fmi2_rest.c or fmi3_rest.c. Units call each other by WL(...) too. */
 #ifndef WARMLINK_MODEL_H
 #define WARMLINK_MODEL_H
 
-#include <stddef.h>
 #include "component.h"
 
 #define WL_JOIN_(a, b) a##b
@@ -130,5 +129,47 @@ typedef struct {
 
 /* Called within a step, before a micro step to `time` and after it; the host may bring `*until` forward. */
 typedef void (*Between)(void *host, double time, int finished, double *until);
+
+/* What returns an int tells whether it succeeded; if not, a sentence has been reported and nothing has changed. */
+
+/* Tells the host a sentence, in the way of the standard that is spoken. */
+#define report WL(report)
+void report(void *host, Severity severity, const char *sentence);
+
+/* model.c */
+#define model_report WL(model_report)
+#define model_refuse WL(model_refuse)
+#define model_mend WL(model_mend)
+#define model_reset WL(model_reset)
+#define model_begin WL(model_begin)
+#define model_initialize WL(model_initialize)
+#define model_tune WL(model_tune)
+#define model_set_derivative WL(model_set_derivative)
+#define model_output_derivative WL(model_output_derivative)
+#define model_seed WL(model_seed)
+#define model_sensitivity WL(model_sensitivity)
+#define parameters_are_well WL(parameters_are_well)
+int model_report(Model *model, const char *format, ...);
+int model_refuse(Model *model, unsigned reference, Kind kind);
+int model_mend(Model *model, int input, double *value);
+void model_reset(Model *model);
+void model_begin(Model *model);
+int model_initialize(Model *model);
+int model_tune(Model *model, unsigned reference, double value);
+int model_set_derivative(Model *model, unsigned reference, int order, double value);
+int model_output_derivative(Model *model, unsigned reference, int order, double *value);
+int model_seed(Model *model, unsigned reference, double seed, Direction *direction);
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value);
+int parameters_are_well(Model *model, const double *p);
+
+/* model_values.h, in the unit that steps */
+#define model_set WL(model_set)
+#define model_get WL(model_get)
+#define model_rates WL(model_rates)
+#define model_set_states WL(model_set_states)
+int model_set(Model *model, unsigned reference, Kind kind, double value);
+int model_get(Model *model, unsigned reference, Kind kind, double *value);
+Outcome model_rates(Model *model, double *rates);
+Outcome model_set_states(Model *model, const double *states);
 
 #endif

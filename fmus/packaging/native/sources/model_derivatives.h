@@ -1,7 +1,6 @@
-/* Derivatives: of inputs and outputs by time, of outputs and rates in a direction, of states for hosts that
-   integrate; a part of model_instance.h. */
+/* Derivatives: of inputs and outputs by time, of outputs and rates in a direction; a part of model.c. */
 
-static int model_set_derivative(Model *model, unsigned reference, int order, double value)
+int model_set_derivative(Model *model, unsigned reference, int order, double value)
 {
     Memory *memory = &model->memory;
     const Variable *variable = variable_of(model, reference, REAL);
@@ -19,7 +18,7 @@ static int model_set_derivative(Model *model, unsigned reference, int order, dou
     return 1;
 }
 
-static int model_output_derivative(Model *model, unsigned reference, int order, double *value)
+int model_output_derivative(Model *model, unsigned reference, int order, double *value)
 {
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
@@ -28,7 +27,9 @@ static int model_output_derivative(Model *model, unsigned reference, int order, 
         || model->memory.phase < STEPPING)
         return model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, "
                                    "once the run has begun", variable->name, order);
-#if !WL_CLOCKS && WL_OUTPUTS
+#if WL_CLOCKS || !WL_OUTPUTS
+    (void)value;
+#else
     Memory *memory = &model->memory;
     double slopes[AT_LEAST_1(WL_STATES)] = {0}, dtime = 1, derivatives[WL_OUTPUTS];
     rates_of(model, slopes);
@@ -39,7 +40,7 @@ static int model_output_derivative(Model *model, unsigned reference, int order, 
     return 1;
 }
 
-static int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
+int model_seed(Model *model, unsigned reference, double seed, Direction *direction)
 {
     const Variable *variable = NULL;
     if (reference == VARIABLES)
@@ -59,7 +60,7 @@ static void compute(Model *model, Direction *direction)
 {
     Memory *memory = &model->memory;
     if (!model->begun)
-        begin(model);
+        model_begin(model);
 #if WL_STATES
     if (memory->phase < STEPPING)
         WL(begin_tangent)(memory->inputs, model->settled, direction->inputs, direction->states);
@@ -73,7 +74,7 @@ static void compute(Model *model, Direction *direction)
     direction->computed = 1;
 }
 
-static int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
+int model_sensitivity(Model *model, unsigned reference, Direction *direction, double *value)
 {
     const Variable *variable = NULL;
     int rate = IS_RATE(reference);
@@ -85,34 +86,4 @@ static int model_sensitivity(Model *model, unsigned reference, Direction *direct
         compute(model, direction);
     *value = rate ? direction->rates[reference - FIRST_RATE] : direction->outputs[reference - FIRST_OUTPUT];
     return 1;
-}
-
-static Outcome model_rates(Model *model, double *rates)
-{
-    Memory *memory = &model->memory;
-    if (!model->begun)
-        begin(model);
-    model->severity = DISCARD;
-    int well = inputs_are_well(model, memory->inputs);
-    if (well)
-        rates_of(model, rates);
-    for (int i = 0; well && i < WL_STATES; i++)
-        if (!(fabs(rates[i]) < HUGE_VAL))
-            well = model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
-                                       "their nominal values", WL(state_variables)[i].name, memory->time);
-    model->severity = FAILURE;
-    return well ? DONE : DISCARDED;
-}
-
-static Outcome model_set_states(Model *model, const double *states)
-{
-    int wild = wild_state(states);
-    model->severity = DISCARD;
-    if (wild >= 0)
-        model_report(model, ": %s is not finite; give finite states", WL(state_variables)[wild].name);
-    else
-        memcpy(model->memory.states, states, sizeof model->memory.states);
-    model->severity = FAILURE;
-    model->fresh = 0;
-    return wild < 0 ? DONE : DISCARDED;
 }

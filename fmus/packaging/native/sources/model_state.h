@@ -1,4 +1,4 @@
-/* The state of an instance as bytes, and back; a part of model_instance.h. */
+/* The state of an instance as bytes, and back; a part of fmi_rest.h. */
 
 /* A serialised state: which component and version it belongs to, the numbers, and a digest of both; least byte
    first. */

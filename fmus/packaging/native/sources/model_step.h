@@ -1,9 +1,4 @@
-/* A communication step: samples, micro steps, inputs that change within it; a part of model_instance.h. */
-
-/* Share of a sample time, or of a micro step, by which a communication point may miss it. */
-#define TICK_TOLERANCE 1e-9
-/* Share of time and step by which a host's sum of steps may miss our time. */
-#define CLOCK_TOLERANCE 1e-6
+/* A communication step: samples, micro steps, inputs that change within it; a part of the unit that steps. */
 
 #if WL_CONTINUOUS || !WL_CLOCKS
 /* Into how many micro steps a step is divided, and how long they are. */
@@ -20,6 +15,8 @@ static void advance(Model *model, const double *inputs, const double *later, dou
     double next[WL_CONTINUOUS];
     WL(advance)(model->memory.states, inputs, later, model->settled, &time, &step, next);
     memcpy(model->memory.states, next, sizeof next);
+#else
+    (void)model, (void)inputs, (void)later, (void)time, (void)step;
 #endif
 }
 
@@ -61,16 +58,6 @@ static int integrate_along(Model *model, double time, double step)
     return 1;
 }
 
-/* Derivatives of inputs are good for one step. */
-static void forget_derivatives(Memory *memory)
-{
-    if (memory->interpolates != 2)
-        return;
-    memset(memory->input_slopes, 0, sizeof memory->input_slopes);
-    memset(memory->input_curvatures, 0, sizeof memory->input_curvatures);
-    memory->interpolates = 0;
-}
-
 static void call_back(Model *model, Between between, double time, int finished, double *until)
 {
     model->memory.phase = UPDATING;
@@ -104,17 +91,6 @@ static int integrate_with_host(Model *model, double time, double step, Between b
 #endif
 
 #if WL_CLOCKS
-static double period_of(const Memory *memory, int clock)
-{
-    return memory->parameters[WL(clocks)[clock].sample_time];
-}
-
-/* Samples of a clock from the start until a time. */
-static double samples_until(const Memory *memory, int clock, double time)
-{
-    return floor((time - memory->start_time) / period_of(memory, clock) + TICK_TOLERANCE);
-}
-
 static double next_sample(const Memory *memory, int clock)
 {
     return memory->start_time + (memory->samples[clock] + 1) * period_of(memory, clock);
@@ -156,6 +132,8 @@ static void go_by_clocks(Model *model, double time, double until)
         if (instant - time > TICK_TOLERANCE * WL_MICRO_STEP)
             integrate(model, time, instant - time);
         time = instant;
+#else
+        (void)time;
 #endif
         if (clock >= 0)
             sample(model, clock);
@@ -169,6 +147,7 @@ static void go_by_clocks(Model *model, double time, double until)
 /* A step is made of samples or micro steps, and of no more than so many: no host waits for ever. */
 static double longest_step(const Memory *memory)
 {
+    (void)memory;
     double shortest = WL_CONTINUOUS || !WL_CLOCKS ? WL_MICRO_STEP : HUGE_VAL;
 #if WL_CLOCKS
     for (int i = 0; i < WL_CLOCKS; i++)
@@ -204,6 +183,7 @@ static int go(Model *model, double time, double step, Between between, double *r
     Memory *memory = &model->memory;
     *reached = time + step;
 #if WL_CLOCKS
+    (void)between;
     go_by_clocks(model, time, *reached);
 #else
     forget_derivatives(memory);

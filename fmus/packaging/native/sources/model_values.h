@@ -1,40 +1,6 @@
-/* Parameters, inputs and outputs by value reference; a part of model_instance.h. */
+/* Parameters, inputs and outputs by value reference; a part of the unit that steps. */
 
-/* An integer's value; the nearest that an integer may have, 0 for none. */
-static int model_whole(double value)
-{
-    if (isnan(value))
-        return 0;
-    return value <= INT_MIN ? INT_MIN : value >= INT_MAX ? INT_MAX : (int)value;
-}
-
-static const Variable *variable_of(Model *model, unsigned reference, Kind kind)
-{
-    static const char *const kinds[] = {"a real number", "an integer", "a boolean", "an enumeration"};
-    const Variable *found = &WL(variables)[reference < VARIABLES ? reference : 0];
-    if (reference >= VARIABLES)
-        model_report(model, ": value reference %u is unknown; " WL_NAME " has 0 to %d", reference, VARIABLES - 1);
-    else if (found->kind != kind)
-        model_report(model, ".%s: is %s, not %s", found->name, kinds[found->kind], kinds[kind]);
-    else
-        return found;
-    return NULL;
-}
-
-/* A parameter that changes in the run, whose other parameters stay as they are. */
-static int tune(Model *model, unsigned reference, double value)
-{
-    double *parameter = &model->memory.parameters[reference], before = *parameter;
-    *parameter = value;
-    int well = parameters_are_well(model, model->memory.parameters);
-    if (!well)
-        *parameter = before;
-    WL(settle)(model->memory.parameters, model->settled);
-    model->fresh = 0;
-    return well;
-}
-
-static int model_set(Model *model, unsigned reference, Kind kind, double value)
+int model_set(Model *model, unsigned reference, Kind kind, double value)
 {
     Memory *memory = &model->memory;
     const Variable *variable = variable_of(model, reference, kind);
@@ -42,7 +8,7 @@ static int model_set(Model *model, unsigned reference, Kind kind, double value)
         return 0;
     if (reference < FIRST_INPUT) {
         if ((memory->phase == STEPPING || memory->phase == EVENTS) && (variable->flags & TUNABLE))
-            return tune(model, reference, value);
+            return model_tune(model, reference, value);
         if (memory->phase >= STEPPING)
             return model_report(model, ".%s: parameters are fixed once the run has begun; set it before "
                                        "initialization", variable->name);
@@ -64,7 +30,7 @@ static double output(Model *model, const Variable *variable)
 {
     const Memory *memory = &model->memory;
     if (!model->begun)
-        begin(model);
+        model_begin(model);
     if (!(model->fresh >> variable->group & 1)) {
         WL(outputs)(variable->group, memory->states, memory->inputs, model->settled, &memory->time,
                     &model->outputs[WL(group_starts)[variable->group]]);
@@ -73,26 +39,18 @@ static double output(Model *model, const Variable *variable)
     return model->outputs[variable->position];
 }
 
-static void rates_of(const Model *model, double *rates)
-{
-#if WL_EXCHANGES
-    const Memory *memory = &model->memory;
-    WL(rates)(memory->states, memory->inputs, model->settled, &memory->time, rates);
-#endif
-}
-
 static double of_state(Model *model, unsigned reference)
 {
     double rates[AT_LEAST_1(WL_STATES)];
     if (!model->begun)
-        begin(model);
+        model_begin(model);
     if (IS_STATE(reference))
         return model->memory.states[reference - FIRST_STATE];
     rates_of(model, rates);
     return rates[reference - FIRST_RATE];
 }
 
-static int model_get(Model *model, unsigned reference, Kind kind, double *value)
+int model_get(Model *model, unsigned reference, Kind kind, double *value)
 {
     if (kind == REAL && (IS_STATE(reference) || IS_RATE(reference))) {
         *value = of_state(model, reference);
@@ -105,4 +63,34 @@ static int model_get(Model *model, unsigned reference, Kind kind, double *value)
              : reference < FIRST_OUTPUT ? model->memory.inputs[reference - FIRST_INPUT]
                                         : output(model, variable);
     return 1;
+}
+
+Outcome model_rates(Model *model, double *rates)
+{
+    Memory *memory = &model->memory;
+    if (!model->begun)
+        model_begin(model);
+    model->severity = DISCARD;
+    int well = inputs_are_well(model, memory->inputs);
+    if (well)
+        rates_of(model, rates);
+    for (int i = 0; well && i < WL_STATES; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL))
+            well = model_report(model, ": the rate of %s is not finite at %g s; look for states and inputs far from "
+                                       "their nominal values", WL(state_variables)[i].name, memory->time);
+    model->severity = FAILURE;
+    return well ? DONE : DISCARDED;
+}
+
+Outcome model_set_states(Model *model, const double *states)
+{
+    int wild = wild_state(states);
+    model->severity = DISCARD;
+    if (wild >= 0)
+        model_report(model, ": %s is not finite; give finite states", WL(state_variables)[wild].name);
+    else
+        memcpy(model->memory.states, states, sizeof model->memory.states);
+    model->severity = FAILURE;
+    model->fresh = 0;
+    return wild < 0 ? DONE : DISCARDED;
 }

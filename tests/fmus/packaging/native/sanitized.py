@@ -27,7 +27,7 @@ def compile_sanitized(
 ) -> Path:
     """Program of a driver and a component's FMU; each unit of an FMU is compiled once, and kept."""
     # The generated functions are straight lines of arithmetic: unoptimised they compile in a moment.
-    command = [*compiler.command, "-std=c99", "-O0", "-Wall", "-Wextra", "-pedantic", "-Wno-unused"]
+    command = [*compiler.command, "-std=c99", "-O0", "-Wall", "-Wextra", "-pedantic"]
     command += [*_SANITIZERS, "-I.", f"-I{header_folder()}"]
     home = folder / name / version
     home.mkdir(parents=True, exist_ok=True)
@@ -35,7 +35,7 @@ def compile_sanitized(
     for file, text in sources.items():
         (home / file).write_text(text, encoding="utf-8")
     headers = [each.read_bytes() for each in sorted(header_folder().glob("*.h"))]
-    units = {**dict.fromkeys(_GENERATED, _ARITHMETIC), f"fmi{version[0]}_cs.c": ()}
+    units = {unit: _ARITHMETIC if unit in _GENERATED else () for unit in sources if unit.endswith(".c")}
     for unit, more in units.items():
         made_from = _needed(unit, sources), headers
         built([*command, *more, "-c", unit], made_from, home / f"{unit}.o", _judge)

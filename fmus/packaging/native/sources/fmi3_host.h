@@ -1,0 +1,14 @@
+/* The host of an FMU of FMI 3.0; a part of fmi3_cs.c and of fmi3_rest.c. */
+#include "fmi3Functions.h"
+
+typedef struct {
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+    const char *name;
+    fmi3IntermediateUpdateCallback update;
+    bool may_return_early;
+} Host;
+
+#define F(two, three) three
+#define SIZED(values, size) values, size_t size
+#include "fmi_answers.h"
