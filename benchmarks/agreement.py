@@ -11,7 +11,8 @@ import typer
 
 from benchmarks.command import start
 from warmlink.orchestration.command_line.arguments import listed
-from warmlink.orchestration.console import answer, answer_json, progress_bar, remark
+from warmlink.orchestration.console import answer, answer_json, remark
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.at_work import Means, at_work
 from warmlink.orchestration.studies.case import COMPARED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison

@@ -15,7 +15,8 @@ import typer
 from benchmarks.command import positive_share, start
 from benchmarks.diagnosis_trial import Trial, trial
 from benchmarks.hidden_effects import KINDS
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json
+from warmlink.orchestration.progress import progress_bar
 
 FULL = {
     "single": 400,

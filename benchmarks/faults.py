@@ -17,7 +17,8 @@ from benchmarks.law_trials import mismatched
 from benchmarks.rollout import demand_table, library
 from benchmarks.told import Rig, Told, bare_cell, truth
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json
+from warmlink.orchestration.progress import progress_bar
 
 LAWS = ("observer", "observer_drift")
 WATCHED = ("observer_drift",)

@@ -15,7 +15,8 @@ from benchmarks.command import positive_share, start
 from benchmarks.rollout import Cell, demand_table, library
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json
+from warmlink.orchestration.progress import progress_bar
 
 if TYPE_CHECKING:
     from benchmarks.innovations import Whiteness

@@ -17,7 +17,8 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.integrator import GAMMA
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
-from warmlink.orchestration.console import answer, progress_bar
+from warmlink.orchestration.console import answer
+from warmlink.orchestration.progress import progress_bar
 
 if TYPE_CHECKING:
     from warmlink.orchestration.reduction.part import Part

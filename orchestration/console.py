@@ -1,4 +1,4 @@
-"""What commands print: progress and remarks on standard error, answers on standard output."""
+"""What commands print: remarks on standard error, answers on standard output."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ import codecs
 import io
 import json
 import sys
-import time
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from functools import cache
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -93,85 +91,6 @@ def interrupted(fault: KeyboardInterrupt, told: str = "there are no results") ->
     """Say that Ctrl-C or SIGTERM came, and what of it; give what ends the process."""
     remark(f"interrupted; {told}")
     return SystemExit(TERMINATED if isinstance(fault, Terminated) else INTERRUPTED)
-
-
-@contextmanager
-def _notebook_line() -> Iterator[Callable[[str], None]]:
-    """Line of a notebook, written over at most five times a second and left empty; elsewhere none."""
-    last = -1.0
-
-    def write(text: str) -> None:
-        nonlocal last
-        if notebook and time.monotonic() - last > 0.2:
-            last = time.monotonic()
-            print(f"\r{printable(text):<79.79}", end="", file=sys.stderr, flush=True)
-
-    notebook = "ipykernel" in sys.modules
-    try:
-        yield write
-    finally:
-        if notebook:
-            print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
-
-
-@contextmanager
-def progress_bar(what: str) -> Iterator[Callable[..., None]]:
-    """Progress on a terminal and in a notebook, nothing elsewhere.
-
-    Give it the share done, 0 to 1, and a note if there is something to note.
-    """
-    if not sys.stderr.isatty():
-        with _notebook_line() as write:
-            yield lambda share, note="": write(f"{what} {100 * share:3.0f} % {note}")
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    done, left = TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn()
-    name, noted = (TextColumn(f"{{task.{each}}}", markup=False) for each in ("description", "fields[note]"))
-    columns = name, BarColumn(), done, left, noted
-    with Progress(*columns, console=Console(stderr=True, emoji=False), transient=True) as bar:
-        task = bar.add_task(printable(what), total=1.0, note="")
-        yield lambda share, note="": bar.update(task, completed=share, note=printable(note))
-
-
-@contextmanager
-def spinner(what: str) -> Iterator[Callable[[str], None]]:
-    """Spinner on a terminal, a line in a notebook, nothing elsewhere; give it what is being done."""
-    if not sys.stderr.isatty():
-        with _notebook_line() as write:
-            yield lambda doing: write(f"{what}: {doing}")
-        return
-    from rich.console import Console
-    from rich.text import Text
-
-    with Console(stderr=True).status(Text(printable(what))) as status:
-        yield lambda doing: status.update(Text(printable(f"{what}: {doing}")))
-
-
-class AtWork:
-    """Progress of so many things that are made, some at the same time: which, and how many are left."""
-
-    def __init__(self, progress: Callable[..., None], total: int) -> None:
-        self._progress, self._total, self._left = progress, total, total
-        self._names: list[str] = []
-
-    def begun(self, name: str) -> None:
-        """Say that one is being made."""
-        self._names.append(name)
-        self._show()
-
-    def done(self, name: str) -> None:
-        """Say that one is made."""
-        self._names.remove(name)
-        self._left -= 1
-        self._show()
-
-    def _show(self) -> None:
-        left = f"{self._left} left"
-        self._progress(
-            1 - self._left / self._total, ": ".join([left, *filter(None, [", ".join(self._names)])])
-        )
 
 
 def print_table(

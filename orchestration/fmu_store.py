@@ -26,11 +26,38 @@ from warmlink.fmus.packaging.cache import (
 )
 from warmlink.fmus.packaging.trust import others_may_write
 from warmlink.orchestration.catalogue import Entry, entries
+from warmlink.orchestration.progress import progress_bar
 
 FmuKind = Literal["native", "python"]
 FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
 
 Remark = Callable[[str], None]
+
+
+class AtWork:
+    """Progress of so many things that are made, some at the same time: which, and how many are left."""
+
+    def __init__(self, progress: Callable[..., None], total: int) -> None:
+        self._progress, self._total, self._left = progress, total, total
+        self._names: list[str] = []
+
+    def begun(self, name: str) -> None:
+        """Say that one is being made."""
+        self._names.append(name)
+        self._show()
+
+    def done(self, name: str) -> None:
+        """Say that one is made."""
+        if name in self._names:
+            self._names.remove(name)
+        self._left -= 1
+        self._show()
+
+    def _show(self) -> None:
+        left = f"{self._left} left"
+        self._progress(
+            1 - self._left / self._total, ": ".join([left, *filter(None, [", ".join(self._names)])])
+        )
 
 
 @dataclass(frozen=True)
@@ -82,7 +109,12 @@ class FmuStore:
 
         try:
             sweep(folder, WRITING)
-            built = (build_python_fmus if self.kind == "python" else build_native_fmus)(missing, folder)
+            with progress_bar(f"Building {self.kind} FMUs") as progress:
+                at_work = AtWork(progress, len(missing))
+                if self.kind == "python":
+                    built = build_python_fmus(missing, folder, at_work.done)
+                else:
+                    built = build_native_fmus(missing, folder, progress=at_work.done, begun=at_work.begun)
             for path in built:
                 vouch(path)
             return built

@@ -12,7 +12,7 @@ from typing import Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import progress_bar, remark
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
@@ -22,6 +22,7 @@ from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters

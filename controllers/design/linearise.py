@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,11 +10,21 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.integrator import COMPLEX_STEP
+from warmlink.fmus.errors import MissingExtraError
 
 if TYPE_CHECKING:
     import control
 
 Array = NDArray[np.float64]
+
+
+def python_control() -> ModuleType:
+    """The module `control`; MissingExtraError if it is not installed."""
+    try:
+        import control
+    except ImportError:
+        raise MissingExtraError("a linear model (python-control)", "studies") from None
+    return control
 
 
 @dataclass(frozen=True)
@@ -88,9 +99,13 @@ def linearise(component: Component, at: Point | None = None) -> "control.StateSp
     control.StateSpace
         dx/dt = A x + B u, y = C x + D u for deviations from `at`, in SI units. Names have an underscore for
         each dot (`link_elongation`), which python-control allows in no name.
-    """
-    import control
 
+    Raises
+    ------
+    MissingExtraError
+        If python-control is not installed.
+    """
+    control = python_control()
     at = at or start(component)
     states, inputs = component.continuous.names, component.u.names
     return control.ss(

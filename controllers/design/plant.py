@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.design.linearise import Point, slopes, start
+from warmlink.controllers.design.linearise import Point, python_control, slopes, start
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.observer.model import LOSSES
 from warmlink.fmus.component import Component
@@ -132,10 +132,12 @@ class LinearBySpeed:
         return self.A + abs(speed) * self.A_speed, self.B + abs(speed) * self.B_speed
 
     def state_space(self, speed: float) -> "control.StateSpace":
-        """The model at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`."""
-        import control
+        """The model at a speed in rad/s for python-control, from `INPUTS` to `OUTPUTS`.
 
-        return control.ss(*self.at(speed), self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS))
+        MissingExtraError if that is not installed.
+        """
+        ss = python_control().ss
+        return ss(*self.at(speed), self.C, 0, inputs=list(INPUTS), outputs=list(OUTPUTS))
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,9 @@ def text(value: str | float) -> str:
 def document(root: ET.Element) -> bytes:
     """Bytes of an XML file."""
     ET.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode").encode() + b"\n"
+    return (
+        b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode").encode() + b"\n"
+    )
 
 
 def identity(scalar: Scalar) -> dict[str, str]:

@@ -13,6 +13,7 @@ from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu,
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.progress import Progress, spinner
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.simulation import simulate
@@ -66,7 +67,10 @@ def check(file: str | Path, *, time_limit: str | float = TIME_LIMIT) -> Checked:
     path, limit = Path(file), positive(time_limit, "s", argument("time_limit"))
     if path.is_dir():
         raise InputError(_folder(path))
-    return Checked(str(path), _check_system(path) if path.suffix == ".ssp" else check_fmu(path, limit))
+    with spinner(f"Checking {path.name}") as progress:
+        system = path.suffix == ".ssp"
+        found = _check_system(path, progress) if system else check_fmu(path, limit, progress=progress)
+    return Checked(str(path), found)
 
 
 _NAMED = 5
@@ -86,13 +90,14 @@ def _folder(folder: Path) -> str:
     return f"{folder}: is a folder, which holds {names}{more}; check one of them: {one}"
 
 
-def _check_system(path: Path) -> list[CheckResult]:
+def _check_system(path: Path, progress: Progress) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     with temporary_folder() as work:
         system = read_system(path, work)
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
         results = [CheckResult("reads and fits together", "pass", detail)]
-        for name, held in system.components.items():
+        for k, (name, held) in enumerate(system.components.items()):
+            progress(f"{name} is valid", k / (1 + len(system.components)))
             found = "; ".join(validity_problems(held.fmu))[:200]
             results.append(CheckResult(f"{name} is valid", "fail" if found else "pass", found))
         stop = system.default_experiment.stop_time

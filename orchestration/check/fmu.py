@@ -19,6 +19,7 @@ from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.library import SUFFIX, platform_name
 from warmlink.orchestration.master.slaves.other_process import START_LIMIT, OtherProcess, ProcessEndedError
 from warmlink.orchestration.master.slaves.slave import SlaveError
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import ModelInfo
@@ -48,7 +49,10 @@ class CheckResult:
 
 
 def check_fmu(
-    path: Path, time_limit: float = TIME_LIMIT, cases: Sequence[str] | None = None
+    path: Path,
+    time_limit: float = TIME_LIMIT,
+    cases: Sequence[str] | None = None,
+    progress: Progress = unseen,
 ) -> list[CheckResult]:
     """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
 
@@ -56,6 +60,7 @@ def check_fmu(
     default. InputError if the file is no FMU for co-simulation that can be read.
     """
     info = read_description(path)
+    progress("validates", 0.0)
     outcomes = {"validates": _validity(path, time_limit), "platforms inside": _platforms(path)}
     chosen = list(CASES if cases is None else cases)
     with scratch_folder() as work:
@@ -64,7 +69,7 @@ def check_fmu(
         if library is None:
             outcomes |= dict.fromkeys((_LOADING, *chosen), ("skip", "no library for this machine inside"))
         else:
-            ran = _run_cases(Subject(info, folder, time_limit / 3), chosen, time_limit)
+            ran = _run_cases(Subject(info, folder, time_limit / 3), chosen, time_limit, progress)
             outcomes |= {_LOADING: _loading(library, time_limit), **dict(zip(chosen, ran, strict=True))}
     return [CheckResult(name, *outcome) for name, outcome in outcomes.items()]
 
@@ -144,7 +149,7 @@ def _loading(library: Path, time_limit: float) -> Outcome:
     return "fail", found
 
 
-def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Outcome]:
+def _run_cases(subject: Subject, names: list[str], time_limit: float, progress: Progress) -> list[Outcome]:
     """Make checks in a process; where it dies or hangs, say so and go on with the next in a new one."""
     outcomes: list[Outcome] = []
     told = subject.folder.parent / "told"
@@ -155,7 +160,8 @@ def _run_cases(subject: Subject, names: list[str], time_limit: float) -> list[Ou
         process = OtherProcess("check", _make_checks, subject, remaining, told)
         try:
             process.answer(START_LIMIT)
-            for _ in remaining:
+            for name in remaining:
+                progress(name, (1 + len(outcomes)) / (1 + len(names)))
                 outcomes.append(process.answer(time_limit))
         except DamagedError:
             outcomes.append(("fail", "it writes to descriptors that are not its own"))

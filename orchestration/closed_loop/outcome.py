@@ -24,13 +24,14 @@ from warmlink.orchestration.closed_loop.metrics import (
     error_metrics,
     reduction_percent,
 )
-from warmlink.orchestration.console import Answer, progress_bar, remark
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
 from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import together
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
 from warmlink.orchestration.scenarios.quantities import positive, refuse_bare

@@ -13,6 +13,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import wraps
 from getopt import GetoptError, gnu_getopt
 from importlib import import_module
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_orig
 from warmlink.fmus.arguments import speaking_of_options
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
+from warmlink.orchestration.progress import without_progress_lines
 from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import pair
 
@@ -129,8 +131,9 @@ def for_typer(command: Command) -> Command:
 
 
 def carry_out(command: Command, values: Mapping[str, Any]) -> None:
-    """Run a command, whose sentences speak of options meanwhile."""
-    with speaking_of_options(OPTIONS, quoted):
+    """Run a command, whose sentences speak of options meanwhile; for another program it shows no progress."""
+    unwatched = values.get("json") or values.get("quiet")
+    with speaking_of_options(OPTIONS, quoted), without_progress_lines() if unwatched else nullcontext():
         command(**values)
 
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import settings_given
-from warmlink.orchestration.console import answer, answer_json, print_table, remark, spinner
+from warmlink.orchestration.console import answer, answer_json, print_table, remark
 from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.results import refuse_others
 from warmlink.orchestration.shell import command
 
@@ -140,13 +141,14 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.words import summary
-    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment
+    from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
     with spinner(f"Diagnosing {', '.join(path.name for path in paths)}") as progress:
         progress("reading")
         found = diagnose_experiment(measured(), progress)
+        work_out(found, progress)
     for each in found.remarks:
         remark(each)
     with _answered(
@@ -155,7 +157,9 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         lambda: summary(found),
         folder,
     ):
-        files = write_diagnosis(found, folder, store(None, kinds_needed(found.experiment.rig), remark))
+        needed = kinds_needed(found.experiment.rig)
+        with spinner("Writing the report"):
+            files = write_diagnosis(found, folder, store(None, needed, remark))
     if not json:
         word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
@@ -173,7 +177,7 @@ def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
     with spinner(f"Diagnosing {path.name}") as progress:
         found = diagnose_arm(arm_experiments(path), progress=progress)
     whole = found.to_json(SSV)
-    with _answered(json, lambda: whole, found.summary, folder):
+    with _answered(json, lambda: whole, found.summary, folder), spinner("Writing the reports"):
         write_diagnoses(found.by_name, whole, folder)
     if not json:
         answer(f"figures  {folder / JSON}    reports  {folder / 'axis1' / PAGE} and so on")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import values_given
-from warmlink.orchestration.console import answer, answer_json, progress_bar
+from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.files import fresh_file, locked_folder
 from warmlink.orchestration.results import refuse_others, results_folder
 
@@ -98,8 +98,7 @@ def reproduce(*, out: Path = Path("out/reproduce"), json: bool = False) -> None:
 
     refuse_others(out, "reproduce")
     with locked_folder(out), results_folder(out, "reproduce") as target:
-        with progress_bar("The paper, reproduced") as progress:
-            result = reproduce_paper(progress)
+        result = reproduce_paper()
         write_report(result, target / "report.html")
     if json:
         answer_json(result.to_dict())

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, spinner
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file
 
@@ -94,10 +95,11 @@ def reduce(
         unit=unit,
     )
     page = target.with_suffix(".html")
-    with spinner("building and checking the FMU") as doing:
+    with spinner(f"Writing {target.name}") as progress:
+        progress("building and checking the FMU", 0.0)
         failed = found.write_fmu(target)
         if report:
-            doing("where thermometers tell most")
+            progress("where thermometers tell most", 0.5)
             found.write_page(page)
     if json:
         answer_json({**found.to_dict(), "fmu": str(target), "failed_checks": failed})

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
-from warmlink.orchestration.console import answer, answer_json, print_table, progress_bar, remark
+from warmlink.orchestration.console import answer, answer_json, print_table, remark
 from warmlink.orchestration.files import locked_folder, temporary_folder, write_files
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
 if TYPE_CHECKING:

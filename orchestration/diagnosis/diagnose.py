@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -22,11 +22,23 @@ from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
+from warmlink.orchestration.progress import Progress, stretch, unseen
 from warmlink.orchestration.scenarios.duties.duty import length
 from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.threads import one_thread
 
-Progress = Callable[[str], None]
+_ASSESSED, _HELD_OUT = 0.8, 0.85
+"""Shares of the work that are usually done after the search and after the held-out rows."""
+
+_ANSWER = {
+    "columns that may be something else": "doubts",
+    "heat that is missing": "missing_heat",
+    "compensation by the model": "feed_forward",
+    "compensation by an observer": "observer",
+    "other duty cycles": "claims",
+    "next experiment": "proposed",
+}
+"""What an answer asks for, and where a diagnosis has it."""
 
 SCENARIO, DUTY = "next_experiment.toml", "next_experiment.csv"
 """Files of a proposed duty cycle: a scenario that `run` and `hide` take, and its rows."""
@@ -56,15 +68,23 @@ def read(
     return with_inputs(with_nominal(experiment, settings), assumed)
 
 
-def diagnose_experiment(experiment: Experiment, progress: Progress = lambda text: None) -> Diagnosis:
+def diagnose_experiment(experiment: Experiment, progress: Progress = unseen) -> Diagnosis:
     """Diagnose an experiment that was read or made."""
     with one_thread():
         refuse_senseless(experiment)
-        assessment = _assessed(experiment, progress)
-        progress("measuring the gain")
+        assessment = _assessed(experiment, stretch(progress, 0.0, _ASSESSED))
+        progress("held-out rows", _ASSESSED)
         found = Diagnosis(experiment, assessment)
         _ = found.held_out  # found when it is asked for, and that is now, while progress is shown
     return found
+
+
+def work_out(found: Diagnosis, progress: Progress) -> None:
+    """Work out now, while progress is shown, what an answer of a diagnosis will ask for."""
+    with one_thread():
+        for k, (doing, part) in enumerate(_ANSWER.items()):
+            progress(doing, _HELD_OUT + (1.0 - _HELD_OUT) * k / len(_ANSWER))
+            getattr(found, part)
 
 
 def _assessed(experiment: Experiment, progress: Progress) -> Assessment:

@@ -14,6 +14,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
+from warmlink.orchestration.progress import Progress, spinner
 
 if TYPE_CHECKING:
     import pandas
@@ -69,18 +70,25 @@ def hide_effects(
     if noise not in NOISES:
         raise InputError(f"{argument('noise', noise)}: no such noise; {instead(noise, NOISES)}")
     if axis is None:
-        columns = _in_cell(strengths, duty, seed, noise, solver)
+        with spinner("Making up a run") as progress:
+            columns = _in_cell(strengths, duty, seed, noise, solver, progress)
     else:
         for name, given in (("solver", None if solver == "grid" else solver), ("duty", duty)):
             if given is not None:
                 arm = "the arm is computed by its FMUs, in a program of its own"
                 raise InputError(f"{argument('axis', axis)}: {arm}; leave {argument(name, given)} out")
-        columns = _in_arm(strengths, axis, seed, noise)
+        with spinner("Making up a run of the arm"):
+            columns = _in_arm(strengths, axis, seed, noise)
     return pandas.DataFrame(columns)
 
 
 def _in_cell(
-    strengths: Mapping[str, float], duty: str | None, seed: int, noise: str, solver: str
+    strengths: Mapping[str, float],
+    duty: str | None,
+    seed: int,
+    noise: str,
+    solver: str,
+    progress: Progress,
 ) -> dict[str, Array]:
     segments = hide.INFORMATIVE if duty is None else hide.duty_of(duty)
     if duty is not None and (left_out := list(load_scenario(duty).parameters)):
@@ -90,7 +98,7 @@ def _in_cell(
     module, _, name = SOLVERS[solver].partition(":")
     made: dict[str, Array] = getattr(
         import_module(f"warmlink.orchestration.diagnosis.practice.{module}"), name
-    )(strengths, segments, noise=NOISES[noise], seed=seed)
+    )(strengths, segments, noise=NOISES[noise], seed=seed, progress=progress)
     return made
 
 

@@ -28,6 +28,7 @@ from warmlink.orchestration.paper.cases import (
 )
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.tried import Agreement, Attempt, Consistency, Refinement
+from warmlink.orchestration.progress import Progress, spinner, stretch
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
@@ -108,33 +109,34 @@ class Reproduction(Answer):
         return {"rows": [asdict(row) for row in self.rows], "findings": list(self.findings)}
 
 
-def reproduce(progress: Callable[[float], None] = lambda share: None) -> Reproduction:
+def reproduce(progress: Progress | None = None) -> Reproduction:
     """Compute every table and figure of the paper by Eq. (4), by the 1-D link and by 3-D finite elements.
 
     It takes about a minute.
 
     Parameters
     ----------
-    progress : receives the fraction done
+    progress : receives what is being done and the fraction done; by default it is shown
 
     Raises
     ------
     MissingExtraError
         If scikit-fem is not installed.
     """
+    if progress is None:
+        with spinner("The paper, reproduced") as shown:
+            return reproduce(shown)
     cases = {}
     for share, name in ((0.0, "stationary"), (0.14, "moving")):
-        progress(share)
+        progress(f"the {name} case", share)
         cases[name] = run_case(Case.printed(name))
-    progress(0.2)
-    attempts, gaps = trying.try_everything(lambda share: progress(0.2 + 0.25 * share))
-    progress(0.45)
+    attempts, gaps = trying.try_everything(stretch(progress, 0.2, 0.45))
+    progress("refined meshes", 0.45)
     refined = trying.refinements()
-    progress(0.7)
-    agreed = trying.agreements(lambda share: progress(0.7 + 0.3 * share))
+    agreed = trying.agreements(stretch(progress, 0.7, 1.0))
     consistent = trying.consistency()
     rows, findings = _rows(cases, attempts), _findings(attempts, gaps, consistent)
-    progress(1.0)
+    progress("done", 1.0)
     return Reproduction(
         rows, _statements(cases), attempts, gaps, consistent, findings, refined, agreed, cases
     )

@@ -11,7 +11,7 @@ do, which is quantified by adding one after the other.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ from warmlink.orchestration.finite_elements.transient import Drive, Fea, History
 from warmlink.orchestration.paper.cases import Case, fea, follow, run_link, steady_time
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
+from warmlink.orchestration.progress import Progress
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 HEATER_LAG = 180.0
@@ -61,12 +62,13 @@ class Consistency:
     printed: float
 
 
-def try_everything(progress: Callable[[float], None]) -> tuple[list[Attempt], dict[str, float]]:
+def try_everything(progress: Progress) -> tuple[list[Attempt], dict[str, float]]:
     """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
+    progress("gaps below the pad", 0.0)
     gaps = {"without": _gap_for_printed_base(False), "with": _gap_for_printed_base(True)}
     attempts: list[Attempt] = []
     for share, case in ((0.4, "stationary"), (0.7, "moving")):
-        progress(share)
+        progress(f"attempts at the {case} case", share)
         attempts += _attempts(Case.printed(case), gaps)
     return attempts, gaps
 
@@ -171,7 +173,7 @@ class Refinement:
     elongation: float
 
 
-def agreements(progress: Callable[[float], None]) -> list[Agreement]:
+def agreements(progress: Progress) -> list[Agreement]:
     """Compare the link alone and with what is attached to it, over two cases and three duty cycles."""
     storeless = {**MATERIALS, "shaft": replace(MATERIALS["shaft"], specific_heat=1e-2)}
     with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
@@ -187,7 +189,7 @@ def agreements(progress: Callable[[float], None]) -> list[Agreement]:
     runs |= {name: duty_drive(phases) for name, phases in DUTY_CYCLES.items()}
     found = []
     for done, (run, (drive, link)) in enumerate(runs.items()):
-        progress(done / len(runs))
+        progress(f"the 1-D link beside 3-D: {run}", done / len(runs))
         for name, model in models.items():
             history = model.run(drive, link.time, AMBIENT)
             suffix = "_ring" if "base_ring" in history.temperature else ""

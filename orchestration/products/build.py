@@ -15,8 +15,10 @@ from warmlink.fmus.names import instead, several
 from warmlink.fmus.packaging.native.fmu import FmiVersion
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import AtWork, progress_bar, remark
+from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
+from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
 
 KINDS = ("native", "python", "all")

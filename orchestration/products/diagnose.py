@@ -10,15 +10,16 @@ from typing import Any
 
 import pandas as pd
 
-from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.columns import Said
 from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
-from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
 
@@ -118,6 +119,7 @@ def diagnose(
         told = Said(units, names=names, decimal=decimal)
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
         found = Found(diagnose_experiment(experiment, progress))
+        work_out(found.diagnosis, progress)
     for each in found.diagnosis.remarks:
         remark(each)
     return found

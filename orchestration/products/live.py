@@ -13,8 +13,9 @@ from warmlink.fmus.packaging.native.compile import BROWSER, compilers
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.console import Answer, remark, spinner
+from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.live.content import Asked
 from warmlink.orchestration.report.live.page import live_page, usual_laws
 from warmlink.orchestration.scenarios.overrides import given_values
@@ -72,8 +73,8 @@ def live(
     # Before the system is made, which takes a while.
     compilers((BROWSER,))
     laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
-    with spinner("compiling the system for the browser"):
-        html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]))
+    with spinner("Compiling for the browser") as progress:
+        html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]), progress)
     for law in laws:
         advice, _ = judged(replace(asked, controller=law))
         if advice is not None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import several
-from warmlink.orchestration.console import Answer, spinner
+from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.reduction.elements import Use
 from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu
@@ -141,9 +142,9 @@ def reduce(
         temperature=positive(temperature_tolerance, "K", argument("temperature_tolerance")),
         heat_flow=positive(heat_flow, "W", argument("heat_flow")),
     )
-    with spinner("reducing") as doing:
+    with spinner(f"Reducing {path.name}") as progress:
         return Reduced(
-            path.name, reduce_part(path, use, within, unit=unit, size=size, order=order, doing=doing)
+            path.name, reduce_part(path, use, within, unit=unit, size=size, order=order, progress=progress)
         )
 
 

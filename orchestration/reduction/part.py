@@ -29,6 +29,7 @@ from warmlink.fmus.reduced_link.equations import STORED, ReducedModel, stored
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.reduction.elements import Elements, Heat, Use
 from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
 from warmlink.orchestration.reduction.solid import SOLIDS, read_solid
@@ -109,7 +110,7 @@ def reduce_part(
     unit: str | None = None,
     size: float | None = None,
     order: int | None = None,
-    doing: Callable[[str], None] = lambda what: None,
+    progress: Progress = unseen,
 ) -> Part:
     """Reduce a part for a range; InputError where it cannot be read, used so, or reduced to the tolerance.
 
@@ -117,18 +118,18 @@ def reduce_part(
     ----------
     path, unit, size : as of `read_solid`
     order : number of patterns in place of what the tolerances ask for
-    doing : told what is being done
+    progress : told what is being done, and about which share of the work is done
     """
-    doing("meshing")
+    progress("meshing", 0.0)
     solid = read_solid(path, unit, size)
-    doing(f"finite elements, {solid.mesh.nelements} tetrahedra")
+    progress(f"finite elements, {solid.mesh.nelements} tetrahedra", 0.05)
     elements = Elements(solid, use)
-    doing(f"responses of {len(elements.heat.loads)} temperatures")
+    progress(f"responses of {len(elements.heat.loads)} temperatures", 0.15)
     patterns = span(elements.heat, within)
     dense = elements.heat.onto(patterns)
-    doing("choosing the order")
+    progress("choosing the order", 0.4)
     search = Responses(dense, within).choose(order)
-    doing("coarser meshes")
+    progress("coarser meshes", 0.5)
     coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:
         coarser = [Elements(read_solid(path, None, solid.size, ratio), use).heat for ratio in COARSER]

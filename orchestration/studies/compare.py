@@ -21,7 +21,8 @@ from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.closed_loop.metrics import CONDUCT
-from warmlink.orchestration.console import Answer, progress_bar
+from warmlink.orchestration.console import Answer
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
@@ -279,10 +280,9 @@ def compare(
 @contextmanager
 def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Comparison]:
     """Run a plan; the folder in which finished runs are kept is locked until the block ends."""
-    cases = plan.cases
     with at_work(plan.scenarios, plan.mismatches, means, out) as work:
-        with progress_bar(f"{len(cases)} runs") as progress:
-            comparison = run_comparison(cases, work.workers, progress)
+        with progress_bar(f"{len(plan.cases)} runs") as progress:
+            comparison = run_comparison(plan.cases, work.workers, progress)
         yield comparison
 
 

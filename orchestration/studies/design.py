@@ -29,6 +29,7 @@ from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
@@ -213,7 +214,15 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
     quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
     system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
     record = [*(f"{controller}.{name}" for name in read), *setup.roles.uncompensated.variables]
-    run = simulate(system, quiet.stop_time, quiet.step_size, algorithm(quiet.master), record=record)
+    with progress_bar(f"A run of {setup.name} to fit the regression to") as show:
+        run = simulate(
+            system,
+            quiet.stop_time,
+            quiet.step_size,
+            algorithm(quiet.master),
+            record=record,
+            progress=lambda done, count: show(done / count),
+        )
     if run.reason is not None:
         raise InputError(f"{setup.name}: {run.reason}")
     still = np.full(run.times.size, ROOM_TEMPERATURE)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.console import progress_bar
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import METRICS, Outcome
 from warmlink.orchestration.studies.points import (

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, ClassVar
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import write_frame
-from warmlink.orchestration.console import progress_bar
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import (
     OBJECTIVES,

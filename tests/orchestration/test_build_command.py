@@ -13,7 +13,7 @@ from typing import NoReturn
 import pytest
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.console import AtWork
+from warmlink.orchestration.fmu_store import AtWork
 from warmlink.orchestration.products.build import build
 
 

@@ -72,7 +72,7 @@ def test_a_damaged_fmu_is_built_anew(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_that_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(entries: object, folder: Path) -> None:
+    def full(entries: object, folder: Path, progress: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(building, "build_python_fmus", full)

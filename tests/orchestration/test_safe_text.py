@@ -16,6 +16,7 @@ from tests.orchestration.simulated import called
 from warmlink.fmus.safe_text import as_cell, of_cell, printable, printable_json, write_frame
 from warmlink.orchestration import console
 from warmlink.orchestration.cli import main
+from warmlink.orchestration.progress import progress_bar, spinner
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.report.recorded import columns_of
@@ -106,9 +107,9 @@ def test_progress_takes_any_name(what: str, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setattr("sys.stderr", shown)
-    with console.progress_bar(what) as progress:
-        progress(0.5, what)
-    with console.spinner(what) as doing:
+    with progress_bar(what) as share:
+        share(0.5, what)
+    with spinner(what) as doing:
         doing(what)
     assert shown.getvalue().count(printable(what)) >= 2
     assert not {"\x9b", "\u202e"} & set(shown.getvalue())

@@ -10,7 +10,8 @@ from warmlink.orchestration.arm.blueprint import axis, axis_name
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
-from warmlink.orchestration.diagnosis.diagnose import Progress, diagnose_experiment
+from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
@@ -53,15 +54,19 @@ class ArmDiagnosis:
 def diagnose_arm(
     experiments: Mapping[int, Experiment],
     numbers: Iterable[int] | None = None,
-    progress: Progress = lambda text: None,
+    progress: Progress = unseen,
 ) -> ArmDiagnosis:
     """Diagnose each axis asked for, all by default."""
     found = {}
-    for number in experiments if numbers is None else numbers:
+    asked = list(experiments if numbers is None else numbers)
+    for k, number in enumerate(asked):
         name = f"{axis_name(number)}, {axis(number).name}"
+        within = stretch(progress, k / len(asked), (k + 1) / len(asked))
 
-        def about_axis(text: str, name: str = name) -> None:
-            progress(f"{name}: {text}")
+        def about_axis(
+            doing: str, share: float | None = None, /, name: str = name, within: Progress = within
+        ) -> None:
+            within(f"{name}: {doing}", share)
 
         found[number] = diagnose_experiment(experiments[number], about_axis)
     return ArmDiagnosis(found)

@@ -58,7 +58,8 @@ def _intercept(times: Array, readings: Array, noise: float) -> tuple[float, bool
     for power in range(min(_MOST_BENT, readings.size - 1) + 1):
         powers = (times[:, None] / FIRST) ** np.arange(power + 1)
         best = np.linalg.lstsq(powers, readings, rcond=None)[0]
-        left, free = float(np.sum((powers @ best - readings) ** 2)) / noise**2, readings.size - power - 1
+        squares, free = float(np.sum((powers @ best - readings) ** 2)), readings.size - power - 1
+        left = squares / max(noise**2, np.finfo(float).tiny)  # all readings of 0 have no noise
         found.append((left + _WORTH * power, float(best[0]), left <= free + _CREDIBLE * np.sqrt(2 * free)))
     _, start, credible = min(found)
     return start, bool(credible)

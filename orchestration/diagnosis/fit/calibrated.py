@@ -6,7 +6,8 @@ M. A. Branch, T. F. Coleman and Y. Li, SIAM Journal on Scientific Computing 21 (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.candidates import Freed
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 _MOST_EVALUATIONS = 60
 """Simulations from one starting point."""
@@ -32,7 +34,7 @@ _FAILED = 1e3
 """Times the first residuals that count where nothing can be simulated."""
 
 
-def calibrated(fitter: Fitter, progress: Callable[[str], None] = lambda text: None) -> Fit:
+def calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit:
     """The best calibration of the model as it stands, from the given start and from the middle of the bounds.
 
     Where these end at different values, further starts are tried.
@@ -42,13 +44,14 @@ def calibrated(fitter: Fitter, progress: Callable[[str], None] = lambda text: No
         return fitter.fit(())
     sought = _Sought(fitter, freed)
     given = np.array([each.start for each in freed])
-    ends = [sought.minimum(given)]
-    progress("calibrating from a second start")
-    ends.append(sought.minimum(sought.between(np.full(given.size, 0.5))))
-    if abs(ends[0][0] - ends[1][0]) > _SAME * min(ends[0][0], ends[1][0]):
-        for places in _FURTHER:
-            progress("calibrating from a further start")
-            ends.append(sought.minimum(sought.between(np.resize(places, given.size))))
+    starts = [given, sought.between(np.full(given.size, 0.5))]
+    ends: list[tuple[float, Array]] = []
+    while len(ends) < len(starts):
+        k, most = len(ends), len(starts)
+        doing = f"calibrating from start {k + 1} of {most}"
+        ends.append(sought.minimum(starts[k], stretch(progress, k / most, (k + 1) / most), doing))
+        if len(ends) == 2 and abs(ends[0][0] - ends[1][0]) > _SAME * min(ends[0][0], ends[1][0]):
+            starts += [sought.between(np.resize(places, given.size)) for places in _FURTHER]
     _, best = min(ends, key=lambda end: end[0])
     return fitter.fit((), dict(zip(freed, best.tolist(), strict=True)))
 
@@ -78,13 +81,21 @@ class _Sought:
     def _lower_or_1(self) -> Array:
         return np.where(self._rise > 0, self._lower, 1.0)
 
-    def minimum(self, start: Array) -> tuple[float, Array]:
+    def minimum(self, start: Array, progress: Progress, doing: str) -> tuple[float, Array]:
         """Chi-square and values where the search from a start ends."""
         from scipy.optimize import least_squares
 
+        tried = count(1)
+
+        def residual(places: Array) -> Array:
+            step = next(tried)
+            told = f"{doing}, step {step} of at most {_MOST_EVALUATIONS}"
+            progress(told, min(1.0, step / _MOST_EVALUATIONS))
+            return self._residual(places)[0]
+
         begin = np.clip(self._places(start), 1e-6, 1 - 1e-6)
         found: Any = least_squares(
-            lambda places: self._residual(places)[0],
+            residual,
             begin,
             lambda places: self._residual(places)[1],
             bounds=(0.0, 1.0),

@@ -6,7 +6,7 @@ They are too fast to be told from correlated noise by their spectrum, and betray
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -30,9 +30,18 @@ class Pattern:
     courses: Array
 
 
-@lru_cache(maxsize=2)
+_KNOWN: WeakKeyDictionary[Fitter, tuple[Pattern, ...]] = WeakKeyDictionary()
+"""Patterns by the fitter, which they do not keep alive."""
+
+
 def patterns(fitter: Fitter) -> tuple[Pattern, ...]:
     """Patterns by each input but temperatures, which only heat follows, in each channel of all runs."""
+    if fitter not in _KNOWN:
+        _KNOWN[fitter] = _patterns(fitter)
+    return _KNOWN[fitter]
+
+
+def _patterns(fitter: Fitter) -> tuple[Pattern, ...]:
     runs, unit = fitter.problem.experiment.runs, fitter.problem.experiment.rig.unit
     names = dict.fromkeys(n for run in runs for n, v in run.inputs.items() if unit(n) != "K" and _varies(v))
     found = []

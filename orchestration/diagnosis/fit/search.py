@@ -6,7 +6,7 @@ promising sets are then fitted in full, until none is left that might be better,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, held_at
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours, Proposal
+from warmlink.orchestration.progress import Progress, unseen
 
 FALSE_ALARMS = 0.007
 """Share of runs with nothing wrong in which some cause may reach the penalty."""
@@ -62,7 +63,7 @@ class Search:
     def __init__(
         self,
         fitter: Fitter,
-        progress: Callable[[str], None] = lambda text: None,
+        progress: Progress = unseen,
         before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
     ) -> None:
         self.fitter = fitter
@@ -162,7 +163,8 @@ class Search:
             if not promising:
                 break
             for proposal in promising:
-                self._progress(" + ".join(sorted(proposal.key)))
+                told = f"set {len(self.fits)} of at most {_MOST_FITS}, {' + '.join(sorted(proposal.key))}"
+                self._progress(f"causes: {told}", min(1.0, len(self.fits) / _MOST_FITS))
                 near = len(proposal.items) > 1 and promising is not late
                 worth = bar + self._excess(proposal, best) if near else np.inf
                 before = self._before.get(proposal.key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
@@ -31,6 +31,7 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import HOPELESS, IMPATIENT, PATIENT, Search
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_too_short
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK
+from warmlink.orchestration.progress import Progress, stretch, unseen
 
 Word = Literal["adequate", "named", "ambiguous", "empirical", "unknown"]
 """A verdict; `empirical` is one on held-out rows alone."""
@@ -43,6 +44,9 @@ _GRID = 100.0
 
 _ARRIVED, _MOST_REFINED = 1.0, 3
 """Standard deviations that a fit may move once the grid's error is taken out anew, and how often it is."""
+
+_AS_IT_STANDS, _CALIBRATED, _SEARCHED = 0.05, 0.3, 0.7
+"""Shares of the work that are usually done after the first simulation, the calibration, the first search."""
 
 _MOST_CALIBRATED = 3
 """Times that the noise is estimated anew after a calibration, which it may move."""
@@ -83,7 +87,7 @@ class Assessment:
         return self.fitter.noise
 
 
-def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text: None) -> Assessment:
+def assess(experiment: Experiment, progress: Progress = unseen) -> Assessment:
     """Search for what is wrong, on the fitted rows alone.
 
     Raises
@@ -93,7 +97,7 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     """
     problem = Problem(fitted_part(experiment))
     refuse_too_short(problem)
-    progress("simulating as it stands")
+    progress("simulating as it stands", 0.0)
     begun = problem.values_by_run(problem.calibrated, [f.start for f in problem.calibrated])
     problem.refine(begun)
     noise = _noise(problem, None)
@@ -101,15 +105,19 @@ def assess(experiment: Experiment, progress: Callable[[str], None] = lambda text
     artefact = problem.artefact(begun, noise)
     before: dict[frozenset[str], Fit] = {}
     if problem.calibrated:
-        for _ in range(_MOST_CALIBRATED):
-            fit = calibrated(Fitter(problem, noise), progress)
+        for k in range(_MOST_CALIBRATED):
+            share = _AS_IT_STANDS + (_CALIBRATED - _AS_IT_STANDS) * np.array([k, k + 1]) / _MOST_CALIBRATED
+            fit = calibrated(Fitter(problem, noise), stretch(progress, *share.tolist()))
             _refine(problem, fit)
             noise = _noise(problem, fit)
             before, last = {fit.key: fit}, before.get(fit.key)
             if last is not None and not _moved(last, fit):
                 break
-    search = _search(problem, noise, (), progress, before)
+    first = stretch(progress, _CALIBRATED, _SEARCHED)
+    first("causes: what noise and wandering explain")
+    search = _search(problem, noise, (), first, before)
     best, lasting = search.run(), any(n.lasting for n in noise)
+    progress = stretch(progress, _SEARCHED, 1.0)
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
         # A stated noise may be too small by a factor of two, which an error that lasts does not betray.
         search, best = _searched_again(search, best, progress, inflation=2.0)
@@ -132,7 +140,7 @@ def _search(
     problem: Problem,
     noise: Sequence[NoiseModel],
     known: Sequence[Fit],
-    progress: Callable[[str], None],
+    progress: Progress,
     before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
 ) -> Search:
     """A search with what wanders beside its log, judged from nothing and from known models."""
@@ -146,13 +154,13 @@ def _search(
 def _searched_again(
     search: Search,
     best: Fit,
-    progress: Callable[[str], None],
+    progress: Progress,
     inflation: float = 1.0,
     liked: float = LIKED,
 ) -> tuple[Search, Fit]:
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
-    progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"))
+    progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"), 0.0)
     _refine(problem, best)
     known = [best, *search.rivals(best)] if best.items else []
     fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)

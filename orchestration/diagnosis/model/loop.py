@@ -7,8 +7,9 @@ derivatives are taken.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import (
+    NotSimulatedError,
     Simulation,
     Trajectory,
     given_inputs,
@@ -33,6 +35,10 @@ _DIFFERENCE = 5e-4
 """Share of the way between its bounds by which a slot is moved for a difference."""
 
 
+_FEWEST, _CHANGED = 4, 1e-3
+"""Steps between two rows, at least; share of an output's range by which half of each step may change it."""
+
+
 class Loop(Simulation):
     """Simulates a run by FMUs.
 
@@ -41,6 +47,7 @@ class Loop(Simulation):
     rig, slots, run, known : as of a simulation, of a system of FMUs
     outputs : what is wanted, by full name
     finer_than : another simulation of the run, whose communication step is halved
+    step : longest communication step in s; without, it is sought
     bounds : of an ordinary change of each slot, lower and upper ones, shape (slots,) each; without, no
         derivatives are given, and values extrapolated to a step of zero
     """
@@ -54,15 +61,14 @@ class Loop(Simulation):
         known: Mapping[str, float],
         finer_than: Loop | None,
         bounds: tuple[Array, Array] | None,
+        step: float | None = None,
     ) -> None:
         super().__init__(rig, slots, run, known)
         self._given = given_inputs(rig, run, known)
-        self._outputs, self._bounds, self._finer_than = outputs, bounds, finer_than
+        self._outputs, self._bounds, self._finer_than, self._given_step = outputs, bounds, finer_than, step
         self._system = _needed(rig, outputs)
         units = (unit_of(self._system, name) for name in outputs)
         self._factors, self._offsets = np.array([(unit.factor, unit.offset) for unit in units]).T
-        middle = np.append((self.time[:-1] + self.time[1:]) / 2, self.time[-1])
-        self._acting = self._table[:, run.row_at(middle)]
         self._kept: dict[bytes, Array] = {}
         self._at: Array | None = None
         self._columns, self._answers = np.empty(0), dict[tuple[object, bytes], Array]()
@@ -72,9 +78,40 @@ class Loop(Simulation):
         """Communication points in s."""
         if self._finer_than is not None:
             return halved(self._finer_than.time)
+        return self._points(self.step)
+
+    @cached_property
+    def step(self) -> float:
+        """Longest communication step in s: the system's, or a longer one in a log whose rows are far apart.
+
+        It is halved until one more halving changes no output by more than a thousandth of its range, as the
+        experiment has the slots.
+        """
+        if self._given_step is not None:
+            return self._given_step
+        own, z = self.rig.blueprint.step_size, self.start_values()
+
+        @cache
+        def course(longest: float) -> tuple[Array, Array]:
+            points = self._points(longest)
+            return points, courses([self._driven(z, time=points)])[0]
+
+        step = float(np.median(np.diff(self.run.time))) / _FEWEST
+        while step > own:
+            with suppress(NotSimulatedError):
+                (points, whole), (half, finer) = course(step), course(step / 2)
+                between = np.array([np.interp(half, points, each) for each in whole.T]).T
+                change = np.max(np.abs(between - finer), axis=0)
+                if np.all(change <= _CHANGED * np.ptp(finer, axis=0)):
+                    return step
+            step /= 2
+        return own
+
+    def _points(self, step: float) -> Array:
+        """Communication points in s with a longest step."""
         infos = [read_description(part.fmu) for part in self._system.components.values()]
         uneven = all(info.capabilities.variable_step for info in infos)
-        return _communication(self.run.time, self.rig.blueprint.step_size, uneven)
+        return _communication(self.run.time, step, uneven)
 
     def refine(self, z: Array) -> None:
         """Take all derivatives anew at values of the slots, where any are given."""
@@ -114,7 +151,12 @@ class Loop(Simulation):
         each = zip(rows.tolist(), shares.T.tolist(), strict=True)
         sooner = [self.run.sooner(row, share) for row, some in each for share in some]
         alike = self.rig, self.slots, self._outputs
-        found = [Loop(*alike, run, self._known, None, None)(z, times) for run in (self.run, *sooner)]
+        loops = [Loop(*alike, run, self._known, None, None, self.step) for run in (self.run, *sooner)]
+        runs = [loop._driven(z) for loop in loops]
+        ended = courses([each for run in runs for each in (run, run.halved())])
+        for loop, coarse, fine in zip(loops, ended[::2], ended[1::2], strict=True):
+            loop._keep(z, 2 * fine[::2] - coarse)
+        found = [loop(z, times) for loop in loops]
         values = np.stack([each.values for each in found], axis=2)
         shape = *values.shape[:2], rows.size, parts
         changes = (values[:, :, 1:] - values[:, :, :1]).reshape(shape)
@@ -137,8 +179,12 @@ class Loop(Simulation):
                 # The loop's error is of first order in its step, so that it goes out with half of the step.
                 coarse, fine = courses([run, run.halved()])
                 found = 2 * fine[::2] - coarse
-            self._kept = {key: self._factors * found + self._offsets}
+            self._keep(z, found)
         return self._kept[key]
+
+    def _keep(self, z: Array, found: Array) -> None:
+        """Keep outputs in the variables' own units as those with values of the slots."""
+        self._kept = {z.tobytes(): self._factors * found + self._offsets}
 
     def _moves(self, z: Array) -> Array:
         """How far each slot is moved for a difference, inside its bounds, shape (slots,)."""
@@ -156,12 +202,16 @@ class Loop(Simulation):
         if not added:
             return np.empty((self.time.size, len(self._outputs), 0))
         base, *moved = courses([self._driven(z, each) for each in ({}, *added)])
-        self._kept = {z.tobytes(): self._factors * base + self._offsets}
+        self._keep(z, base)
         return np.stack([self._factors * (c - base) / size for c, size in zip(moved, sizes, strict=True)], 2)
 
-    def _driven(self, z: Array, added: Mapping[int, Array] | None = None) -> Driven:
-        """A run with values of the slots, and courses that are added to some of them."""
-        signals = dict(zip(self.rig.externals, self._acting, strict=True))
+    def _driven(
+        self, z: Array, added: Mapping[int, Array] | None = None, time: Array | None = None
+    ) -> Driven:
+        """A run with values of the slots, and courses that are added to some, at its communication points."""
+        time = self.time if time is None else time
+        middle = np.append((time[:-1] + time[1:]) / 2, time[-1])
+        signals = dict(zip(self.rig.externals, self._table[:, self.run.row_at(middle)], strict=True))
         logged = set(signals)
         signals |= {n: np.array([v]) for n, v in self._known.items() if n not in logged}
         for i, slot in enumerate(self.slots):
@@ -178,7 +228,7 @@ class Loop(Simulation):
             if np.ptp(signal) > 0 and self.rig.part_of(name) in self._system.components:
                 unit = unit_of(self._system, name)
                 driven[name] = (signal - unit.offset) / unit.factor
-        return Driven(with_values(self._system, starts), driven, self._outputs, self.time)
+        return Driven(with_values(self._system, starts), driven, self._outputs, time)
 
 
 def _communication(rows: Array, longest: float, uneven: bool) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import bare_link
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 CARRIED = {
@@ -48,6 +50,7 @@ def hide_with_fea(
     noise: Noise = WHITE,
     interval: float = 10.0,
     seed: int = 0,
+    progress: Progress = unseen,
 ) -> dict[str, Array]:
     """Make a run that hides effects, by 3-D finite elements; arguments and result as of `hide`.
 
@@ -61,7 +64,7 @@ def hide_with_fea(
             raise InputError(
                 f"effect: the finite elements have no term for {name!r}; they can hide {possible}"
             )
-    return hide(effects, duty, noise, interval, seed, solver=simulate)
+    return hide(effects, duty, noise, interval, seed, solver=partial(simulate, progress=progress))
 
 
 def carried(name: str) -> bool:
@@ -79,7 +82,12 @@ def carried(name: str) -> bool:
 
 
 def simulate(
-    truth: hidden.Truth, duty: list[Segment], times: Array, refinement: int = 2, longest: float = LONGEST
+    truth: hidden.Truth,
+    duty: list[Segment],
+    times: Array,
+    refinement: int = 2,
+    longest: float = LONGEST,
+    progress: Progress = unseen,
 ) -> hidden.Course:
     """Integrate the cell through a duty cycle and give its true course at times in s, linear between steps.
 
@@ -88,13 +96,15 @@ def simulate(
     jumps within a step.
     """
     cell = _Cell(_body(truth, refinement))
-    clock, rows = [0.0], [cell.seen()]
+    clock, rows, whole = [0.0], [cell.seen()], sum(each.duration for each in duty)
     for segment in duty:
         cell.enter(truth, segment)
         count = int(np.ceil(segment.duration / longest - 1e-9))
         begin, size = clock[-1], segment.duration / count
         for i in range(count):
-            cell.advance(begin + i * size, size)
+            now = begin + i * size
+            progress(f"{now / 60:.0f} min of {whole / 60:.0f} min simulated", now / whole)
+            cell.advance(now, size)
             clock.append(begin + (i + 1) * size)
             rows.append(cell.seen())
     return hidden.Course(times, *(np.interp(times, clock, row) for row in np.array(rows).T))

@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -86,6 +87,7 @@ def hide(
     seed: int = 0,
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
     at_changes: bool = False,
+    progress: Progress = unseen,
 ) -> dict[str, Array]:
     """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
@@ -117,6 +119,7 @@ def hide(
     lagging = any(name.split(":")[0] in ("sensor_lag", "creep") for name in effects)
     seen = np.clip(rows - late, 0.0, duration)
     dense = np.union1d(np.arange(0.0, duration, 2.0), seen) if lagging else np.unique(seen)
+    progress(f"{duration / 3600:.3g} h of the cell")
     course = solver(truth, list(duty), dense)
     readings = {f"{name}_temperature": getattr(course, name) for name in TEMPERATURES}
     readings["elongation"] = course.elongation

@@ -15,6 +15,7 @@ from warmlink.fmus.packaging.cache import kept, kept_before, source_digest
 from warmlink.fmus.packaging.native.fmu import browser_module
 from warmlink.fmus.safe_text import printable_json
 from warmlink.orchestration.catalogue import Controller, shipped
+from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.report.figures import LOOKS
 from warmlink.orchestration.report.live.content import Asked, Whole, content
 from warmlink.orchestration.report.live.form import form
@@ -42,7 +43,9 @@ def usual_laws(scenario: Scenario) -> list[Controller]:
     return [law for law in laws if law is scenario.controller or given <= settable(law.component).keys()]
 
 
-def live_page(scenario: Scenario, controllers: Sequence[Controller], asked: Asked) -> str:
+def live_page(
+    scenario: Scenario, controllers: Sequence[Controller], asked: Asked, progress: Progress = unseen
+) -> str:
     """The page of a scenario with some controllers beside each other; `asked` is how it was named.
 
     Each system is compiled once, without start values, for all scenarios that share it.
@@ -53,7 +56,8 @@ def live_page(scenario: Scenario, controllers: Sequence[Controller], asked: Aske
         If the system contains foreign FMUs, zig is not installed, or a controller refuses a start value.
     """
     systems = []
-    for law in controllers:
+    for k, law in enumerate(controllers):
+        progress(f"system {k + 1} of {len(controllers)}, with {law.name}", k / len(controllers))
         one = replace(scenario, controller=law)
         whole = one.joined({})
         module = kept(MODULES, _made_from(one), partial(browser_module, whole))

@@ -57,6 +57,7 @@ check = "Exchange it."
 reading = { of = "link.base_temperature", lag = "s" }
 between = ["0 s", "10 min"]
 """
+FOR_A_COLUMN = "[[cause]]" + CAUSES.split("[[cause]]")[2].replace("link.", "column.")
 CALIBRATED = '[calibrate]\n"link.convection_still" = { min = 1, max = 12, start = 5 }\n'
 COLUMNS = {**CELL_INPUTS, **CELL_CHANNELS}
 
@@ -216,9 +217,7 @@ def test_a_foreign_fmu_is_calibrated(folder: Path) -> None:
     truth = with_values(base, {"spindle": {"friction": 2.6}})
     write_csv(measured(truth, MACHINE_COLUMNS, 0.05, 1, step=1.0), folder / "run.csv")
     asked = '[calibrate]\n"spindle.friction" = { min = 1, max = 5, start = 2 }\n'
-    causes = CAUSES.partition('[[cause]]\nname = "slow"')[0].replace("link.", "column.")
-    causes = causes.partition('[[cause]]\nname = "paint"')
-    path = experiment(folder, base, MACHINE_COLUMNS, "".join(causes[1:]), asked)
+    path = experiment(folder, base, MACHINE_COLUMNS, FOR_A_COLUMN, asked)
     found = diagnose_experiment(calibrating(read([path])))
     rig = found.experiment.rig
     assert set(rig.foreign) == {"spindle"}
@@ -226,3 +225,30 @@ def test_a_foreign_fmu_is_calibrated(folder: Path) -> None:
     (friction,) = calibration(found)
     assert abs(friction.value - 2.6) < 4 * friction.std
     assert friction.std < 0.05
+
+
+def test_rows_hours_apart_take_no_more_steps_than_they_need(folder: Path) -> None:
+    """The inputs are held for an hour at a time, and the system proposes steps of 5 s."""
+    time = 3600.0 * np.arange(24.0)
+    columns = {
+        "time [s]": time,
+        "speed [1]": np.round(3 + 3 * np.sin(time / 1e4)),
+        "room [degC]": 21 + 0 * time,
+    }
+    temperatures = {header: 22 + 0 * time for header in MACHINE_COLUMNS if header not in columns}
+    write_csv({**columns, **temperatures, "spindle [1]": 295.15 + 0 * time}, folder / "run.csv")
+    slow = {"capacity": 4e5, "friction": 20.0}
+    base = with_values(machine(spindle(folder)), {"spindle": slow})
+    path = experiment(folder, base, MACHINE_COLUMNS, FOR_A_COLUMN)
+    found = Problem(read([path]))
+    run, z = found.experiment.runs[0], found.neutral[0][: len(found.inner)]
+    rig, known = found.experiment.rig, found.known(run)
+    parts = rig, found.inner, found.variables, run, known, None, None
+    sought, fine = loop.Loop(*parts), loop.Loop(*parts, 5.0)
+    assert 5.0 < sought.step <= 900.0
+    assert sought.time.size < fine.time.size / 2
+    theirs, ours = (each(z, run.time).values for each in (sought, fine))
+    assert np.all(np.abs(theirs - ours).max(axis=0) <= 1e-3 * np.ptp(ours, axis=0))
+    assert np.ptp(ours) > 3, "K, so that there was something to get wrong"
+    close = replace(run, time=run.time / 360)
+    assert loop.Loop(*parts[:3], close, *parts[4:]).step == 5.0, "where rows are close the system's own"

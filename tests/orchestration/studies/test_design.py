@@ -1,3 +1,4 @@
+import sys
 from pathlib import Path
 
 import pytest
@@ -117,6 +118,18 @@ def test_the_page_shows_poles_and_bode_plots(tmp_path: Path, monkeypatch: pytest
     assert "<td>none, the duty alone</td>" in text
     assert '"dash":"dashdot"' in plots(page), "each input's line has a dash of its own beside its colour"
     assert "<td>28.4</td>" in text, "the slowest pattern of motor and link lasts half an hour"
+
+
+def test_a_page_without_what_draws_it_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "control", None)  # as where it is not installed
+    assert run(["WarmupCell", "--report", "design.html"], monkeypatch) == 2
+    told = capsys.readouterr().err
+    sentence = 'a linear model (python-control) needs an optional part: pip install "warmlink[studies]"'
+    assert told == f"warmlink: {sentence}\n"
+    assert not list(tmp_path.iterdir())
 
 
 def test_set_changes_the_plant_that_is_designed_for(
