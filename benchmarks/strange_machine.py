@@ -1,10 +1,10 @@
 """Logs of made-up machines of other structure than warmlink's plant, a day in well under a second.
 
-Nothing here is shared with the plant that the laws were designed for. Winding, rotor, gearbox, brake, tool and
-flange are lumps between and around a plate of cells that conducts along and across and bends where its two
-sides differ. The gearbox grows too, the joint has play, lubricant thins with warmth, a draught cools one side,
-hot workpieces warm the tool. Parameters are drawn within 10 % of nominal values; thermometers have noise,
-offset, lag and steps; the room's reading is biased.
+Nothing here is shared with the plant that the laws were designed for. Winding, rotor, gearbox, brake, tool
+and flange are lumps between and around a plate of cells that conducts along and across and bends where its
+two sides differ. The gearbox grows too, the joint has play, lubricant thins with warmth, a draught cools one
+side, hot workpieces warm the tool. Parameters are drawn within 10 % of nominal values; thermometers have
+noise, offset, lag and steps; the room's reading is biased.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ class Machine:
         piece = np.zeros(self.size)
         piece[LUMPS.index("tool")] = workpiece
         matrix = np.diag(self.capacity / STEP + room + piece) - self._inside
-        return np.linalg.inv(matrix), room, piece
+        return np.asarray(np.linalg.inv(matrix)), room, piece
 
     def run(self, demands: list[Demand], seed: int, room: Room | None = None) -> Run:
         """Temperatures and growth through demands, from a cold start in the room's air."""
@@ -218,7 +218,7 @@ class Run:
     draw: np.random.Generator
 
     def log(self) -> pd.DataFrame:
-        """What a logger would write, a row a second; `growth` is the truth, `elongation` a probe's reading."""
+        """What a logger would write each second; `growth` is the truth, `elongation` a probe's reading."""
         import pandas as pd
 
         machine, per = self.machine, round(STEP)

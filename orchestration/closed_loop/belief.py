@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -35,7 +36,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     errors. Raises InputError if a start value does not exist or is refused.
     """
     law, setup = scenario.controller.name, scenario.setup
-    if law == NO_CONTROLLER or scenario.controller.place:
+    if law == NO_CONTROLLER or scenario.controller.place or _learnt(scenario):
         return None, False
     if scenario.design is None:
         told = f"{law} has no design for {setup.name}; it runs with the parameters that it is shipped with"
@@ -92,7 +93,12 @@ def _differing(scenario: Scenario, written: Mapping[str, str | float]) -> dict[s
     return found
 
 
-def _facts(law: str, differing: Mapping[str, float]) -> dict[str, float]:
+def _learnt(scenario: Scenario) -> bool:
+    """Whether the law was learnt from a measured log, so that no model says what it should be."""
+    return any(name.startswith(f"{LAW}coefficient_spread") for name in scenario.as_believed.parameters)
+
+
+def _facts(law: str, differing: Mapping[str, float], sensors: Sequence[str] = SENSED) -> dict[str, float]:
     """What a design of a law for a motor and a link that differ so knows of them."""
     from warmlink.controllers.design.plant import cell_plant
     from warmlink.controllers.design.shipped import PLANT_FACTS
@@ -101,7 +107,7 @@ def _facts(law: str, differing: Mapping[str, float]) -> dict[str, float]:
         {name.removeprefix(each): value for name, value in differing.items() if name.startswith(each)}
         for each in PLANT
     )
-    return by_scalar(PLANT_FACTS[law](cell_plant(motor, link)))
+    return by_scalar(PLANT_FACTS[law](cell_plant(motor, link), sensors))
 
 
 def _suits(scenario: Scenario, differing: Mapping[str, float], share: float = 1e-6) -> bool:
@@ -111,5 +117,6 @@ def _suits(scenario: Scenario, differing: Mapping[str, float], share: float = 1e
     law = scenario.controller.component
     held = dict(zip(law.p.names, law.start_values()[0].tolist(), strict=True))
     held |= {name.removeprefix(LAW): value for name, value in differing.items()}
-    facts = _facts(scenario.controller.name, differing).items()
+    sensors = [name for i, name in enumerate(SENSED, 1) if held[f"sensor_std[{i}]"] > 0]
+    facts = _facts(scenario.controller.name, differing, sensors).items()
     return all(math.isclose(held[name], fact, rel_tol=share, abs_tol=1e-12) for name, fact in facts)

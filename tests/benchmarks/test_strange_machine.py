@@ -1,4 +1,4 @@
-"""The bench's own machines: heat is kept, a log is as an owner's, and nothing of warmlink's plant is in them."""
+"""The bench's own machines: heat is kept, logs are as an owner's, and warmlink's plant is not in them."""
 
 from __future__ import annotations
 
