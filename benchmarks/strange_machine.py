@@ -36,38 +36,38 @@ STEFAN_BOLTZMANN = 5.67e-8
 
 _NOMINAL: Mapping[str, float] = MappingProxyType(
     {
-        "length": 0.42,  # m
-        "width": 0.05,  # m
-        "thickness": 0.011,  # m
-        "conductivity": 165.0,  # W/(m.K)
-        "heat_capacity": 2.45e6,  # J/(m3.K)
-        "expansion": 22.5e-6,  # 1/K
-        "still_air": 7.0,  # W/(m2.K), each side
-        "moving_air": 3.2,  # W.s/(m2.K.rad)
-        "emissivity": 0.35,
-        "copper_loss": 2.6,  # W/(N.m)2
-        "coulomb": 1.1,  # N.m, friction in the gearbox
-        "viscous": 0.42,  # N.m.s/rad
+        "length": 0.2916,  # m
+        "width": 0.0254,  # m
+        "thickness": 0.00635,  # m
+        "conductivity": 167.0,  # W/(m.K)
+        "heat_capacity": 2.42e6,  # J/(m3.K)
+        "expansion": 23.6e-6,  # 1/K
+        "still_air": 4.55,  # W/(m2.K), each side
+        "moving_air": 1.0,  # W.s/(m2.K.rad)
+        "emissivity": 0.1,
+        "copper_loss": 1.39,  # W/(N.m)2
+        "coulomb": 1.5,  # N.m, friction in the gearbox
+        "viscous": 0.6,  # N.m.s/rad
         "thinning": 0.011,  # 1/K
         "brake_power": 3.5,  # W while the brake is held open
-        "winding_rotor": 1.7,  # W/K
-        "rotor_gearbox": 2.4,
-        "gearbox_flange": 2.9,
-        "flange_plate": 3.1,
-        "brake_rotor": 0.5,
-        "rotor_room": 0.55,
-        "gearbox_room": 0.4,
-        "plate_tool": 0.9,
-        "tool_room": 0.25,
-        "winding_capacity": 310.0,  # J/K
-        "rotor_capacity": 620.0,
-        "gearbox_capacity": 540.0,
+        "winding_rotor": 0.8,  # W/K
+        "rotor_gearbox": 4.0,
+        "gearbox_flange": 4.0,
+        "flange_plate": 2.0,
+        "brake_rotor": 0.4,
+        "rotor_room": 0.7,
+        "gearbox_room": 0.3,
+        "plate_tool": 0.3,
+        "tool_room": 0.05,
+        "winding_capacity": 200.0,  # J/K
+        "rotor_capacity": 700.0,
+        "gearbox_capacity": 800.0,
         "brake_capacity": 150.0,
-        "flange_capacity": 210.0,
-        "tool_capacity": 260.0,
+        "flange_capacity": 60.0,
+        "tool_capacity": 60.0,
         "gearbox_growth": 0.28e-6,  # m/K
         "tool_growth": 0.35e-6,  # m/K
-        "bending_lever": 0.02,  # m
+        "bending_lever": 0.01,  # m
         "play": 0.25e-6,  # m to either side
     }
 )
@@ -281,7 +281,7 @@ def duty_cycles(seed: int) -> dict[str, tuple[list[Demand], Room]]:
         Demand(5400, 3.4, 2.6),
     ]
     windy = [replace(each, draught=25.0 * (i % 2)) for i, each in enumerate([Demand(2400, 3.0, 2.4)] * 8)]
-    hot = [replace(each, workpiece=0.35) for each in _batches(1500, 120, 10, 2.6, 2.2)]
+    hot = [replace(each, workpiece=0.06) for each in _batches(1500, 120, 10, 2.6, 2.2)]
     return {
         "continuous": ([Demand(14400, 3.4, 2.5)], Room()),
         "start_stop": (_batches(60, 60, 120, 3.4, 2.8), Room()),
