@@ -77,15 +77,20 @@ class Learnt:
 
 
 def learn(
-    logs: Sequence[Log], sensors: Sequence[str] | None = None, model: TrainingRun | None = None
+    logs: Sequence[Log],
+    sensors: Sequence[str] | None = None,
+    model: TrainingRun | None = None,
+    sensor_std: float | None = None,
 ) -> Learnt:
     """Learn the growth from logs.
 
     Parameters
     ----------
     logs : of one machine
-    sensors : names in `SENSED` that the law is to use; by default all that were measured in every log
+    sensors : names in `SENSED` that the law is to use; by default those on the link that were measured in
+        every log, and others that are worth it
     model : a run of a plant's model, towards which little measured is pulled; None if there is none
+    sensor_std : noise of a thermometer in K; by default that which the logs show
 
     Raises
     ------
@@ -108,7 +113,12 @@ def learn(
     learner = Learner(used, model)
     ridge, held = learner.best(rows)
     near, far = doubt(held)
-    noise = np.array([max(_noise_of(log.temperature[:, i] for log in logs), _LEAST_NOISE) for i in range(5)])
+    noise = np.array(
+        [
+            sensor_std or max(_noise_of(log.temperature[:, i] for log in logs), _LEAST_NOISE)
+            for i in range(len(SENSED))
+        ]
+    )
     return Learnt(learner.line(rows, ridge), tuple(used), ridge, held, near, far, noise, rows, model)
 
 

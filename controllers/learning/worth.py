@@ -3,27 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.controllers.design.regression import TrainingRun
 from warmlink.controllers.learning.learnt import Learnt
 from warmlink.controllers.learning.line import Learner
 from warmlink.controllers.learning.logs import BLOCKS, Examples, Log
 
 Array = NDArray[np.float64]
 
+MINUTES = (10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 360.0, 480.0)
+"""Lengths of log of which it is said how well a law does that is learnt from them."""
+
+JUDGED = 1 / 3
+"""Share of the logs, at their end, by which this is judged."""
+
 ALL_SUBSETS = 8
 """Thermometers up to which every set of them is tried; of more, sets that grow by the best one."""
 
 
-def worth(learnt: Learnt) -> dict[tuple[int, ...], float]:
-    """Rms error in m of what was held out, by each set of thermometers that was tried."""
-    rows, used, found = learnt.examples, learnt.used, {}
+def worth(
+    rows: Examples, used: Sequence[int], model: TrainingRun | None = None
+) -> dict[tuple[int, ...], float]:
+    """Rms error in m of what was held out, by each set of thermometers that was tried.
+
+    Parameters
+    ----------
+    rows : readings
+    used : thermometers to choose from, places in `SENSED`
+    model : a run of a plant's model; None if there is none
+    """
+    found: dict[tuple[int, ...], float] = {}
 
     def tried(chosen: tuple[int, ...]) -> float:
-        found[chosen] = Learner(chosen, learnt.model).best(rows)[1].rms
+        found[chosen] = Learner(chosen, model).best(rows)[1].rms
         return found[chosen]
 
     if len(used) <= ALL_SUBSETS:
@@ -38,25 +55,23 @@ def worth(learnt: Learnt) -> dict[tuple[int, ...], float]:
     return found
 
 
-def learning_curve(
-    learnt: Learnt, minutes: Sequence[float] = (10, 20, 30, 60, 120, 240, 480)
-) -> dict[float, float]:
-    """Rms error in m of all that follows, by minutes of log that were learnt from."""
+def learning_curve(learnt: Learnt) -> dict[float, float]:
+    """Rms error in m of the last third of the logs, by minutes from the beginning that were learnt from."""
     rows, found = learnt.examples, {}
     lengths = [float(rows.time[rows.log == i].max()) for i in range(int(rows.log.max()) + 1)]
     passed = rows.time + np.append(0.0, np.cumsum(lengths))[rows.log]
+    judged = passed > (1 - JUDGED) * passed.max()
     learner = Learner(learnt.used, learnt.model)
-    for each in minutes:
-        known = passed <= 60 * each
-        if np.count_nonzero(known) < 2 * (len(learnt.used) + 3) or passed.max() < 75 * each:
+    for minutes in MINUTES:
+        known = (passed <= 60 * minutes) & ~judged
+        if 60 * minutes > (1 - JUDGED) * passed.max() or np.count_nonzero(known) < 2 * (len(learnt.used) + 3):
             continue
-        begun = rows.part(known)
+        begun, rest = rows.part(known), rows.part(judged)
         block = (BLOCKS * np.arange(begun.growth.size)) // begun.growth.size
-        begun = Examples(begun.temperature, begun.growth, block, begun.log, begun.time)
-        rest = rows.part(~known)
+        begun = replace(begun, block=block)
         line = learner.line(begun, learner.best(begun)[0])
         error = rest.growth - line.at(rest.temperature[:, learnt.used])
-        found[float(each)] = float(np.sqrt(np.mean(error**2)))
+        found[minutes] = float(np.sqrt(np.mean(error**2)))
     return found
 
 

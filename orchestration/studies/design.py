@@ -25,11 +25,13 @@ from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
+from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
 from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
 from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
@@ -41,6 +43,8 @@ from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_
 from warmlink.orchestration.system.units import parse_unit
 
 if TYPE_CHECKING:
+    import pandas
+
     from warmlink.controllers.design.reduction import ReducedPlant
 
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
@@ -129,8 +133,10 @@ def design(
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
     replaced: Replacements = NOTHING_REPLACED,
-) -> Designed:
-    """Compute a controller's gains for a system.
+    data: Sources | str | Path | pandas.DataFrame | None = None,
+    told: Said = NOTHING_SAID,
+) -> Designed | LearntLaw:
+    """Compute a controller's gains for a system, or learn them from measured logs.
 
     Parameters
     ----------
@@ -144,6 +150,9 @@ def design(
     sample_time : time between two corrections, in s
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
+    data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
+        them; the model of the system, if it is not the nominal cell, then helps where little was measured
+    told : units and names of the logs' columns
 
     Raises
     ------
@@ -152,6 +161,8 @@ def design(
     """
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
+    if data is not None:
+        return _learnt(data, system, law, sensors, sensor_std, sample_time, parameters, told)
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(
             f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
@@ -184,6 +195,28 @@ def design(
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
+
+
+def _learnt(
+    data: Sources | str | Path | pandas.DataFrame,
+    system: str | Path,
+    law: str,
+    sensors: Sequence[str] | str | None,
+    sensor_std: str | float | None,
+    sample_time: str | float,
+    parameters: Mapping[str, str | float],
+    told: Said,
+) -> LearntLaw:
+    """The law learnt from logs; a system other than the nominal cell is a model of the machine."""
+    plant = None
+    if str(system).endswith(".toml"):
+        plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
+    elif system != WARMUP_CELL.name or parameters:
+        plant = _plant(str(system), parameters)
+    names = None if sensors is None else several(sensors)
+    noise = None if sensor_std is None else positive(sensor_std, "K", argument("sensor_std"))
+    sources = data if isinstance(data, Sequence) and not isinstance(data, str) else [data]
+    return learnt_law(sources, law, names, sensor_std=noise, sample_time=sample_time, plant=plant, told=told)
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
