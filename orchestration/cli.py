@@ -43,7 +43,7 @@ COMMANDS = {
     "save": "build",
     "plot": "pages",
     "simulate": "simulate",
-    "compare": "studies",
+    "compare": "comparison",
     "tune": "studies",
     "sweep": "studies",
     "design": "laws",
