@@ -84,7 +84,7 @@ def main(
     for name, runs in machines(logs, [int(seed) for seed in seeds.split(",")]):
         training = runs.pop("training")
         training = training[training["time [s]"] <= 60 * minutes] if minutes else training
-        result = replayed(list(runs.values()), laws, learn=[training])
+        result = replayed(list(runs.values()), laws.split(","), learn=[training])
         for law in result.controllers:
             for log in result.logs:
                 for figure in FIGURES:

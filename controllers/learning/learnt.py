@@ -105,11 +105,11 @@ def learn(
         raise InputError(f"{where}: {absent[0]} was not measured; add its column, or leave it out")
     if not used:
         raise InputError(f"{where}: no temperature was measured; add a column 'base_temperature [degC]'")
-    if (least := 2 * (len(used) + 3)) > rows.growth.size:
-        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, teach too little"
-        raise InputError(f"{where}: {told}; measure at least {least}")
     if sensors is None:
         used = _worth_it(rows, used, model)
+    if (least := _readings_for(used)) > rows.growth.size:
+        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, teach too little"
+        raise InputError(f"{where}: {told}; measure at least {least}")
     learner = Learner(used, model)
     ridge, held = learner.best(rows)
     near, far = doubt(held)
@@ -125,14 +125,21 @@ def learn(
 def _worth_it(rows: Examples, measured: Sequence[int], model: TrainingRun | None) -> list[int]:
     """The thermometers on the link, and of the others those that make the law better by enough."""
     used = [i for i in measured if SENSED[i] in ALONG]
-    error = Learner(used, model).best(rows)[1].rms if used else np.inf
-    while others := [i for i in measured if i not in used]:
+    enough = rows.growth.size >= _readings_for([*used, 0])
+    error = Learner(used, model).best(rows)[1].rms if used and enough else np.inf
+    while enough and (others := [i for i in measured if i not in used]):
         tried = {i: Learner(sorted([*used, i]), model).best(rows)[1].rms for i in others}
         best = min(tried, key=tried.__getitem__)
         if tried[best] > (1 - WORTH_IT) * error:
             break
         used, error = sorted([*used, best]), tried[best]
-    return used
+        enough = rows.growth.size >= _readings_for([*used, 0])
+    return used or list(measured)
+
+
+def _readings_for(used: Sequence[int]) -> int:
+    """Least number of readings of the growth that so many thermometers need."""
+    return 2 * (len(used) + 3)
 
 
 def _noise_of(signals: Iterable[Array]) -> float:

@@ -159,10 +159,10 @@ def design(
     InputError
         If there is no such law, sensor or system, or a value is out of range.
     """
-    if law not in PLANT_FACTS:
-        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if data is not None:
         return _learnt(data, system, law, sensors, sensor_std, sample_time, parameters, told)
+    if law not in PLANT_FACTS:
+        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(
             f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
