@@ -1,6 +1,6 @@
 """The regression as a component."""
 
-from warmlink.controllers import fail_safe
+from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.regression import law
@@ -33,9 +33,7 @@ _PARAMETERS = (
     Parameter("moments", "1", 0, _MOMENTS, size=packed_size(law.SENSORS), nominal=100),
     Parameter("coefficient_spread", "1", 0, _SPREAD, size=packed_size(law.SENSORS), nominal=0.01),
     Parameter("memory_time", "s", 600, "time for which a missing reading is remembered", positive=True),
-    Parameter(
-        "smoothing_time", "s", 15, "time constant of each of the three filters of the growth", positive=True
-    ),
+    smoothing.time(15),
     length("residual_std", 0, _RESIDUAL, minimum=0),
 )
 
@@ -48,7 +46,7 @@ COMPONENT = compensator(
         State("estimate", "K", size=law.SENSORS),
         State("spread", "1", size=packed_size(law.SENSORS)),
         *fail_safe.trust_states("K", len(SENSED)),
-        State("smoothed", "m", size=law.SMOOTHERS),
+        smoothing.STATE,
         *(State(name, "m") for name in ("correction", "elongation")),
         *(State(name, "1") for name in ("distrusted", "wild")),
         State("waited", "s"),

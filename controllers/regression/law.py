@@ -4,14 +4,13 @@
 
 The temperatures are those of a filter that takes one reading after the other. Its stationary covariance is
 that of the temperatures in the run that the law was fitted to: a thermometer that is missing is then inferred
-from the others, and a reading that does not fit is noticed. Three first-order filters in a row smooth the
-growth; the sum 3 s_2 - 2 s_3 of the second and the third is not late for growth at a constant rate.
+from the others, and a reading that does not fit is noticed. The growth is smoothed.
 G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, chapters 3 and 5.
 """
 
 from typing import NamedTuple
 
-from warmlink.controllers import fail_safe
+from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, sensed
 from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, dot
@@ -20,9 +19,6 @@ from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
 SENSORS = len(SENSED)
-
-SMOOTHERS = 3
-"""First-order filters in a row."""
 
 LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
@@ -41,7 +37,7 @@ def begin(u: Record, p: Record) -> Values:
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
     growth = grown(belief, p)
-    smoothed = stack(*[growth] * SMOOTHERS)
+    smoothed = smoothing.begun(growth)
     return {**_named(belief, trust, 0.0, smoothed, readings, p), "wild": 0.0, "waited": 0.0}
 
 
@@ -52,8 +48,8 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     belief, trust = sense(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
     sound, belief = _tamed(belief, p)
     growth = where(sound > 0, grown(belief, p), x.smoothed[0])
-    smoothed = _smoothed(x.smoothed, growth, p, step)
-    wanted = where(sound > 0, on_time(smoothed), x.correction)
+    smoothed = smoothing.smoothed(x.smoothed, growth, p, step)
+    wanted = where(sound > 0, smoothing.on_time(smoothed), x.correction)
     correction = fail_safe.limited(x.correction, wanted, p, step)
     later = {**_named(belief, trust, correction, smoothed, readings, p), "wild": 1.0 - sound}
     waited = fail_safe.waited_on(x.waited, readings, p, step)
@@ -65,22 +61,6 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
 def grown(belief: Estimate, p: Record) -> Number:
     """Growth in m at the temperatures of an estimate."""
     return p.intercept + dot(p.coefficients, p.mean_rise + belief.mean)
-
-
-def on_time(smoothed: Number) -> Number:
-    """Growth in m without the lateness of the smoothers, as long as it changes at a constant rate."""
-    return 3.0 * smoothed[1] - 2.0 * smoothed[2]
-
-
-@kept_whole
-def _smoothed(before: Number, growth: Number, p: Record, step: Number) -> Number:
-    """The three smoothers after a sample, in m."""
-    kept = exp(-step / p.smoothing_time)
-    found = []
-    for i in range(SMOOTHERS):
-        growth = growth + kept * (before[i] - growth)
-        found.append(growth)
-    return stack(*found)
 
 
 @kept_whole
@@ -167,6 +147,6 @@ def _named(
         **fail_safe.trust_named(trust),
         "correction": correction,
         "smoothed": smoothed,
-        "elongation": on_time(smoothed),
+        "elongation": smoothing.on_time(smoothed),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }

@@ -95,7 +95,8 @@ def _differing(scenario: Scenario, written: Mapping[str, str | float]) -> dict[s
 
 def _learnt(scenario: Scenario) -> bool:
     """Whether the law was learnt from a measured log, so that no model says what it should be."""
-    return any(name.startswith(f"{LAW}coefficient_spread") for name in scenario.as_believed.parameters)
+    marks = f"{LAW}coefficient_spread", f"{LAW}learnt"
+    return any(name.startswith(marks) for name in scenario.as_believed.parameters)
 
 
 def _facts(law: str, differing: Mapping[str, float], sensors: Sequence[str] = SENSED) -> dict[str, float]:

@@ -47,7 +47,7 @@ def design(
     system : `WarmupCell`, an .ssp file with one motor and one link, or a scenario file (TOML) with any number
         of motors and links; for `regression`, with any FMUs. With --data: further logs.
     law : `observer`, `observer_drift` or `regression`.
-    data : Logs of one machine to learn `regression` from, as a logger or a spreadsheet writes them (CSV,
+    data : Logs of one machine to learn a law from, as a logger or a spreadsheet writes them (CSV,
         text, Parquet, Excel), with columns as `base_temperature [degC]` and `elongation [um]`. Repeatable.
     scenario : With --data: a scenario file (TOML) with a model of the machine.
     sensors : Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`. Default:
@@ -74,7 +74,8 @@ def design(
         logs = [*data, *map(Path, system or ())]
         if replace:
             raise InputError("--replace: a law that is learnt from logs has no model; leave it out")
-        options = law, _names(sensors), sensor_std, sample_time, scenario, settings_given(set_)
+        stds = sensor_std, camera_std
+        options = law, _names(sensors), stds, sample_time, scenario, settings_given(set_)
         learn(logs, *options, unit or [], map_ or [], decimal, path, report, json)
         return
     if scenario is not None or unit or decimal:

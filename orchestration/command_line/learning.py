@@ -14,7 +14,7 @@ def learn(
     logs: Sequence[Path],
     law: str,
     sensors: Sequence[str] | None,
-    sensor_std: str | None,
+    stds: tuple[str | None, str | None],
     sample_time: str,
     scenario: str | None,
     settings: Mapping[str, str],
@@ -25,7 +25,7 @@ def learn(
     report: Path | None,
     json: bool,
 ) -> None:
-    """Learn a law, write its parameter set and its page, and answer."""
+    """Learn a law, write its parameters and page, and answer; `stds` of a thermometer and the camera."""
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.replay.learn import LearntLaw
     from warmlink.orchestration.studies.design import design
@@ -37,7 +37,8 @@ def learn(
             scenario or WARMUP_CELL.name,
             law,
             sensors,
-            sensor_std=sensor_std,
+            sensor_std=stds[0],
+            camera_std=stds[1],
             sample_time=sample_time,
             parameters=settings,
             data=[*logs],

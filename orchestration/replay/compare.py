@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from statistics import fmean, median
 from typing import TYPE_CHECKING, Any
@@ -99,8 +99,6 @@ def judged(law: Component, log: MeasuredLog, tolerance: float) -> Judged:
     """
     step = max(period(law), log.spacing)
     if step > period(law) and "sample_time" in law.p.index:
-        from dataclasses import replace
-
         law = replace(law, parameters=with_scalars(law.parameters, {"sample_time": step}))
     inputs, measured, acting = log.inputs_of(law, step)
     told = replay(law, inputs, measured)
@@ -208,11 +206,11 @@ def replayed(
     names = list(catalogue.controllers()) if controllers is None else several(controllers)
     found = {name: controller_named(name) for name in dict.fromkeys(names)}
     laws = {law.name: law.component for law in found.values()}
-    for name in LEARNS if learn else ():
-        if name in laws:
-            taught = learnt_law(learn, name, told=told)
-            given = {k.removeprefix(f"{COMPENSATOR}."): v for k, v in taught.parameters.items()}
-            laws[name] = _with(laws[name], given)
+    if learn:
+        taught = learnt_law(learn, told=told)
+        for name in (each for each in LEARNS if each in laws):
+            given = replace(taught, law=name).parameters
+            laws[name] = _with(laws[name], {k.removeprefix(f"{COMPENSATOR}."): v for k, v in given.items()})
     for name, values in assigned(sets, laws).items():
         own = start_values(values, {COMPENSATOR: laws[name]}, name).get(COMPENSATOR, {})
         laws[name] = _with(laws[name], {"tolerance": allowed, **{k: float(v) for k, v in own.items()}})
@@ -226,7 +224,5 @@ def replayed(
 
 
 def _with(law: Component, values: Mapping[str, float]) -> Component:
-    from dataclasses import replace
-
     known = {name: value for name, value in values.items() if name in law.p.index}
     return replace(law, parameters=with_scalars(law.parameters, known))

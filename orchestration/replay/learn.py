@@ -13,6 +13,7 @@ import numpy as np
 from warmlink.controllers.design.regression import TrainingRun, training_run
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import Learnt, learn
+from warmlink.controllers.learning.observers import taught
 from warmlink.controllers.learning.worth import correlations, learning_curve, worth
 from warmlink.controllers.start_values import Values, by_scalar
 from warmlink.fmus.arguments import argument
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
 
 Sources = Sequence["str | Path | pd.DataFrame"]
 
-LEARNS = ("regression",)
-"""Laws that learn from a log alone."""
+LEARNS = ("regression", "observer", "observer_drift")
+"""Laws that learn from a log."""
 
 CELSIUS = 273.15
 
@@ -57,19 +58,23 @@ class LearntLaw(Answer):
     learnt : what the logs taught
     logs : what it was learnt from
     sample_time : in s
-    with_model : whether a plant's model helped
+    plant : a model of the machine that helped; None if there is none
+    camera_std : noise of the camera in m; None for that of the DriftCamera
     """
 
     law: str
     learnt: Learnt
     logs: tuple[MeasuredLog, ...]
     sample_time: float
-    with_model: bool = False
+    plant: Plant | None = None
+    camera_std: float | None = None
 
     @cached_property
     def values(self) -> Values:
         """Parameters of the law's component, vectors as lists."""
-        return {**self.learnt.values, "sample_time": self.sample_time}
+        if self.law == "regression":
+            return {**self.learnt.values, "sample_time": self.sample_time}
+        return taught(self.law, self.learnt, self.sample_time, self.plant, self.camera_std)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -179,7 +184,7 @@ class LearntLaw(Answer):
         hours = sum(float(each.time[-1] - each.time[0]) for each in self.logs) / 3600
         source = f"{len(self.logs)} log{'s' * (len(self.logs) > 1)} of {hours:.3g} h"
         lines = [
-            f"{self.law} learnt from {source}{' and the model of the scenario' * self.with_model}",
+            f"{self.law} learnt from {source}{' and the model of the scenario' * (self.plant is not None)}",
             f"µm/K: {kelvin}",
             f"in degC and µm: {self.formula}",
             f"held-out blocks: {self.held_out_um:.2g} µm rms, {self.held_out_worst_um:.2g} µm at most",
@@ -209,6 +214,7 @@ def learnt_law(
     *,
     sensor_std: float | None = None,
     sample_time: str | float = 1.0,
+    camera_std: float | None = None,
     plant: Plant | None = None,
     told: Said = NOTHING_SAID,
 ) -> LearntLaw:
@@ -217,10 +223,11 @@ def learnt_law(
     Parameters
     ----------
     sources : files or DataFrames of one machine, columns as `diagnose` reads them
-    law : regression
+    law : regression, or an observer, which gets the same map from temperatures to growth
     sensors : thermometers that the law is to use; by default those on the link, and others that are worth it
     sensor_std : noise of a thermometer in K; by default that which the logs show
     sample_time : time between two corrections, in s
+    camera_std : noise of the camera in m, for a law that uses it
     plant : a model of the machine that helps where little was measured
     told : units and names of columns
 
@@ -236,7 +243,7 @@ def learnt_law(
     model: TrainingRun | None = None if plant is None else training_run(plant)
     names = None if sensors is None else [_full(name) for name in sensors]
     found = learn([each.learnt_from for each in logs], names, model, sensor_std)
-    return LearntLaw(law, found, tuple(logs), period, plant is not None)
+    return LearntLaw(law, found, tuple(logs), period, plant, camera_std)
 
 
 def _short(name: str) -> str:

@@ -159,14 +159,15 @@ def design(
     InputError
         If there is no such law, sensor or system, or a value is out of range.
     """
-    if data is not None:
-        return _learnt(data, system, law, sensors, sensor_std, sample_time, parameters, told)
-    if law not in PLANT_FACTS:
-        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(
             f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
         )
+    if data is not None:
+        stds = sensor_std, camera_std
+        return _learnt(data, system, law, sensors, stds, sample_time, parameters, told)
+    if law not in PLANT_FACTS:
+        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     scenario = None
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == WARMUP_CELL.name else str(system))
@@ -202,21 +203,36 @@ def _learnt(
     system: str | Path,
     law: str,
     sensors: Sequence[str] | str | None,
-    sensor_std: str | float | None,
+    stds: tuple[str | float | None, str | float | None],
     sample_time: str | float,
     parameters: Mapping[str, str | float],
     told: Said,
 ) -> LearntLaw:
-    """The law learnt from logs; a system other than the nominal cell is a model of the machine."""
+    """The law learnt from logs; a system other than the nominal cell is a model of the machine.
+
+    `stds` are those of a thermometer and of the camera.
+    """
     plant = None
     if str(system).endswith(".toml"):
         plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
     elif system != WARMUP_CELL.name or parameters:
         plant = _plant(str(system), parameters)
     names = None if sensors is None else several(sensors)
-    noise = None if sensor_std is None else positive(sensor_std, "K", argument("sensor_std"))
+    noise, camera = (
+        None if std is None else positive(std, unit, argument(name))
+        for std, unit, name in zip(stds, ("K", "m"), ("sensor_std", "camera_std"), strict=True)
+    )
     sources = data if isinstance(data, Sequence) and not isinstance(data, str) else [data]
-    return learnt_law(sources, law, names, sensor_std=noise, sample_time=sample_time, plant=plant, told=told)
+    return learnt_law(
+        sources,
+        law,
+        names,
+        sensor_std=noise,
+        camera_std=camera,
+        sample_time=sample_time,
+        plant=plant,
+        told=told,
+    )
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:

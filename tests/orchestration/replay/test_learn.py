@@ -122,7 +122,7 @@ def test_a_model_helps_where_little_was_measured() -> None:
     helped = wl.design(law="regression", data=short, parameters={"link.length": "340 mm"})
     assert isinstance(plain, LearntLaw)
     assert isinstance(helped, LearntLaw)
-    assert helped.with_model
+    assert helped.plant is not None
     assert "and the model of the scenario" in helped.summary()
 
 
@@ -139,7 +139,10 @@ def test_columns_may_have_other_names_and_units() -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--law", "lag", "--data", "{log}"], "--law lag: is not learnt from a log; choose regression"),
+        (
+            ["--law", "lag", "--data", "{log}"],
+            "--law lag: is not learnt from a log; choose regression, observer or",
+        ),
         (["--law", "regression", "--data", "absent.csv"], "absent.csv: there is no such file"),
         (
             ["--law", "regression", "--data", "{log}", "--sensors", "nose"],
@@ -203,3 +206,19 @@ def test_a_strangers_machines_are_learnt(minutes: int, removed: float, rms: floa
     assert np.mean([each.outside_percent for each in figures]) <= 1
     assert np.mean([each.ready_wrong_percent for each in figures]) <= 1
     assert np.mean([each.fine_not_ready_percent for each in figures]) <= 10
+
+
+@pytest.mark.parametrize("law", ["observer", "observer_drift"])
+def test_an_observer_learns_the_same_map(law: str) -> None:
+    """Its growth by the temperatures is the regression's: coefficients and intercept."""
+    from warmlink.controllers.interface import SENSED
+
+    found, known = learnt_law([log()], law).values, learnt().learnt.values
+    rows = np.array(found["sensor_rows"]).reshape(len(SENSED), -1)
+    assert found["elongation_row"] == pytest.approx(np.array(known["coefficients"]) @ rows)
+    by_all = found["elongation_per_kelvin"]
+    assert isinstance(by_all, float)
+    assert by_all == pytest.approx(np.sum(known["coefficients"]))
+    at_reference = by_all * (295.15 - float(found["reference_temperature"]))  # type: ignore[arg-type]
+    assert at_reference == pytest.approx(known["intercept"])
+    assert found["learnt"] == 1.0

@@ -13,6 +13,7 @@ import pytest
 
 import warmlink as wl
 from benchmarks.strange_machine import Demand, Machine, training
+from benchmarks.strange_machine import logs as logs_of
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controllers
@@ -60,6 +61,18 @@ def test_a_law_that_learnt_from_another_log_is_far_better() -> None:
     assert regression.removed_percent > 97.5
     assert regression.travel_um_h < 100
     assert regression.ready_wrong_percent == 0
+
+
+def test_no_law_of_ours_is_worse_than_the_regression() -> None:
+    """With the same thermometers and log: at most a tenth, and more thermometers make none worse."""
+    strange = dict(logs_of(5))
+    names, others = ["regression", "observer", "observer_drift"], ["random_shift", "heavy_shift", "draught"]
+    found = replayed([strange[name] for name in others], names, learn=[strange["training"]])
+    rms = {name: found.over_all(name)["rms_um"] for name in names}
+    assert max(rms.values()) <= 1.1 * rms["regression"] + 0.02
+    assert all(found.over_all(name)["ready_wrong_percent"] <= 1 for name in names)
+    assert all(found.over_all(name)["fine_not_ready_percent"] <= 10 for name in names)
+    assert found.over_all("observer")["travel_um_h"] < 100
 
 
 def test_the_truth_is_judged_by_and_never_seen() -> None:
