@@ -24,11 +24,11 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import Variable, read_description
 from warmlink.orchestration.system.model import System
+from warmlink.orchestration.written.quantities import positive
 
 DEFAULT_STEPS = 500
 _ROUNDING = 1e-6

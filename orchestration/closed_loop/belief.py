@@ -8,11 +8,11 @@ from collections.abc import Iterable, Mapping
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.overrides import start_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.shell import command
-from warmlink.orchestration.system.shipped import COMPENSATOR
 
 PLANT, THERMOMETERS, LAW = ("motor.", "link."), "sensors.", f"{COMPENSATOR}."
 
@@ -34,13 +34,13 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     second whether the law runs in exactly the cell that it was designed for, with thermometers without
     errors. Raises InputError if a start value does not exist or is refused.
     """
-    law, setup = scenario.controller.name, scenario.setup
+    law, machine = scenario.controller.name, scenario.machine
     if law == NO_CONTROLLER or scenario.controller.place:
         return None, False
     if scenario.design is None:
-        told = f"{law} has no design for {setup.name}; it runs with the parameters that it is shipped with"
+        told = f"{law} has no design for {machine.name}; it runs with the parameters that it is shipped with"
         return told, False
-    if setup.name != CELL.name:
+    if machine.name != WARMUP_CELL.name:
         return None, False
     real, known = (_differing(scenario, e.parameters) for e in (scenario, scenario.as_believed))
     changed = [name for name in known if name.startswith(PLANT)]
@@ -76,7 +76,7 @@ def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
     known = {} if scenario.file is None else load_scenario(str(scenario.file)).parameters
     given = scenario.as_believed.parameters
     settings = [w for n in changed if known.get(n) != given[n] for w in ("--set", f"{n}={given[n]}")]
-    words = scenario.file or CELL.name, "--law", law, *settings, "--out", f"{law}.ssv"
+    words = scenario.file or WARMUP_CELL.name, "--law", law, *settings, "--out", f"{law}.ssv"
     return command("warmlink", "design", *words)
 
 

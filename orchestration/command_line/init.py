@@ -57,7 +57,7 @@ def _schema(path: Path) -> None:
 
 
 def _schema_of(kind: str) -> dict[str, Any]:
-    from warmlink.orchestration.scenarios.written import json_schema
+    from warmlink.orchestration.written.tables import json_schema
 
     if kind not in _READ_INTO:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, _READ_INTO)}")
@@ -192,20 +192,18 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
 
 def _descriptions() -> dict[str, dict[str, str]]:
     """One line about each thing, by its kind and its name."""
-    from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
-    from warmlink.orchestration.arm.blueprint import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers
     from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
     from warmlink.orchestration.diagnosis.practice.effects import about_effects
+    from warmlink.orchestration.machine.shipped import machines
     from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
     from warmlink.orchestration.scenarios import mismatch
     from warmlink.orchestration.studies import study
-    from warmlink.orchestration.system.shipped import SHIPPED
 
     return {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
         "controllers": {name: law.description for name, law in controllers().items()},
-        "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
+        "systems": machines(),
         "components": {name: component.description for name, component in components().items()},
         "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
         "studies": {name: study.load_study(name).title for name in study.names()},

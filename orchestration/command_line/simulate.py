@@ -233,7 +233,7 @@ def _late(system: System, unseen: Sequence[str]) -> list[str]:
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.scenarios.quantities import positive
+    from warmlink.orchestration.written.quantities import positive
 
     limits = {}
     for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):

@@ -82,7 +82,7 @@ def compare(
     out : Folder for results. Default: out/compare.
     """
     from warmlink.orchestration.scenarios.overrides import reached_controllers
-    from warmlink.orchestration.scenarios.setup import with_replaced
+    from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 

@@ -33,7 +33,7 @@ SHOWN_CONTROLLER = "lag"
 SHOWN_ARM_SCENARIO = "six_axis_shift"
 """Scenario that the shipped SixAxisArm.ssp runs by default."""
 
-JOINED_HOME = "warmlink.orchestration.system.shipped"
+JOINED_HOME = "warmlink.orchestration.machine.machine"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
 
@@ -115,9 +115,9 @@ class _Chosen:
 def _chosen(names: Sequence[str]) -> _Chosen:
     """What is built for the names that are given; InputError if there is none of a name."""
     from warmlink.orchestration.catalogue import controller, controllers, entries
-    from warmlink.orchestration.system.shipped import SHIPPED
+    from warmlink.orchestration.machine.shipped import machine_named, machines
 
-    systems = [*SHIPPED, ARM]
+    systems = machines()
     known = [*entries(), *systems, *controllers()]
     for name in names:
         if name not in known:
@@ -128,7 +128,7 @@ def _chosen(names: Sequence[str]) -> _Chosen:
         if system == ARM:
             full |= load_scenario(SHOWN_ARM_SCENARIO).kinds
         else:
-            full |= {*SHIPPED[system].components_with(controller(SHOWN_CONTROLLER).name).values()}
+            full |= {*machine_named(system).parts_with(controller(SHOWN_CONTROLLER).name).values()}
     return _Chosen([name for name in entries() if not names or name in full], wanted)
 
 
@@ -145,9 +145,9 @@ class _Making:
 
     def shipped(self, chosen: _Chosen) -> list[Path]:
         """Build shipped components and systems, and give their files."""
-        from warmlink.orchestration.arm.blueprint import write_arm
+        from warmlink.orchestration.arm.chain import write_arm
         from warmlink.orchestration.catalogue import controller
-        from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
+        from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named
         from warmlink.orchestration.system.write import write_ssp
 
         built, law = self._components(chosen.components), controller(SHOWN_CONTROLLER)
@@ -159,13 +159,13 @@ class _Making:
                 built += write_arm(arm.system(fmus), self.out)
                 whole.append(arm.joined())
                 continue
-            blueprint = SHIPPED[name]
+            machine = machine_named(name)
             built.append(self.out / f"{name}.ssp")
-            write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), built[-1])
-            if blueprint.ports:
+            write_ssp(machine.system(fmus, law.name, machine.shown), built[-1])
+            if machine.ports:
                 built.append(self.out / f"{name}-ports.ssp")
-                write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
-            whole += [blueprint.joined(law)] if blueprint is WARMUP_CELL else []
+                write_ssp(machine.system(fmus, law.name), built[-1], machine.ports)
+            whole += [machine.joined(law)] if machine is WARMUP_CELL else []
         return built + self._joined([self._flagged(each) for each in whole])
 
     def own(self, scenario: Scenario) -> list[Path]:
@@ -180,7 +180,7 @@ class _Making:
         built.append(self.out / f"{scenario.name}.ssp")
         write_ssp(scenario.system({**fmus, **scenario.controller.files(store)}), built[-1])
         # As one component, called as the scenario is; none where others' FMUs are in it.
-        apart = scenario.setup.blueprint.never_joined
+        apart = scenario.machine.never_joined
         name = re.sub(r"\W", "_", scenario.name)
         return built + self._joined([] if apart else [replace(scenario.joined(), name=name)])
 

@@ -10,16 +10,16 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.equations import COORDINATES
 from warmlink.fmus.names import listed
-from warmlink.orchestration.arm.blueprint import NAME as ARM
-from warmlink.orchestration.arm.blueprint import axes
+from warmlink.orchestration.arm.chain import NAME as ARM
+from warmlink.orchestration.arm.chain import axes
 from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, columns, workspace
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.report.figures import styled, time_plot
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 QUANTITIES = {
@@ -67,7 +67,7 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
         Section("Figures", text=scenario.about.strip(), table=_figures(outcome)),
         Section(
             "Error of the tool point",
-            f"{scenario.setup.roles.score.text}, at the communication points.",
+            f"{scenario.machine.roles.score.text}, at the communication points.",
             figure=time_plot(outcome.time, errors, "error [µm]", 1e6 * scenario.tolerance),
         ),
         *_of_the_system(outcome),
@@ -92,7 +92,7 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
 
 def _of_the_system(outcome: ClosedLoop) -> list[Section]:
     """Sections that depend on the system: the arm's, the cell's, or any other's outputs by their units."""
-    system, table = outcome.scenario.setup.name, outcome.result.table
+    system, table = outcome.scenario.machine.name, outcome.result.table
     if system == ARM:
         return _of_the_arm(outcome)
     plots = plots_of(system, {name: table.units[name] for name in table.names if "[" not in name})
@@ -106,7 +106,7 @@ def _of_the_system(outcome: ClosedLoop) -> list[Section]:
 
 def plots_of(system: str, units: Mapping[str, str | None]) -> Plots:
     """What is plotted of a system by its name; `units` are those of all that may be plotted."""
-    if system == CELL.name:
+    if system == WARMUP_CELL.name:
         return CELL_PLOTS
     return {
         (heading, unit): {n: n for n in [n for n in units if units[n] == unit][:MOST_LINES]}
@@ -158,7 +158,7 @@ def _since(metrics: ErrorMetrics) -> str:
 
 def _budget(outcome: ClosedLoop) -> Table:
     errors = {
-        f"coupling error of {listed(outcome.scenario.setup.roles.plant)}": outcome.coupling_error_um,
+        f"coupling error of {listed(outcome.scenario.machine.roles.plant)}": outcome.coupling_error_um,
         "discretisation error of any elongation": outcome.discretisation_error_um,
     }
     unknown = "unknown, a run stopped early"

@@ -17,17 +17,17 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, several
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.chain import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.closed_loop.metrics import CONDUCT
 from warmlink.orchestration.console import Answer
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario, believing
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.workers import Workers
@@ -39,7 +39,7 @@ DEFAULT_MISMATCHES = (
     *(NOMINAL, "thermal_high", "thermal_low", "insulated", "ventilated"),
     *("draw_1", "draw_2", "noisy_sensors", "camera_absent"),
 )
-SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
+SYSTEMS = {WARMUP_CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
 """Systems that can be compared, each with its default mismatches."""
 COLUMNS = (
     *("controller", "duty_cycle", "mismatch", "max_abs_um", "p95_abs_um"),
@@ -100,12 +100,12 @@ def plan(
     scenarios = [believing(replace(duty, controller=law), given[law.name]) for law in laws for duty in duties]
     for each in scenarios:
         if each.design is None:
-            raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")
+            raise InputError(f"{each.controller.name}: has no design for {each.machine.name}; leave it out")
     return Plan(tuple(scenarios), tuple(mismatches))
 
 
 def plan_on(
-    system: str = CELL.name,
+    system: str = WARMUP_CELL.name,
     controllers: Sequence[str] | str | None = None,
     duty_cycles: Sequence[str | Path] | str | Path | None = None,
     mismatches: Sequence[str | Path] | str | Path | None = None,
@@ -121,7 +121,7 @@ def plan_on(
     """
     cell = None if scenario is None else load_scenario(str(scenario))
     if cell is not None:
-        system = ARM if cell.setup.name == ARM else CELL.name
+        system = ARM if cell.machine.name == ARM else WARMUP_CELL.name
     if system not in SYSTEMS:
         raise InputError(
             f"{argument('system', system)}: no such system to compare on; {instead(system, SYSTEMS)}"
@@ -246,7 +246,7 @@ def compare(
     duty_cycles: Sequence[str | Path] | str | Path | None = None,
     mismatches: Sequence[str | Path] | str | Path | None = None,
     *,
-    system: str = CELL.name,
+    system: str = WARMUP_CELL.name,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
     means: Means = USUAL,

@@ -20,11 +20,11 @@ from warmlink.fmus.catalogue import catalogue as components
 from warmlink.orchestration.cli import COMMANDS, application
 from warmlink.orchestration.command_line.init import KINDS, kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
-from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.recorded import RECORDED
-from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.written.tables import json_schema
 
 API = DOCS / "reference" / "api.md"
 

@@ -11,11 +11,11 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.separation import problem_with, run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitted import Carried, Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.machine.rig import ELONGATION
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 

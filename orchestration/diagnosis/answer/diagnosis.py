@@ -21,10 +21,10 @@ from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
+from warmlink.orchestration.machine.rig import ELONGATION
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
+from warmlink.orchestration.machine.rig import OFFSET
 from warmlink.orchestration.system.units import parse_unit
 
 

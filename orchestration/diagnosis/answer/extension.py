@@ -23,12 +23,12 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.own import extended, shipped_system, with_paths
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.equations import bound
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
+from warmlink.orchestration.machine.heat_paths import extended
+from warmlink.orchestration.machine.rig import ELONGATION, Rig
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -73,7 +73,7 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
             known |= {problem.slots[i]: float(values[i]) for i in freed.slots}
     rig = problem.experiment.rig
     ours = set(rig.variables)
-    for instance, kind in rig.blueprint.components.items():
+    for instance, kind in rig.machine.parts.items():
         declared = components().get(kind)
         ours |= {f"{instance}.{scalar.name}" for scalar in declared.scalars()} if declared else set()
     return {name: float(v) for name, v in known.items() if name in ours and np.isfinite(v)}
@@ -82,15 +82,14 @@ def extended_values(problem: Problem, fit: Fit) -> dict[str, float]:
 def kinds_needed(diagnosed: Rig) -> list[str]:
     """Names of the components whose FMUs the extended model is written with; none for an SSP of one's own."""
     none = controller("none").name
-    return [] if diagnosed.own else sorted(set(diagnosed.blueprint.components_with(none).values()))
+    return [] if diagnosed.system else sorted(set(diagnosed.machine.parts_with(none).values()))
 
 
 def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
     """Write the system with the extended values bound, and the heat paths that were found wired in."""
     from warmlink.orchestration.system.write import write_ssp
 
-    own = rig.own or with_paths(shipped_system(rig, store), {})
-    write_ssp(extended(own, values), path)
+    write_ssp(extended(rig, values, store), path)
 
 
 def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:

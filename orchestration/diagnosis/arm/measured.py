@@ -22,12 +22,12 @@ import numpy as np
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import axis, axis_name
+from warmlink.orchestration.arm.chain import axis, axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps, read_run
-from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
 from warmlink.orchestration.diagnosis.data.signals import row_noise
+from warmlink.orchestration.machine.rig import CELL, ELONGATION, rig
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"

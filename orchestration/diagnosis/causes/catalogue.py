@@ -7,9 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf, Text
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml
+from warmlink.orchestration.written.entries import Flag, Names, Number, OneOf, Text
+from warmlink.orchestration.written.tables import Table, read_table
 
 _Instrument = Literal["temperature sensor", "camera", "reading", "declared reading"]
 Kind = Literal["plant", "input", "place", _Instrument, "record", "simulation"]

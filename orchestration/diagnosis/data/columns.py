@@ -10,7 +10,7 @@ from typing import Any
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet

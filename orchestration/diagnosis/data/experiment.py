@@ -18,12 +18,12 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own import rig_of
-from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.machine.rig import CELL, Rig
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -236,7 +236,7 @@ class _Reader:
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
         rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
         # Where a heat path was put before an input, its own input is meant.
-        self.moved = rig.own.moved if rig.own else {}
+        self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []

@@ -14,9 +14,9 @@ from warmlink.fmus.names import instead, listed
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_of
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.orchestration.machine.rig import Rig, rig
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -34,7 +34,7 @@ def parameters_of(scenario: str) -> dict[str, str]:
     InputError is raised where there is no such scenario, or it is one of another system.
     """
     loaded = load_scenario(scenario)
-    if loaded.setup is not CELL:
+    if loaded.machine is not WARMUP_CELL:
         raise InputError(
             f"{argument('scenario', scenario)}: is of another system than the warm-up cell; "
             "give an experiment (TOML)"

@@ -14,9 +14,9 @@ from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps
-from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.data.start import at_start
 from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.machine.rig import SCALE, Rig
 
 PAD_OFF = 0
 

@@ -13,10 +13,10 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 

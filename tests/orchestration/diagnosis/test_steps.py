@@ -7,11 +7,10 @@ import pytest
 
 from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade
 from tests.orchestration.diagnosis.loggers import HALF, Logger, logged_file, logged_run
-from warmlink.orchestration.arm.blueprint import axis
+from warmlink.orchestration.arm.chain import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import calibrating, read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import PLACE, rig
 from warmlink.orchestration.diagnosis.fit import problem as made_ready
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -20,6 +19,7 @@ from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.steps import FINAL, SEARCH, Levels, Resolution
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.machine.rig import PLACE, rig
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")

@@ -13,11 +13,11 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.live.page import packed
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 pytestmark = pytest.mark.platform
 

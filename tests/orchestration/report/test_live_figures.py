@@ -12,8 +12,8 @@ from warmlink.orchestration.report.closed_loop import CELL_PLOTS
 from warmlink.orchestration.report.live.content import columns
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at
 from warmlink.orchestration.scenarios.duties.recorded import read_csv
-from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+from warmlink.orchestration.written.expression import Expression
 
 pytestmark = pytest.mark.platform
 

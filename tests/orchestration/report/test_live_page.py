@@ -52,8 +52,8 @@ def errors(scenario: Scenario, folder: Path) -> dict[str, Any]:
     return {
         name: expression.value(lambda each: result[f"whole.{each}"])
         for name, expression in (
-            ("none", scenario.setup.roles.uncompensated),
-            ("lag", scenario.setup.roles.score),
+            ("none", scenario.machine.roles.uncompensated),
+            ("lag", scenario.machine.roles.score),
         )
     }
 

@@ -23,18 +23,16 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.quantities import quantity
+from warmlink.orchestration.machine.machine import COMPENSATOR, Machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL, machines
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import Ports, write_ssp
-
-ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
+from warmlink.orchestration.written.quantities import quantity
 
 POSES, KINEMATICS = "poses", "kinematics"
 
 NAME = "SixAxisArm"
-PROGRAMS = Path(__file__).parent / "programs"
 GEOMETRY = Path(__file__).with_name("geometry.toml")
 
 _UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
@@ -43,8 +41,8 @@ _UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "stee
 """Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
-def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
-    """Blueprint of an arm of some axes, each with sensors and a compensator if it is `compensated`.
+def arm_chain(count: int = AXES, compensated: bool = True) -> Machine:
+    """Parts and wires of an arm of some axes, each with sensors and a compensator if it is `compensated`.
 
     Beyond six another arm of six stands on the tip of the one before; InputError for less than one.
     """
@@ -56,7 +54,7 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     for i in range(1, count + 1):
         name, place, arm = axis_name(i), (i - 1) % AXES + 1, kinematics_of(i)
         part = cell.prefixed(name)
-        components |= part.components
+        components |= part.parts
         wires += [
             *part.wires,
             (f"{POSES}.angle[{place}]", f"{arm}.angle[{place}]"),
@@ -72,7 +70,7 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
     components[POSES] = "PoseSequence"
     components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
     called = NAME if count == AXES else f"Arm{count}"
-    return Blueprint(called, ABOUT, components, tuple(wires), stop_time=7200.0)
+    return Machine(called, machines()[NAME], components, tuple(wires), stop_time=7200.0)
 
 
 def axis_name(number: int) -> str:
@@ -148,11 +146,6 @@ class Axis:
     mass: float
     motor: Mapping[str, float]
     link: Mapping[str, float]
-
-
-def program_names() -> list[str]:
-    """Names of the programs that ship, which are the arm's scenarios."""
-    return sorted(path.stem for path in PROGRAMS.glob("*.toml"))
 
 
 @cache

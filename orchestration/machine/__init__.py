@@ -1,0 +1,1 @@
+"""A machine: its parts, wires, roles and nominal values, and what is made of them; shipped ones are data."""
