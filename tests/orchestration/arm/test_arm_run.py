@@ -18,7 +18,7 @@ from warmlink.orchestration.arm.chain import arm_values
 from warmlink.orchestration.arm.errors import ArmErrors, sensitivities, workspace
 from warmlink.orchestration.arm.program import DESIGNED
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario, names_on, read_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.machine import Sensors
@@ -46,7 +46,7 @@ def outcome(fmu_store: FmuStore) -> ClosedLoop:
     return run_scenario(scenario, fmu_store)
 
 
-@pytest.mark.parametrize("name"())
+@pytest.mark.parametrize("name", names_on("SixAxisArm"))
 def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: FmuStore) -> None:
     """From a cold start, one thermometer for each joint with 0.1 K of noise; below 30 um throughout.
 

@@ -48,7 +48,7 @@ def test_what_is_out_of_reach_has_no_angles() -> None:
     assert np.all(np.isfinite(joint_angles(0.45, 0.0, 0.15, -np.pi / 2)))
 
 
-@pytest.mark.parametrize("name"())
+@pytest.mark.parametrize("name", names_on("SixAxisArm"))
 def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
     program = load_program(name)
     assert program.title
