@@ -35,6 +35,7 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment
 from warmlink.orchestration.scenarios.duties.duty_files import SHORTEST_DRAWN, Row, RowsTables, durations
+from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.system.model import StartValues, Value
 from warmlink.orchestration.written.entries import Quantities, Quantity, Whole
@@ -238,6 +239,10 @@ def arm(count: int = AXES) -> Machine:
         designs=partial(designs, count=count),
         program=scenario_of,
         detail=_detail,
+        laws=DESIGNED,
+        mismatches=(NOMINAL,),
+        sections="warmlink.orchestration.report.arm:sections",
+        showcase="six_axis_shift",
     )
 
 

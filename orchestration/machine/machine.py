@@ -44,7 +44,7 @@ DRIVER, THERMOMETERS, CHANNELS = "DutyCycle", "TemperatureSensors", 8
 
 KINDS = {
     **{DUTY: DRIVER, "motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"},
-    **{"sensors": THERMOMETERS, "camera": "DriftCamera", COMPENSATOR: ""},
+    **{"sensors": THERMOMETERS, "camera": "DriftCamera", "poses": "PoseSequence", COMPENSATOR: ""},
 }
 """Component behind each kind of part, by which people name it; empty: a controller."""
 
@@ -81,6 +81,9 @@ AS_THEY_ARE = Sensors()
 Designs = Callable[[str, Sensors], StartValues | None]
 """Function that returns the controllers' start values for a machine by the law's name, or None."""
 
+Plots = Mapping[tuple[str, str], Mapping[str, str]]
+"""Variables by the name of their line, by heading and unit."""
+
 Program = Callable[[Mapping[str, Any], str, Path], Any]
 """Function that makes a scenario of the tables of a file, its name and its folder."""
 
@@ -105,6 +108,10 @@ class Machine:
     designs : parameters of the laws for this machine; None if the shipped laws were designed for it
     program : reads the scenarios that are made for it; None if it is driven by duty cycles
     detail : additional figures of a run of this machine, for `uncompensated` and `compensated`
+    laws, mismatches : names of what is compared on it unless somebody says otherwise; empty: all
+    plots : variables by the name of their line, by heading and unit; empty: outputs by their unit
+    sections : function of further sections of its report, as `package.module:function`
+    showcase : scenario that its shipped SSP runs by default, if it is one
     """
 
     name: str
@@ -125,6 +132,11 @@ class Machine:
     designs: Designs | None = None
     program: Program | None = None
     detail: Callable[[Result], Mapping[str, Mapping[str, Any]]] | None = None
+    laws: tuple[str, ...] = ()
+    mismatches: tuple[str, ...] = ()
+    plots: Plots = field(default_factory=dict)
+    sections: str = ""
+    showcase: str = ""
 
     @property
     def kinds(self) -> set[str]:

@@ -6,9 +6,9 @@ a function without arguments that returns the machine, as `package.module:functi
 
 from __future__ import annotations
 
-import importlib
 import tomllib
 from functools import cache
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +38,13 @@ def machine_named(name: str) -> Machine:
 def _machine(path: Path) -> Machine:
     content = dict(_content(path))
     if maker := content.pop("made_by", None):
-        module, _, function = str(maker).partition(":")
-        made: Machine = getattr(importlib.import_module(module), function)()
+        made: Machine = EntryPoint("", str(maker), "").load()()
         return made
     content["wires"] = tuple((source, target) for target, source in content.get("wires", {}).items())
     content["signals"] = {name: tuple(ends) for name, ends in content.get("signals", {}).items()}
     content["roles"] = _roles(content["roles"]) if "roles" in content else NOTHING_SCORED
+    plots = content.get("plots", [])
+    content["plots"] = {(each["heading"], each["unit"]): each["lines"] for each in plots}
     if ports := content.get("ports"):
         shown = (end.rpartition(".") for end in ports["shown"])
         content["ports"] = Ports(tuple(ports["drivers"]), tuple((part, each) for part, _, each in shown))

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.referees import Variables, ecos, libcosim
-from warmlink.orchestration.arm.chain import arm_chain, arm_values, without_dots, write_arm
+from warmlink.orchestration.arm.chain import arm_chain, arm_values
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import without_dots, write_machine
 from warmlink.orchestration.machine.machine import merged
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
@@ -50,7 +51,7 @@ def arm() -> System:
 
 @pytest.fixture(scope="module")
 def flat(arm: System, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_arm(arm, tmp_path_factory.mktemp("arm"))[1]
+    return write_machine(arm, None, tmp_path_factory.mktemp("arm"))[1]
 
 
 @pytest.fixture(scope="module")

@@ -108,7 +108,8 @@ def test_the_map_shows_the_error_at_its_points() -> None:
 
 
 def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> None:
-    from warmlink.orchestration.report.closed_loop import moments, write_report
+    from warmlink.orchestration.report.arm import moments
+    from warmlink.orchestration.report.closed_loop import write_report
 
     write_report(outcome, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text("utf-8")

@@ -12,10 +12,11 @@ from benchmarks.rollout import demand_table
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source import equations as motor_equations
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.arm.chain import arm_chain, arm_values, axes, axis, axis_name, write_arm
+from warmlink.orchestration.arm.chain import arm_chain, arm_values, axes, axis, axis_name
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import write_machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.recording.result import Result
@@ -133,7 +134,7 @@ def test_nested_and_flat_ssp_hold_the_same_arm(
     plain_arm: MakeArm, inspection: Program, tmp_path: Path
 ) -> None:
     arm = replace(plain_arm(inspection), default_experiment=DefaultExperiment(0.0, 60.0, 1.0))
-    nested, flat, _ = write_arm(arm, tmp_path)
+    nested, flat, _ = write_machine(arm, arm_chain(compensated=False).ports, tmp_path)
     assert (nested.name, flat.name) == ("SixAxisArm.ssp", "SixAxisArm-flat.ssp")
     read = read_system(nested, tmp_path / "nested")
     other = read_system(flat, tmp_path / "flat")

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from warmlink.orchestration.arm.chain import arm_chain, write_arm
+from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import write_machine
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
@@ -49,7 +50,8 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def arms(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    return write_arm(built(arm_chain(2)), tmp_path_factory.mktemp("arm"))
+    arm = arm_chain(2)
+    return write_machine(built(arm), arm.ports, tmp_path_factory.mktemp("arm"))
 
 
 def test_omsimulator_is_told_of_each_system_that_it_is_one_of_co_simulation(
