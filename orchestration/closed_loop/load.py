@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.machine.read import RolesTable, machine_in
+from warmlink.orchestration.machine.read import Named, RolesTable, machine_in
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
@@ -130,15 +130,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         return scenario
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
-    if read.system.endswith(".ssp"):
-        machine = machine_in(folder / read.system, read.roles, name)
-    else:
-        known = [each for each in machines() if machine_named(each).scored]
-        if read.system not in known:
-            raise InputError(f"{name}: system: {instead(read.system, known, 'or give the path of an SSP')}")
-        if read.roles is not None:
-            raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
-        machine = machine_named(read.system)
+    machine = machine_in(Named(read.system, read.roles, name, folder))
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason

@@ -16,7 +16,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark, remark_once
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.machine.machine import Machine
-from warmlink.orchestration.machine.read import machine_of
+from warmlink.orchestration.machine.read import Named, machine_of, with_roles
 from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, owner_of, rig
 from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
@@ -39,15 +39,13 @@ def rig_of(
     InputError is raised where there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
-    if name.lower().endswith((".ssp", ".ssd")):
-        base = read_system(folder / name)
-        for told in base.remarks:
-            remark_once(told)
-    elif paths or looped or changed.fmus:
-        base = built_system(rig(name).machine)
-    else:
-        return rig(name)
-    return rig_in(changed.in_system(base), paths, looped)
+    named = Named(name, None, name, folder).followed()
+    if named.path is None and not (paths or looped or changed.fmus):
+        return rig(named.system)
+    base = built_system(rig(named.system).machine) if named.path is None else read_system(named.path)
+    for told in base.remarks:
+        remark_once(told)
+    return rig_in(changed.in_system(base), paths, looped, named)
 
 
 def built_system(machine: Machine, built: FmuStore | None = None) -> System:
@@ -57,13 +55,16 @@ def built_system(machine: Machine, built: FmuStore | None = None) -> System:
     return machine.system((built or store(None, kinds, remark)).files(kinds), none)
 
 
-def rig_in(base: System, paths: Paths = MappingProxyType({}), looped: bool = False) -> Rig:
+def rig_in(
+    base: System, paths: Paths = MappingProxyType({}), looped: bool = False, named: Named | None = None
+) -> Rig:
     """Rig of a system of FMUs, with the heat paths that causes may add.
 
-    `looped`: in a loop of its FMUs, even where every part is known. InputError where a path does not fit.
+    `looped`: in a loop of its FMUs, even where every part is known; `named`: the file with its roles, if there
+    is one. InputError where a path or a role does not fit.
     """
     system, moved = with_paths(base, paths)
-    machine = machine_of(system)
+    machine = _with_roles_of(named, system)
     foreign: dict[str, Component] = {}
     nominal: dict[str, dict[str, Value]] = {}
     for name, part in system.components.items():
@@ -80,6 +81,15 @@ def rig_in(base: System, paths: Paths = MappingProxyType({}), looped: bool = Fal
         paths=paths,
         moved=moved,
     )
+
+
+def _with_roles_of(named: Named | None, system: System) -> Machine:
+    if named is None or (named.path is not None and named.roles is None):
+        return machine_of(system)
+    if named.roles is not None:
+        return with_roles(system, named.roles, f"{named.where}: roles")
+    shipped = rig(named.system).machine
+    return replace(machine_of(system, shipped.controllers), roles=shipped.roles)
 
 
 def _declaration(info: ModelInfo) -> Component:

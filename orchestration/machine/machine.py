@@ -13,6 +13,7 @@ One class for every machine, shipped or somebody's own; whatever is done to a ma
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -158,15 +159,30 @@ class Machine:
         """Names of the controllers' outputs that say that the error is within tolerance."""
         return tuple(f"{instance}.ready" for instance in self.controllers)
 
-    @property
-    def scored(self) -> bool:
-        """Whether it has a tool point, whose error is scored."""
-        return self.roles is not NOTHING_SCORED
-
     @cached_property
     def fed(self) -> Mapping[str, str]:
         """The output behind each input that a wire feeds."""
         return {target: source for source, target in self.wires}
+
+    @cached_property
+    def driven(self) -> Mapping[str, str]:
+        """Demand of a duty cycle, as `speed`, behind each input that one drives."""
+        drivers = set(self.called(DUTY))
+        split = {target: source.rpartition(".") for target, source in self.fed.items()}
+        return {target: demand for target, (part, _, demand) in split.items() if part in drivers}
+
+    @property
+    def growth(self) -> Mapping[str, float]:
+        """Weights of the outputs that add up to what a controller should take out; empty if nothing says it.
+
+        Without roles it is the elongation of the only link.
+        """
+        if self.roles is not NOTHING_SCORED:
+            with suppress(InputError):  # a norm, for example, is no sum
+                return self.roles.uncompensated.weights()
+            return {}
+        links = self.called("link")
+        return {f"{links[0]}.elongation": 1.0} if len(links) == 1 else {}
 
     @cached_property
     def reduced(self) -> Mapping[str, Component]:

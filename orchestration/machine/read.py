@@ -6,6 +6,9 @@ speed = ["joint1.speed", "joint2.speed"]       # inputs that the duty cycle driv
 score = "link1.elongation + link2.elongation - compensator.correction"
 controller = "compensator"                     # the instance, or a list of them, that a controller replaces
 ```
+
+The table stands in a scenario beside `system = "chain.ssp"`, or both stand in a file of their own, which
+scenarios and experiments name as `system = "chain.toml"`.
 """
 
 from __future__ import annotations
@@ -23,14 +26,19 @@ from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, Machine, Roles
+from warmlink.orchestration.machine.shipped import DEFAULT, machine_named, machines
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.units import Conversion
+from warmlink.orchestration.text_files import read_toml
 from warmlink.orchestration.written.entries import Names, Text
 from warmlink.orchestration.written.expression import Expression
-from warmlink.orchestration.written.tables import Table
+from warmlink.orchestration.written.tables import Table, read_table
+
+SYSTEMS = (".ssp", ".ssd")
+"""Endings of files that hold a system."""
 
 Driven = Annotated[tuple[str, ...], Names("motor.speed", single=True)]
 Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
@@ -51,17 +59,64 @@ class RolesTable(Table):
     pad_power: Driven = ()
 
 
-def machine_in(path: Path, roles: RolesTable | None, where: str) -> Machine:
-    """The machine of an SSP with the roles of its variables; `where` is the name of the scenario.
+@dataclass(frozen=True)
+class Named:
+    """A machine as a file names it: a shipped one, or the path of an SSP with the roles of its variables.
 
-    Raises InputError if the file cannot be read, or a role names a variable that the system does not have.
+    `where` is the name of the file, which stands before an error message.
     """
-    where = f"{where}: roles"
-    if roles is None:
-        raise InputError(f"{where} is missing; write [roles] and below it score = {Scored.example!r}")
-    system = read_system(path)
-    for told in system.remarks:
-        remark_once(told)
+
+    system: str
+    roles: RolesTable | None
+    where: str
+    folder: Path = Path()
+
+    @property
+    def path(self) -> Path | None:
+        """Path of the SSP; None if the machine is shipped."""
+        return self.folder / self.system if self.system.lower().endswith(SYSTEMS) else None
+
+    def followed(self) -> Named:
+        """What a file names whose path this is: one with the entries `system` and `roles`, as a scenario's.
+
+        Raises InputError if there is no such file, or roles are given twice.
+        """
+        if not self.system.endswith(".toml"):
+            return self
+        path = self.folder / self.system
+        if self.roles is not None:
+            raise InputError(f"{self.where}: roles: {path.name} has those of its system; leave the table out")
+        tables = read_toml(path)
+        system, roles = str(tables.get("system", DEFAULT)), tables.get("roles")
+        if system.endswith(".toml"):
+            raise InputError(f"{path.name}: system: {system}: give an SSP, or the name of a shipped machine")
+        read = None if roles is None else read_table(RolesTable, roles, f"{path.name}: roles")
+        return Named(system, read, path.name, path.parent)
+
+
+def machine_in(named: Named) -> Machine:
+    """The machine that a file names; raises InputError if there is none, or its roles do not fit it."""
+    found = named.followed()
+    if found.path is not None:
+        if found.roles is None:
+            where = f"{found.where}: roles is missing"
+            raise InputError(f"{where}; write [roles] and below it score = {Scored.example!r}")
+        system = read_system(found.path)
+        for told in system.remarks:
+            remark_once(told)
+        return with_roles(system, found.roles, f"{found.where}: roles", f"system of {found.path.name}")
+    known = [each for each in machines() if machine_named(each).controllers]
+    if found.system not in known:
+        told = instead(found.system, known, "or give the path of an SSP")
+        raise InputError(f"{found.where}: system: {told}")
+    if found.roles is not None:
+        told = f"{found.system} is shipped with its roles; leave the table out"
+        raise InputError(f"{found.where}: roles: {told}")
+    return machine_named(found.system)
+
+
+def with_roles(system: System, roles: RolesTable, where: str, about: str = "") -> Machine:
+    """The machine that a system with roles is; raises InputError if a role names what is not there."""
     for name in roles.controller:
         if name not in system.components:
             known = instead(name, system.components)
@@ -78,7 +133,7 @@ def machine_in(path: Path, roles: RolesTable | None, where: str) -> Machine:
         )
     return replace(
         machine,
-        about=f"system of {path.name}",
+        about=about,
         parts=parts,
         wires=(*machine.wires, *driven),
         roles=_roles(roles, system, where),

@@ -19,12 +19,8 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, Machine
-from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named, machines
+from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.model import System, Value
-
-ELONGATION = "link.elongation"
-
-CELL = WARMUP_CELL.name
 
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature` that are outputs of their own as well."""
@@ -91,11 +87,6 @@ class Rig:
     def name(self) -> str:
         """Name of the machine."""
         return self.machine.name
-
-    @property
-    def is_cell(self) -> bool:
-        """Whether it is the shipped warm-up cell."""
-        return self.machine is WARMUP_CELL
 
     @property
     def in_loop(self) -> bool:
@@ -168,6 +159,19 @@ class Rig:
             found[source] = (*found.get(source, ()), target)
         return found
 
+    @cached_property
+    def demanded(self) -> Mapping[str, tuple[str, ...]]:
+        """Inputs of the plant by what a duty cycle demands, one for each signal that feeds several."""
+        found: dict[str, dict[str, str]] = {}
+        for target, demand in self.machine.driven.items():
+            if target in self.externals:
+                found.setdefault(demand, {}).setdefault(self.machine.fed[target], target)
+        return {demand: tuple(first.values()) for demand, first in found.items()}
+
+    def input_behind(self, end: str) -> str:
+        """Input of the plant with the signal that feeds an end, of a controller for example; empty: none."""
+        return next(iter(self.shared.get(self.machine.fed.get(end, ""), ())), "")
+
     def part_of(self, name: str) -> str:
         """Instance whose variable a full name is; empty where it is none's."""
         return owner_of(self.machine.parts, name)
@@ -204,9 +208,10 @@ class Rig:
     def columns(self) -> dict[str, str]:
         """Input or output by the name of its column in a bare CSV file."""
         sources = {target: source for source, target in self.machine.wires}
+        readers = {*self.machine.controllers, COMPENSATOR}
         found = {sources[t].rpartition(".")[2]: t for t, *_ in self.driven_by if t in sources}
         for reading, target in self.machine.wires:
-            if self.part_of(target) == COMPENSATOR and ".reading[" in reading:
+            if self.part_of(target) in readers and ".reading[" in reading:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading

@@ -65,5 +65,7 @@ def _content(path: Path) -> dict[str, Any]:
     return tomllib.loads(path.read_text("utf-8"))
 
 
-WARMUP_CELL = machine_named("WarmupCell")
+DEFAULT = "WarmupCell"
+
+WARMUP_CELL = machine_named(DEFAULT)
 """The machine of a scenario that names none: one motor, one link."""

@@ -157,7 +157,7 @@ class _Making:
             shown = _showcase(machine)
             system = shown.system(fmus) if shown else machine.system(fmus, law.name, machine.shown)
             built += write_machine(system, machine.ports, self.out)
-            if machine.scored:
+            if machine.controllers:
                 whole.append(shown.joined() if shown else machine.joined(law))
         return built + self._joined([self._flagged(each) for each in whole])
 

@@ -139,7 +139,7 @@ def plan_on(
 
 
 def _compared_on(system: str) -> Machine:
-    known = [each for each in machines() if machine_named(each).scored]
+    known = [each for each in machines() if machine_named(each).controllers]
     if system not in known:
         told = instead(system, known)
         raise InputError(f"{argument('system', system)}: no such system to compare on; {told}")

@@ -19,7 +19,8 @@ from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.machine.rig import CELL, Rig
+from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.machine.shipped import DEFAULT
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
@@ -173,7 +174,7 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
         if not is_file(source):
             raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
-    cell = rig_of(CELL, replaced=told.replaced)
+    cell = rig_of(DEFAULT, replaced=told.replaced)
     run = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)

@@ -20,7 +20,7 @@ MakeArm = Callable[..., System]
 
 @pytest.fixture(scope="session")
 def fmu_store() -> FmuStore:
-    kinds = set(arm_chain(compensated=False).components.values())
+    kinds = set(arm_chain(compensated=False).parts.values())
     return store(None, sorted(kinds), lambda text: None)
 
 

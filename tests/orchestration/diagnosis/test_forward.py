@@ -35,7 +35,7 @@ def freed() -> list[str]:
 
 
 def run_of(duty: tuple[Segment, ...], interval: float = 10.0) -> Run:
-    return separation.run_of(duty, [], 1.0, interval)
+    return separation.run_of(duty, rig("WarmupCell"), [], 1.0, interval)
 
 
 def forward(run: Run, resolution: Resolution, slots: list[str] | None = None) -> Forward:

@@ -37,7 +37,7 @@ def test_a_chance_is_that_of_the_nearest_rival() -> None:
 
 
 def test_a_duty_cycle_becomes_a_run_held_from_row_to_row() -> None:
-    run = run_of(DUTIES[4], ["link.elongation"], 0.7, 10.0)
+    run = run_of(DUTIES[4], rig("WarmupCell"), ["link.elongation"], 0.7, 10.0)
     assert run.time[-1] == pytest.approx(0.7 * length(DUTIES[4]))
     assert run.inputs["motor.pad_temperature"][0] == DUTIES[4][0].pad_temperature
     assert np.isnan(run.inputs["motor.pad_temperature"][151])

@@ -27,7 +27,7 @@ from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
-HOME = "warmlink.orchestration.system.shipped"
+HOME = "warmlink.orchestration.machine.machine"
 LAW = controller("lag").name
 DUTY = {"duration[1]": 1200.0, "duration[2]": 600.0, "segment_speed[2]": 0.0, "segment_torque[2]": 0.5}
 PHASES = [demand(1200.0, 3.43, 2.5), demand(600.0, 0.0, 0.5)]

@@ -144,11 +144,7 @@ def test_an_arm_has_ports_for_duty_angles_and_results(arms: list[Path]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("bench", "watched"),
-    [
-        (machine_named("BenchRod"), "link.elongation"),
-        (machine_named("BenchMotor"), "motor.winding_temperature"),
-    ],
+    ("bench", "watched"), [("BenchRod", "link.elongation"), ("BenchMotor", "motor.winding_temperature")]
 )
 def test_a_bench_does_something_by_itself(bench: str, watched: str, tmp_path: Path) -> None:
     write_ssp(built(machine_named(bench)), tmp_path / "bench.ssp")
