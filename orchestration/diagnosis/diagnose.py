@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -118,7 +119,8 @@ def _scenario(proposed: Proposed, rig: Rig, known: Mapping[str, float]) -> str:
     cycle, rounds = proposed.cycle
     why = proposed.why.replace("\\", "").replace('"""', "")
     both = "Run it on the machine, and diagnose both: warmlink diagnose RUN.csv NEXT.csv"
-    lines = ['title = "The next experiment"', f'reason = """\n{why}\n{both}\n"""']
+    lines = [] if rig.source is None else [f"system = {json.dumps(str(rig.source.resolve()))}"]
+    lines += ['title = "The next experiment"', f'reason = """\n{why}\n{both}\n"""']
     lines.append(f'stop_time = "{length(proposed.duty):.10g} s"')
     lines += ["repeat = true"] if rounds > 1 else []
     begins = np.cumsum([0.0, *(segment.duration for segment in cycle)])

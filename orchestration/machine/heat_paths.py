@@ -60,8 +60,8 @@ def rig_in(
 ) -> Rig:
     """Rig of a system of FMUs, with the heat paths that causes may add.
 
-    `looped`: in a loop of its FMUs, even where every part is known; `named`: the file with its roles, if there
-    is one. InputError where a path or a role does not fit.
+    `looped`: in a loop of its FMUs, even where every part is known; `named`: the file with its roles, if any.
+    InputError where a path or a role does not fit.
     """
     system, moved = with_paths(base, paths)
     machine = _with_roles_of(named, system)
@@ -80,6 +80,7 @@ def rig_in(
         base=base,
         paths=paths,
         moved=moved,
+        source=None if named is None else named.source,
     )
 
 

@@ -63,13 +63,15 @@ class RolesTable(Table):
 class Named:
     """A machine as a file names it: a shipped one, or the path of an SSP with the roles of its variables.
 
-    `where` is the name of the file, which stands before an error message.
+    `where` is the name of the file, which stands before an error message; `source` is the path of the file
+    that `followed` read.
     """
 
     system: str
     roles: RolesTable | None
     where: str
     folder: Path = Path()
+    source: Path | None = None
 
     @property
     def path(self) -> Path | None:
@@ -91,7 +93,7 @@ class Named:
         if system.endswith(".toml"):
             raise InputError(f"{path.name}: system: {system}: give an SSP, or the name of a shipped machine")
         read = None if roles is None else read_table(RolesTable, roles, f"{path.name}: roles")
-        return Named(system, read, path.name, path.parent)
+        return Named(system, read, path.name, path.parent, path)
 
 
 def machine_in(named: Named) -> Machine:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Protocol
 
 from warmlink.controllers.start_values import with_scalars
@@ -71,6 +72,7 @@ class Rig:
     system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
     base, paths : the FMUs without the heat paths, and these
     moved : input of a heat path that stands for each input before which one was put
+    source : the file that names the machine with its roles, if there is one
     """
 
     machine: Machine
@@ -82,6 +84,7 @@ class Rig:
     base: System | None = None
     paths: Paths = field(default_factory=dict)
     moved: Mapping[str, str] = field(default_factory=dict)
+    source: Path | None = None
 
     @property
     def name(self) -> str:

@@ -83,7 +83,7 @@ def claims(
     if not drives((), rig):
         raise InputError(
             f"{rig.name}: no duty cycle drives its speed or torque, so none can be foreseen; name the inputs "
-            'as speed and torque under [roles], in a file that the experiment names as system = "machine.toml"'
+            'as speed and torque under [roles], in a file that the experiment names: system = "machine.toml"'
         )
     variables = tuple(names_of(experiment.columns))
     duties = {name: duty_files.load(name).unrolled() for name in DUTIES}

@@ -20,7 +20,6 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.machine.shipped import DEFAULT
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
 from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
@@ -165,16 +164,16 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of one machine.
 
-    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
-    file, row and column or with the table and key.
+    `told` are the machine, and units and names of columns, that the user gave. InputError is raised for what
+    does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         if not is_file(source):
             raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
-    cell = rig_of(DEFAULT, replaced=told.replaced)
+    cell = rig_of(told.machine, replaced=told.replaced)
     run = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
