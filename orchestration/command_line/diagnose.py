@@ -49,7 +49,7 @@ def diagnose(
         "ambient_temperature=22 degC" or pad_temperature=off. Repeatable.
     set_ : Parameter of your cell that differs from the nominal one, for example --set "link.length=800 mm".
         Repeatable.
-    scenario : Scenario file (TOML) of your machine, which its [parameters] describe; --set changes them further.
+    scenario : Scenario file (TOML) of your machine, with its [parameters]; --set changes them further.
     noise : Standard deviation of the noise of a column, for example --noise "tip_temperature=0.1 K".
         Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for all

@@ -29,7 +29,7 @@ _AMBIENT = "ambient_temperature"
 
 
 def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
-    """The machine of a scenario, and values with units that it gives for parameters of the plant, by variable.
+    """The machine of a scenario, and values with units by variable, of parameters of its plant.
 
     InputError is raised where there is no such scenario, or its machine has no single plant.
     """
