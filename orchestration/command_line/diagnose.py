@@ -66,7 +66,7 @@ def diagnose(
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
-    from warmlink.orchestration.machine.shipped import DEFAULT
+    from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.system.replacement import Replacements
 
     folder = out or Path("out") / "+".join(path.stem for path in data) / "diagnose"

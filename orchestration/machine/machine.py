@@ -2,8 +2,8 @@
 
 One class for every machine, shipped or somebody's own; whatever is done to a machine starts from it:
 
-    machine = shipped("WarmupCell")              a shipped one, from its file in `library/`
-    machine = machine_in(path, roles, where)     anybody's: an SSP, and the roles of its variables
+    machine = machine_named("WarmupCell")        a shipped one, from its file in `library/`
+    machine = machine_in(named)                  anybody's: an SSP, and the roles of its variables
     machine.joined(law)                          one component: for rollouts, FMUs of a whole system, pages
     machine.system(fmus, law)                    FMUs and connections: for an SSP, and for the master
     plant_of(machine, declared, values)          motors and links: for the design of a law

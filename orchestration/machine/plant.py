@@ -11,6 +11,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
+from warmlink.fmus.names import listed
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.system.model import StartValues
 
@@ -52,6 +53,11 @@ def plant_of(machine: Machine, declared: Mapping[str, Component], values: StartV
     read = {name: _read_at(f"{controller}.{name}", machine.fed, set(plant)) for name in SENSED}
     found = {name: variable for name, variable in read.items() if variable is not None}
     growth = machine.roles.score.without(machine.corrections).weights()
+    if others := [name for name in growth if name not in joined.y.index]:
+        raise InputError(
+            f"{machine.name}: {listed(others)} is scored, which is no output of its motors and links; score "
+            "a weighted sum of elongations"
+        )
     return Plant(joined, given, tuple(motors), tuple(links), found, growth)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import NOTHING_SCORED, Machine, Roles
 from warmlink.orchestration.system.write import Ports
 from warmlink.orchestration.written.expression import Expression
@@ -64,8 +65,6 @@ def _files() -> dict[str, Path]:
 def _content(path: Path) -> dict[str, Any]:
     return tomllib.loads(path.read_text("utf-8"))
 
-
-DEFAULT = "WarmupCell"
 
 WARMUP_CELL = machine_named(DEFAULT)
 """The machine of a scenario that names none: one motor, one link."""

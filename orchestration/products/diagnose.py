@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.data.columns import Said
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.machine.shipped import DEFAULT
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 

@@ -27,13 +27,15 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import AS_THEY_ARE, COMPENSATOR, Machine
-from warmlink.orchestration.machine.shipped import WARMUP_CELL, machines
+from warmlink.orchestration.machine.plant import plant_of
+from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.master.algorithms.table import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.replaced import with_replaced
-from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
@@ -121,7 +123,7 @@ class Designed(Answer):
 
 
 def design(
-    system: str | Path = WARMUP_CELL.name,
+    system: str | Path = DEFAULT,
     law: str = "observer",
     sensors: Sequence[str] | str | None = None,
     *,
@@ -159,7 +161,7 @@ def design(
         )
     scenario = None
     if str(system).endswith(".toml") or replaced.fmus:
-        read = load_scenario(DEFAULT_SCENARIO if system == WARMUP_CELL.name else str(system))
+        read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else several(sensors)
@@ -189,12 +191,14 @@ def design(
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
     """Motor and link of a system, other parameters given."""
-    if system == WARMUP_CELL.name:
-        return with_values(cell_plant(), given)
     if system in machines():
-        raise InputError(
-            f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
-        )
+        machine = machine_named(system)
+        if not (machine.called("motor") and machine.called("link")):
+            raise InputError(
+                f"{system}: has no motor with a link; design for {DEFAULT} or an .ssp of your own"
+            )
+        declared = machine.declared(catalogue.controller(NO_CONTROLLER))
+        return with_values(plant_of(machine, declared, machine.nominal), given)
     with temporary_folder() as work:
         read = read_system(Path(system), work)
         for told in read.remarks:

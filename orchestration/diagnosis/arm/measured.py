@@ -27,8 +27,8 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps, read_run
 from warmlink.orchestration.diagnosis.data.signals import row_noise
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.rig import rig
-from warmlink.orchestration.machine.shipped import DEFAULT
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"

@@ -10,8 +10,8 @@ from typing import Any
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.machine.shipped import DEFAULT
 from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet

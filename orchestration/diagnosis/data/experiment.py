@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
@@ -83,7 +84,7 @@ class CausesTable(Table):
 class ExperimentFile(Table):
     """An experiment: the runs on one system, what is known, and what is calibrated."""
 
-    system: Annotated[str, Text("WarmupCell")]
+    system: Annotated[str, Text(DEFAULT)]
     run: tuple[RunTable, ...]
     title: Annotated[str | None, Text()] = None
     initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL

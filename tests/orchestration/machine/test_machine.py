@@ -8,8 +8,11 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import components, controller
+from warmlink.orchestration.diagnosis.answer.separation import DUTIES, ONE_AT_A_TIME, drives, duties_of
 from warmlink.orchestration.machine import shipped
 from warmlink.orchestration.machine.machine import KINDS
+from warmlink.orchestration.machine.read import Named, machine_in
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.machine.shipped import LIBRARY, machine_named, machines
 
 
@@ -56,3 +59,40 @@ def test_a_machine_that_is_not_there_is_refused_with_those_that_are() -> None:
 
 def test_each_kind_of_part_is_a_component_or_the_place_of_a_controller() -> None:
     assert {kind for kind in KINDS.values() if kind} <= set(components())
+
+
+def test_what_a_duty_cycle_drives_follows_from_the_wires() -> None:
+    cell, rod = (rig(name) for name in ("WarmupCell", "BenchRod"))
+    assert cell.machine.driven["link.speed"] == "speed"
+    assert cell.demanded["speed"] == ("motor.speed",), "one input stands for the signal"
+    assert cell.input_behind("compensator.torque") == "motor.torque"
+    assert not rod.demanded
+    assert drives(ONE_AT_A_TIME, cell)
+    assert not drives(ONE_AT_A_TIME, rod)
+    assert duties_of(cell) == DUTIES
+    assert duties_of(rod) == ()
+
+
+def test_what_a_controller_should_take_out_is_what_is_scored_without_it() -> None:
+    assert machine_named("WarmupCell").growth == {"link.elongation": 1.0}
+    assert machine_named("BenchRod").growth == {"link.elongation": 1.0}, "of its only link"
+    assert machine_named("BenchMotor").growth == {}
+    assert machine_named("SixAxisArm").growth == {"kinematics.uncompensated_error_norm": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "named", "complaint"),
+    [
+        ('system = "other.toml"', "machine.toml", "give an SSP, or the name of a shipped machine"),
+        ('system = "BenchRod"', "machine.toml", "machine.toml: system: choose SixAxisArm or WarmupCell"),
+        ('system = "WarmupCell"\n[roles]\nscore = "a.b"', "machine.toml", "is shipped with its roles"),
+        ("", "nowhere.ssp", "here: roles is missing"),
+        ("", "WarmupCel", "here: system: did you mean WarmupCell"),
+    ],
+)
+def test_a_machine_that_a_file_names_wrongly_is_refused(
+    text: str, named: str, complaint: str, tmp_path: Path
+) -> None:
+    (tmp_path / "machine.toml").write_text(text, "utf-8")
+    with pytest.raises(InputError, match=complaint):
+        machine_in(Named(named, None, "here", tmp_path))

@@ -64,6 +64,7 @@ def test_a_systems_own_parameters_are_designed_for(
     [
         (["absent.ssp"], "absent.ssp"),
         (["BenchRod"], "BenchRod: has no motor with a link"),
+        (["SixAxisArm"], "SixAxisArm: kinematics.error_norm is scored, which is no output of its motors"),
         (
             ["WarmupCell", "--law", "lag"],
             "lag: has no design; choose regression, observer or",
