@@ -16,7 +16,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import Once
 from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded

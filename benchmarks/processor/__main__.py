@@ -22,7 +22,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.machine import COMPENSATOR
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate

@@ -27,7 +27,8 @@ from warmlink.orchestration.closed_loop.metrics import (
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
-from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import Result, Table
 from warmlink.orchestration.master.run import simulate

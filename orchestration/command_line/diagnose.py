@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
 
+COMMANDS = ("diagnose", "hide")
+
+
 def diagnose(
     data: list[Path],
     *,

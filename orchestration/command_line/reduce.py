@@ -11,6 +11,8 @@ from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file
 
+COMMANDS = ("reduce",)
+
 
 def reduce(
     part: Path,

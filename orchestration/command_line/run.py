@@ -12,6 +12,8 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, remark
 from warmlink.orchestration.files import locked_folder, write_files
 from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
+COMMANDS = ("run",)
+
 LIVE_PAGE = "live.html"
 
 if TYPE_CHECKING:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
 
+COMMANDS = ("compare", "tune", "sweep")
+
 WIDE = 240
 """Width in characters of the table where the output is not a terminal."""
 

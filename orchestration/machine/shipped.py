@@ -14,6 +14,7 @@ from typing import Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.plugins import plugins
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import NOTHING_SCORED, Machine, Roles
 from warmlink.orchestration.system.write import Ports
@@ -24,15 +25,18 @@ LIBRARY = Path(__file__).parent / "library"
 
 def machines() -> dict[str, str]:
     """One line about each shipped machine by its name."""
-    return {name: str(_content(path)["about"]) for name, path in _files().items()}
+    found = {name: str(_content(path)["about"]) for name, path in _files().items()}
+    return found | {name: made.about for name, made in _added().items() if name not in found}
 
 
 def machine_named(name: str) -> Machine:
     """A shipped machine by its name; InputError if there is none of that name."""
     files = _files()
-    if name not in files:
-        raise InputError(f"{name}: no such machine; {instead(name, files)}")
-    return _machine(files[name])
+    if name in files:
+        return _machine(files[name])
+    if name not in _added():
+        raise InputError(f"{name}: no such machine; {instead(name, machines())}")
+    return _added()[name]
 
 
 @cache
@@ -55,6 +59,12 @@ def _machine(path: Path) -> Machine:
 def _roles(table: dict[str, str]) -> Roles:
     without = Expression(table["uncompensated"], "uncompensated")
     return Roles(Expression(table["score"]), without, without.variables)
+
+
+@cache
+def _added() -> dict[str, Machine]:
+    """Machines that other packages add."""
+    return {each.name: each.load() for each in plugins("machines")}
 
 
 def _files() -> dict[str, Path]:

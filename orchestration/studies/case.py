@@ -18,7 +18,7 @@ from warmlink.orchestration.closed_loop.outcome import discretisation_um
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result

@@ -31,7 +31,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import AS_THEY_ARE, COMPENSATOR, Machine
 from warmlink.orchestration.machine.plant import plant_of
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.replaced import with_replaced

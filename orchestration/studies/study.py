@@ -14,7 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller, controller_named
 from warmlink.orchestration.closed_loop.load import driven, load_scenario
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario, believing

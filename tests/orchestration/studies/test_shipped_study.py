@@ -19,7 +19,7 @@ from benchmarks.rollout import demand_table
 from tests.pages import plots
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
 from warmlink.orchestration.studies.points import best
