@@ -45,6 +45,7 @@ def test_what_it_adds_is_listed(warmlink: Warmlink) -> None:
     assert listed["components"]["Lump"] == "Lump of metal that cools"
     assert listed["controllers"]["half"] == "Growth in proportion to the temperature at the tip"
     assert listed["masters"]["reversed"] == "Gauss-Seidel under another name."
+    assert listed["systems"]["LumpBench"] == "a lump on a bench"
     assert "greet" in warmlink("--help").stdout
 
 
