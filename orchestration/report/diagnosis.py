@@ -207,7 +207,8 @@ def _beyond(diagnosis: Diagnosis) -> list[Section]:
         lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
         rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
     if not rows:
-        return []
+        why = "\n".join(f"{each}." for each in dict.fromkeys(diagnosis.unanswered.values()))
+        return [Section("Other duty cycles", f"Not foreseen. {why}")] if why else []
     text = (
         "Elongation that the model to use from now on foresees. The band holds what these data leave open: "
         "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "

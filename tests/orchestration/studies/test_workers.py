@@ -62,7 +62,7 @@ def deadly(folder: Path, times: int) -> Deadly:
         good.master,
         good.tolerance,
         False,
-        good.setup,
+        good.machine,
         str(folder / "lives"),
     )
 
