@@ -9,12 +9,15 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line import arguments
 from warmlink.orchestration.command_line.studies import interruptible, kept_results, run_options
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, remark
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.results import refuse_others
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from warmlink.orchestration.studies.compare import Comparison, Row
+
+COMMANDS = ("compare",)
 
 WIDE = 240
 """Width in characters of the table where the output is not a terminal."""
@@ -107,7 +110,7 @@ def compare(
     parameters: list[Path] | None = None,
     set_: list[str] | None = None,
     fmus: str | None = None,
-    system: str = "WarmupCell",
+    system: str = DEFAULT,
     scenario: Path | None = None,
     replace: list[str] | None = None,
     map_: list[str] | None = None,
@@ -156,7 +159,7 @@ def compare(
     out : Folder for results. Default: out/compare.
     """
     from warmlink.orchestration.scenarios.overrides import reached_controllers
-    from warmlink.orchestration.scenarios.setup import with_replaced
+    from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -165,7 +168,7 @@ def compare(
         from warmlink.orchestration.command_line.replay import judge
 
         others = duty_cycles, mismatch, scenario, replace, fmus, scheduler
-        if any(each is not None for each in others) or exact or system != "WarmupCell":
+        if any(each is not None for each in others) or exact or system != DEFAULT:
             raise InputError(
                 "--data: measured logs are compared as they are; leave out all options but --controllers, "
                 "--with, --set, --parameters, --learn, --tolerance, --unit, --map, --decimal, --out"
@@ -195,7 +198,7 @@ def compare(
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():
         arguments.advise(first)
-    folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    folder = out or Path("out") / ("compare" if system == DEFAULT else f"compare_{system}")
     refuse_others(folder, "compare")
     means = run_options(fmus, jobs, scheduler, exact)
     with (

@@ -27,14 +27,14 @@ def learn(
 ) -> None:
     """Learn a law, write its parameters and page, and answer; `stds` of a thermometer and the camera."""
     from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.replay.learn import LearntLaw
     from warmlink.orchestration.studies.design import design
-    from warmlink.orchestration.system.shipped import WARMUP_CELL
 
     with spinner("Learning") as progress:
         progress("reading")
         found = design(
-            scenario or WARMUP_CELL.name,
+            scenario or DEFAULT,
             law,
             sensors,
             sensor_std=stds[0],

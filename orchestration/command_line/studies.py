@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
 
+COMMANDS = ("tune", "sweep")
+
 
 def tune(
     study: str,

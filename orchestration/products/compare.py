@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, replayed
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import USUAL, Means
 from warmlink.orchestration.studies.compare import Comparison
 from warmlink.orchestration.studies.compare import compare as compare_simulated
@@ -29,7 +29,7 @@ def compare(
     duty_cycles: Sequence[str | Path] | str | Path | None = None,
     mismatches: Sequence[str | Path] | str | Path | None = None,
     *,
-    system: str = CELL.name,
+    system: str = DEFAULT,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
     means: Means = USUAL,

@@ -28,11 +28,11 @@ from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.learn import LEARNS, Sources, learnt_law
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, start_values
-from warmlink.orchestration.scenarios.quantities import positive
-from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
     import pandas

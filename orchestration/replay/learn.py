@@ -23,11 +23,11 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
-from warmlink.orchestration.scenarios.quantities import positive
-from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
     import pandas as pd

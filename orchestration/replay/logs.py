@@ -23,8 +23,9 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
-from warmlink.orchestration.diagnosis.data.own import rig_of
-from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def read_logs(sources: Sequence[str | Path | pd.DataFrame], told: Said = NOTHING
     InputError
         A file, a header or a cell does not fit.
     """
-    rig, found = rig_of(CELL), []
+    rig, found = rig_of(DEFAULT), []
     for source in sources:
         place = Path(source) if isinstance(source, str) else source
         if isinstance(place, Path) and place.suffix.lower() == ".toml":
