@@ -25,7 +25,7 @@ ASKED = "command.txt"
 _WRITTEN = {
     "run": ("metrics.json", "results.csv", "results.parquet", "live.html", "report.html"),
     "simulate": ("results.csv", "results.parquet"),
-    "compare": ("compare.csv", "report.html"),
+    "compare": ("compare.csv", "logs.csv", "report.html"),
     "tune": ("trials.csv", "winner.ssv", "winner-*.ssv", "report.html"),
     "sweep": ("sweep.parquet", "report.html"),
     "diagnose": (

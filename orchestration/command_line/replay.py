@@ -50,7 +50,7 @@ def judge(
             told=said(*columns),
             progress=progress,
         )
-        found.write_csv(target / "compare.csv")
+        found.write_csv(target / "logs.csv")
         if report:
             from warmlink.orchestration.report.replay import write_replayed
 
@@ -65,8 +65,8 @@ def judge(
     if json:
         answer_json({"laws": {n: found.over_all(n) for n in found.controllers}, "runs": found.records()})
         return
-    title = f"{len(logs)} measured logs, tolerance ±{found.tolerance_um:g} µm"
+    title = f"{len(logs)} measured log{'s' * (len(logs) > 1)}, tolerance ±{found.tolerance_um:g} µm"
     print_table(title, HEADINGS, found.table(), texts=1, width=200)
-    answer(f"table   {folder / 'compare.csv'}")
+    answer(f"table   {folder / 'logs.csv'}")
     if report:
         answer(f"report  {folder / 'report.html'}")

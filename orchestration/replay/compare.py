@@ -83,7 +83,7 @@ class Judged:
 
 
 COLUMNS = ("controller", "log", *(each.name for each in fields(Judged)))
-"""Columns of `compare.csv`."""
+"""Columns of `logs.csv`."""
 
 
 def judged(law: Component, log: MeasuredLog, tolerance: float) -> Judged:

@@ -21,6 +21,7 @@ from warmlink.orchestration.cli import application, ours
 from warmlink.orchestration.command_line.init import KINDS, kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.machine.rig import rig
+from warmlink.orchestration.replay.compare import COLUMNS as LOG_COLUMNS
 from warmlink.orchestration.scenarios.duties.recorded import RECORDED
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
@@ -66,6 +67,7 @@ def test_every_column_of_files_that_are_read_is_described() -> None:
 
 def test_every_column_of_a_comparison_is_described() -> None:
     assert columns("compare.csv").keys() == set(COLUMNS)
+    assert columns("logs.csv").keys() == set(LOG_COLUMNS)
 
 
 def test_every_command_option_and_cause_is_there() -> None:

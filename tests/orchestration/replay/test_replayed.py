@@ -142,7 +142,7 @@ def test_the_command_writes_table_and_page(
     said = capsys.readouterr().out
     assert "2 measured logs, tolerance ±5 µm" in said
     assert "removed, median" in said
-    table = pd.read_csv("found/compare.csv")
+    table = pd.read_csv("found/logs.csv")
     assert len(table) == 4
     assert set(table["log"]) == {"one", "two"}
     assert "Controllers judged on measured logs" in Path("found/report.html").read_text("utf-8")
