@@ -48,14 +48,16 @@ def taught(
     values = dict(design.parameters)
     rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
     by_all = float(coefficients.sum())
-    spread = learnt.line.inverse
+    seen, growth = learnt.examples.temperature[:, list(learnt.used)], np.abs(learnt.examples.growth)
+    farthest = float(np.sqrt(learnt.far * learnt.line.lever(seen).max()))
     return {
         **values,
         "elongation_row": (coefficients @ rows).tolist(),
         "elongation_per_kelvin": by_all,
         "reference_temperature": float(known["reference_temperature"]) - float(known["intercept"]) / by_all,  # type: ignore[arg-type]
         "model_std": learnt.near,
-        "relative_std": float(np.sqrt(learnt.far * spread.sum())) / by_all,
+        # Where the log was warmest or coldest the doubt about the coefficients was largest.
+        "relative_std": farthest / float(growth.max()),
         "model_share": MODEL_SHARE,
         "received_share": RECEIVED_SHARE,
         "smoothing_time": SMOOTHING_TIME,

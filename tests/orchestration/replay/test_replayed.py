@@ -75,6 +75,25 @@ def test_no_law_of_ours_is_worse_than_the_regression() -> None:
     assert found.over_all("observer")["travel_um_h"] < 100
 
 
+@pytest.mark.parametrize("seed", [5, 6])
+def test_more_thermometers_make_no_law_worse(seed: int) -> None:
+    strange = dict(logs_of(seed))
+    read = read_logs([strange[name] for name in ("random_shift", "draught", "hot_workpieces", "winter")])
+    rms = []
+    for sensors in (
+        ["base", "tip"],
+        ["base", "middle", "tip"],
+        ["shaft", "winding", "base", "middle", "tip"],
+    ):
+        values = learnt_law([strange["training"]], sensors=sensors).parameters
+        own = {name.partition(".")[2]: value for name, value in values.items()}
+        law = controllers()["regression"]
+        law = replace(law, parameters=with_scalars(law.parameters, own))
+        rms.append(np.sqrt(np.mean([judged(law, log, 5e-6).rms_um ** 2 for log in read])))
+    assert rms[1] <= 1.05 * rms[0]
+    assert rms[2] <= 1.05 * rms[0]
+
+
 def test_the_truth_is_judged_by_and_never_seen() -> None:
     """With another truth the same corrections are judged otherwise."""
     shifted = log().assign(**{"growth [um]": log()["growth [um]"] + 3.0})
