@@ -48,16 +48,14 @@ def taught(
     values = dict(design.parameters)
     rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
     by_all = float(coefficients.sum())
-    seen, growth = learnt.examples.temperature[:, list(learnt.used)], np.abs(learnt.examples.growth)
-    farthest = float(np.sqrt(learnt.far * learnt.line.lever(seen).max()))
     return {
         **values,
         "elongation_row": (coefficients @ rows).tolist(),
         "elongation_per_kelvin": by_all,
         "reference_temperature": float(known["reference_temperature"]) - float(known["intercept"]) / by_all,  # type: ignore[arg-type]
         "model_std": learnt.near,
-        # Where the log was warmest or coldest the doubt about the coefficients was largest.
-        "relative_std": farthest / float(growth.max()),
+        "mean_temperature": (np.array(known["mean_rise"]) + float(known["reference_temperature"])).tolist(),  # type: ignore[arg-type]
+        "coefficient_spread": known["coefficient_spread"],
         "model_share": MODEL_SHARE,
         "received_share": RECEIVED_SHARE,
         "smoothing_time": SMOOTHING_TIME,

@@ -75,6 +75,24 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             minimum=0,
             maximum=1,
         ),
+        Parameter(
+            "mean_temperature",
+            "K",
+            0,
+            "mean temperature at each sensor in the log; affects only correction_std",
+            size=len(SENSED),
+            minimum=0,
+            nominal=NOMINAL_TEMPERATURE,
+        ),
+        Parameter(
+            "coefficient_spread",
+            "1",
+            0,
+            "covariance of the learnt growth per kelvin of each sensor in (um/K)2, upper triangle's rows; "
+            "affects only correction_std",
+            size=packed_size(len(SENSED)),
+            nominal=0.01,
+        ),
         smoothing.time(smoothing.NONE),
         of_each(
             "disturbance_std",

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import ready, sensed
+from warmlink.controllers.kalman import variance_along
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
 from warmlink.controllers.observer.filters import (
@@ -35,6 +36,7 @@ from warmlink.controllers.observer.model import (
     by_duty,
     elongation,
     first_believed,
+    temperatures,
     told_named,
 )
 from warmlink.controllers.observer.prediction import predict
@@ -251,6 +253,8 @@ def reported(
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     variance = variance + (estimate - x.elongation) ** 2
+    away = temperatures(filters.quiet.mean[:MODES], p) - p.mean_temperature
+    variance = variance + 1e-12 * variance_along(p.coefficient_spread, away)
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
     off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
     expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)
