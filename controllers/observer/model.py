@@ -72,7 +72,7 @@ FLATTER = 0.36
 that cools is flatter still."""
 
 
-class Duty(NamedTuple):
+class TrustedDuty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
     speed: Number
@@ -117,7 +117,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
 
 def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
     """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
-    duty = Duty(u.speed, u.torque, 0.0)
+    duty = TrustedDuty(u.speed, u.torque, 0.0)
     winding = copper_loss(temperature(WINDING, modes, p), duty, p) + iron_loss(duty, p)
     return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
 

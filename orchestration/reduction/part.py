@@ -31,7 +31,15 @@ from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.reduction.elements import Elements, Heat, Use
-from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
+from warmlink.orchestration.reduction.order import (
+    SAFETY,
+    PartResponses,
+    Range,
+    Tried,
+    separated,
+    span,
+    volume,
+)
 from warmlink.orchestration.reduction.solid import SOLIDS, read_solid
 
 COARSER = (2.0, 2**0.5)
@@ -128,7 +136,7 @@ def reduce_part(
     patterns = span(elements.heat, within)
     dense = elements.heat.onto(patterns)
     progress("choosing the order", 0.4)
-    search = Responses(dense, within).choose(order)
+    search = PartResponses(dense, within).choose(order)
     progress("coarser meshes", 0.5)
     coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:

@@ -25,7 +25,7 @@ PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """Rows of text under headings; the first column is read as names, the others as figures."""
 
     headings: Sequence[str]
@@ -42,7 +42,7 @@ class Section:
 
     heading: str
     text: str = ""
-    table: Table | None = None
+    table: PageTable | None = None
     figure: Any = None
     beside: Any = None
     warning: str = ""
@@ -87,14 +87,14 @@ def _with_code(text: object) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
-def _versions() -> Table:
+def _versions() -> PageTable:
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:
         try:
             rows.append((package, metadata.version(package)))
         except metadata.PackageNotFoundError:
             continue
-    return Table(("software", "version"), rows)
+    return PageTable(("software", "version"), rows)
 
 
 def _packed(sections: Sequence[Section]) -> str:

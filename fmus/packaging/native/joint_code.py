@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.casadi_code import Function, Symbols
 from warmlink.fmus.packaging.native.groups import LARGEST_COUNT, fewer
-from warmlink.fmus.packaging.native.wired import Plan, Signals, Tangents
+from warmlink.fmus.packaging.native.wired import Signals, Tangents, WirePlan
 
 
-def starting(plan: Plan) -> Iterator[Function]:
+def starting(plan: WirePlan) -> Iterator[Function]:
     """Yield `margins`, `settle`, `begin` and `begin_tangent` of the whole.
 
     Parts that wait for each other's first outputs begin more than once.
@@ -40,7 +40,7 @@ def starting(plan: Plan) -> Iterator[Function]:
     yield "begin_tangent", [s.u, s.d, du], casadi.vertcat(nothing, *moved.values())
 
 
-def samples(plan: Plan) -> Iterator[Function]:
+def samples(plan: WirePlan) -> Iterator[Function]:
     """Yield `sample_0` and so on of the whole: what each clock does."""
     s = Symbols.of(plan.component, calls=True)
     signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
@@ -48,14 +48,14 @@ def samples(plan: Plan) -> Iterator[Function]:
         yield f"sample_{clock}", [*s.now, s.step], plan.kinds[key].update()(*signals.now(key), s.step)
 
 
-def sampled_parts(plan: Plan) -> Iterator[tuple[str, Component, int]]:
+def sampled_parts(plan: WirePlan) -> Iterator[tuple[str, Component, int]]:
     """Yield name of each sampled part, the part, and where its states begin."""
     for key, part in plan.joint.parts.items():
         if part.sampled:
             yield key, part, plan.places[key][2].start
 
 
-def seen(plan: Plan) -> tuple[list[list[int]], Iterator[Function]]:
+def seen(plan: WirePlan) -> tuple[list[list[int]], Iterator[Function]]:
     """Groups of the whole's outputs; `outputs_0` and so on, which compute them, and `tangent` of all."""
     index = plan.component.y.index
     blocks = [
@@ -67,7 +67,7 @@ def seen(plan: Plan) -> tuple[list[list[int]], Iterator[Function]]:
     return groups, _seen(plan, groups)
 
 
-def _seen(plan: Plan, groups: list[list[int]]) -> Iterator[Function]:
+def _seen(plan: WirePlan, groups: list[list[int]]) -> Iterator[Function]:
     import casadi
 
     s, names = Symbols.of(plan.component, calls=True), plan.component.y.names

@@ -15,10 +15,10 @@ from warmlink.fmus.component.join import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols
 from warmlink.fmus.packaging.native.kinds import Kind, Place
 from warmlink.fmus.packaging.native.micro_step import Elimination
-from warmlink.fmus.packaging.native.wired import Plan, Signals, Tangents
+from warmlink.fmus.packaging.native.wired import Signals, Tangents, WirePlan
 
 
-def stepping(plan: Plan) -> Iterator[Function]:
+def stepping(plan: WirePlan) -> Iterator[Function]:
     """Yield `advance`, as `micro_step.stepping` does with other inputs at the end of the step."""
     import casadi
 
@@ -35,7 +35,7 @@ def stepping(plan: Plan) -> Iterator[Function]:
     yield "advance", [s.x, s.u, later, s.d, s.time, s.step], following
 
 
-def slopes(plan: Plan) -> Iterator[Function]:
+def slopes(plan: WirePlan) -> Iterator[Function]:
     """Yield `rates` and `rates_tangent`, for hosts that integrate."""
     import casadi
 
@@ -56,7 +56,7 @@ def rates(signals: Signals) -> Expression:
     return casadi.vertcat(*of)
 
 
-def _moving(plan: Plan) -> Iterator[tuple[str, Kind]]:
+def _moving(plan: WirePlan) -> Iterator[tuple[str, Kind]]:
     """Parts with continuous states, in their order, and their kinds."""
     return ((key, kind) for key, kind in plan.kinds.items() if kind.component.continuous.size)
 
@@ -73,7 +73,7 @@ class _Linearised:
     numbers : what the elements are made of
     """
 
-    def __init__(self, plan: Plan, signals: Signals, step: Expression) -> None:
+    def __init__(self, plan: WirePlan, signals: Signals, step: Expression) -> None:
         import casadi
 
         self._within: dict[Place, int] = {}
@@ -114,7 +114,7 @@ class _Linearised:
         return casadi.SX(sparsity, casadi.vertcat(*(elements[place] for place in order)))
 
 
-def _coupling(plan: Plan, gradients: _Gradients) -> tuple[dict[Kind, list[int]], dict[Kind, list[Place]]]:
+def _coupling(plan: WirePlan, gradients: _Gradients) -> tuple[dict[Kind, list[int]], dict[Kind, list[Place]]]:
     """By kind, over all its parts, the inputs of its rates that depend on states, and on which of its own."""
     wanted: dict[Kind, set[int]] = defaultdict(set)
     fed_back: dict[Kind, set[Place]] = defaultdict(set)

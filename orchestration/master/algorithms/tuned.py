@@ -24,7 +24,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Tuned(Algorithm):
+class Retuned(Algorithm):
     """Change tunable parameters at communication points, then step as the inner algorithm does.
 
     A change between two communication points acts from the later one on. InputError if a change is of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 
 def test_what_stands_between_backticks_is_shown_as_code(tmp_path: Path) -> None:
-    table = Table(("use", "faces"), [("cooled, `convection_factor[1]`", "#1 <b>")])
+    table = PageTable(("use", "faces"), [("cooled, `convection_factor[1]`", "#1 <b>")])
     path = tmp_path / "page.html"
     write_page(
         path, "Title", "As `run` says.", [Section("Heading", "See `warmlink design <x>`; 1 < 2.", table)]
