@@ -49,7 +49,10 @@ class Followed:
                 case.stop_time,
                 case.step_size,
                 algorithm(case.master),
-                record=("link.elongation", "compensator.correction", "link.discretisation_error"),
+                record=(
+                    *("link.elongation", "link.discretisation_error"),
+                    *("compensator.correction", "compensator.ready"),
+                ),
                 balances=(),
                 unpacked=fmus.unpacked,
             )

@@ -112,6 +112,6 @@ def test_fmus_with_flags_are_not_taken_for_those_without(
 
 @pytest.mark.parametrize(("fmus", "scenario"), [("all", None), ("native", "cell.toml")])
 def test_flags_are_for_shipped_native_fmus(fmus: str, scenario: str | None, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="--valid-flags: is for the shipped native FMUs"):
+    with pytest.raises(InputError, match="`valid_flags`: is for the shipped native FMUs"):
         build((), tmp_path / "dist", fmus=fmus, scenario=scenario, valid_flags=True)
     assert not (tmp_path / "dist").exists()
