@@ -15,16 +15,13 @@ from shutil import rmtree
 import pandas as pd
 import pytest
 
-from warmlink.orchestration.system.model import (
-    Connection,
-    DefaultExperiment,
-    FmuPart,
-    System,
-    Value,
-)
+from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux")
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux"),
+    pytest.mark.usefixtures("in_a_fresh_folder"),
+]
 
 COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
 SHORT_WAIT = """
@@ -36,9 +33,6 @@ main()
 """
 STEPS = 10
 ALONE = ["--no-error-budget"]
-
-
-pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
 
 
 def two(fmu: Path, second: str = "b", **values: Value) -> Path:
