@@ -236,7 +236,7 @@ def told_named(told: Told) -> dict[str, Number]:
 
 
 def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told, Number]:
-    """What to go by, the same with no duty where it tells nothing, and 1 where any of it is doubted.
+    """The trusted duty, the duty with implausible values set to zero, and 1 if any of it is doubted.
 
     A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
     duty as a witness with none, which is the least that can have been.

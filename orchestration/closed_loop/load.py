@@ -62,7 +62,7 @@ _OTHERS = {
     ".fmu": ("an FMU", "check"),
     ".ssv": ("a parameter set", "run", "--parameters"),
 }
-"""What a file that is no scenario is, and the command that reads it, by the file's ending."""
+"""Files of other types by their ending: what each is, and the command that reads it."""
 
 
 def scenario_names() -> list[str]:

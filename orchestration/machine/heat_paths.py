@@ -181,7 +181,7 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
 
 
 def with_values(system: System, values: Mapping[str, float]) -> System:
-    """A system with start values in SI by full name; what is of none of its parts is left out."""
+    """A system with start values in SI by full name; names that match no part are ignored."""
     parts = dict(system.components)
     for name, value in values.items():
         if part := owner_of(parts, name):

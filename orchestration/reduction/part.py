@@ -212,7 +212,7 @@ def _error_gain(gains: Array, groups: int) -> Array:
 
 
 def tool_error(model: ReducedModel) -> Callable[[Array], float]:
-    """Error of the tool point in m (1 sigma) by rows that give, from a link's patterns, what is read in K."""
+    """Error of the tool point in m (1 sigma), for sensors whose readings are these rows times the modes."""
     joined = join("Plant", {"motor": MOTOR, "link": reduced_link("Link", model)}, WIRES)
     plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
     root = np.sqrt(plant.heat_capacity)

@@ -117,7 +117,7 @@ def _resolved(system: System) -> list[Connection]:
 
 
 def end_of(components: Mapping[str, FmuPart], name: str, where: str = "") -> tuple[str, str]:
-    """Component whose variable a full name is, and the variable; InputError where there is no such one."""
+    """Component whose variable a full name is, and the variable; InputError if it does not exist."""
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
         place, known = f"{where}: " if where else "", instead(name, components)

@@ -35,7 +35,7 @@ _LOOP = Path(__file__).parent / "sources" / "rollout.c"
 
 
 def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = True) -> Rollout:
-    """Compile a joined component of whose outputs and states some are recorded, for runs in lanes or for one.
+    """Compile a joined component for batched (SIMD) or single runs, recording the variables that are named.
 
     InputError if there is no compiler, it does not take what is computed, or a name is no output's.
     """

@@ -55,7 +55,7 @@ def _slip_lines(diagnosis: Diagnosis) -> list[str]:
 
 def _calibrated(diagnosis: Diagnosis) -> str:
     without = argument("calibrate_only")
-    told = f"Calibration leaves what is no noise: leave out {without} to hear what may cause it."
+    told = f"The residuals exceed the noise after calibration: leave out {without} to hear what may cause it."
     if diagnosis.verdict == "adequate":
         told = "The calibrated model explains the data to within their noise."
     lines = [

@@ -299,7 +299,7 @@ def _bounds(freed: Sequence[Freed]) -> Array:
 def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
-    # What changes nothing over all its room, be it without bounds, stays where it is.
+    # What changes nothing over its whole range, even if unbounded, stays where it is.
     alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e150) > _NOTHING
     matrix = correlation + 1e-11 * np.eye(scale.size)
     matrix[~alive, :] = 0.0

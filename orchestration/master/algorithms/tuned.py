@@ -57,7 +57,7 @@ class Retuned(Algorithm):
 
 
 class TunedStepper(Stepper):
-    """The inner stepper, before each of whose steps the parameters are those of the time.
+    """The inner stepper, which applies the parameter changes that are due before each step.
 
     They are set anew in every step, because a step that is repeated starts from a state that holds the
     parameters of an earlier time.

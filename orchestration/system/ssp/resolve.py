@@ -186,7 +186,7 @@ class Resolver:
         return variable, checked_value(variable, value, str(node))
 
     def _scalars(self, node: Node, sizes: Sequence[int] = ()) -> list[Node]:
-        """Give the elements of an array, or what is none by itself; `sizes` are those of its connector."""
+        """Give the elements of an array, or the variable itself; `sizes` are those of its connector."""
         info = self.net.info(node)
         names = info.arrays.get(node.connector, (node.connector,)) if info else ()
         if sizes and math.prod(sizes) != len(names):
