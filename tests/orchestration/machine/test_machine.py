@@ -96,3 +96,10 @@ def test_a_machine_that_a_file_names_wrongly_is_refused(
     (tmp_path / "machine.toml").write_text(text, "utf-8")
     with pytest.raises(InputError, match=complaint):
         machine_in(NamedMachine(named, None, "here", tmp_path))
+
+
+def test_the_compensator_is_every_place_of_a_controller_unless_a_part_is_called_so() -> None:
+    cell, arm = machine_named("WarmupCell"), machine_named("SixAxisArm")
+    assert cell.addressed("compensator.gain") == ["compensator.gain"]
+    assert arm.addressed("compensator.gain") == [f"axis{i}.compensator.gain" for i in range(1, 7)]
+    assert arm.addressed("motor.pad_gain") == ["motor.pad_gain"], "which is refused, as there is none"
