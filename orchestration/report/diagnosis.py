@@ -32,6 +32,7 @@ from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
+from warmlink.orchestration.report.ladder import ladder_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.results import results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
@@ -55,6 +56,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
+        *ladder_sections(diagnosis),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
