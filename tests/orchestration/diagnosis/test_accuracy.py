@@ -1,44 +1,36 @@
 """The error that matters is said by the user, and a model below it is adequate for that."""
 
-from pathlib import Path
+from dataclasses import replace
 
 import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.errors import good_enough, largest_errors
+from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
-from warmlink.orchestration.products.diagnose import diagnose
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
     """A joint that clamps a little worse than it should."""
     path = tmp_path_factory.mktemp("accuracy") / "run.csv"
     write_csv(hide({"joint_resistance": 0.15}, interval=60.0, seed=3, at_changes=True), path)
-    return path
+    return read([path])
 
 
-@pytest.fixture(scope="module")
-def measured(run: Path) -> Experiment:
-    return read([run])
-
-
-def test_a_model_below_what_matters_is_adequate_for_that(run: Path, measured: Experiment) -> None:
+def test_a_model_below_what_matters_is_adequate_for_that(measured: Experiment) -> None:
     found = diagnose_experiment(measured)
     assert found.verdict in ("named", "ambiguous")
     largest = largest_errors(found.scores.by_channel(found.before))
     assert 0.1 < largest["tip_temperature"] < 3.0
-    asked = diagnose(
-        run, accuracy={**dict.fromkeys(set(largest) - {"elongation"}, "9 K"), "elongation": "60 um"}
-    )
+    asked = replace(found, experiment=with_accuracy(measured, ["9 K", "elongation=60 um"]))
     assert asked.verdict == "adequate"
-    assert "adequate for what you asked" in asked.summary()
-    assert " rms, and " in asked.summary()
+    assert "adequate for what you asked" in summary(asked)
     assert not asked.causes
-    strict = diagnose(run, accuracy="0.01 K")
+    strict = replace(found, experiment=with_accuracy(measured, ["0.01 K", "elongation=60 um"]))
     assert strict.verdict == found.verdict
 
 
