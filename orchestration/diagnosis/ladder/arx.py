@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Form, solved
-from warmlink.orchestration.diagnosis.ladder.signals import Signals
+from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
 
 _STEPS = (100, 300)
 """Steps of the longest run on which a model is fitted."""
@@ -70,9 +70,7 @@ def _on_grid(run: Signals, step: float, rich: bool) -> _Grid:
             readings[:, i] = np.interp(time, run.time[read], column[read], right=np.nan)
     columns = run.columns(rich)
     total = np.cumsum(columns * np.diff(run.time, prepend=0.0)[:, None], axis=0)
-    ends = np.column_stack(
-        [np.interp(time, np.append(0.0, run.time), np.append(0.0, t)) for t in total.T]
-    ).reshape(time.size, -1)
+    ends = interpolated(time, np.append(0.0, run.time), np.vstack([0.0 * total[:1], total]))
     last = float(run.time[run.fitted][-1]) if run.fitted.any() else -1.0
     first = float(run.time[run.fitted][0]) if run.fitted.any() else 0.0
     inside = (time[1:] <= last) & (time[:-1] >= first - step)

@@ -95,7 +95,7 @@ def _table(run: Run, names: Sequence[str]) -> Array:
 def _means(time: Array, table: Array, at: Array) -> Array:
     """Means of held signals from each time to the next, that before the first one at the first."""
     total = np.vstack([np.zeros(table.shape[1]), np.cumsum(table[:-1] * np.diff(time)[:, None], axis=0)])
-    there = np.column_stack([np.interp(at, time, column) for column in total.T]).reshape(at.size, -1)
+    there = interpolated(at, time, total)
     spacing = np.diff(at)
     first = table[np.clip(np.searchsorted(time, at[:1], side="right") - 1, 0, None)]
     return np.vstack([first, np.diff(there, axis=0) / np.where(spacing > 0, spacing, 1.0)[:, None]])
@@ -116,3 +116,9 @@ def _start(time: Array, values: Array) -> float:
         return found
     read = values[np.isfinite(values)]
     return float(read[0]) if read.size else 0.0
+
+
+def interpolated(at: Array, time: Array, table: Array) -> Array:
+    """Columns of a table at other times, shape (times, columns), of which there may be none."""
+    columns = [np.interp(at, time, column) for column in table.T]
+    return np.column_stack(columns) if columns else np.zeros((at.size, 0))

@@ -128,3 +128,12 @@ def test_errors_are_told_in_the_channels_own_units() -> None:
 def test_nothing_held_out_judges_nothing() -> None:
     run = replace(made(), fitted=np.ones(400, dtype=bool))
     assert not ladder(run, uncorrected=1.0).is_judged
+
+
+def test_a_run_that_nothing_drives_has_plain_fits_too() -> None:
+    run = replace(made(), inputs=np.zeros((400, 0)), relative=np.zeros(0, dtype=bool))
+    assert {each.name for each in baselines([run], (True, True, False))} == {
+        "first-order lag",
+        "ARX",
+        "ridge",
+    }
