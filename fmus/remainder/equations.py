@@ -12,7 +12,7 @@ from __future__ import annotations
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total
 
-TEMPERATURES = 5
+TEMPERATURES = 8
 """Temperatures of the model that are corrected, and whose lags are weighted."""
 
 TIME_CONSTANTS = 3

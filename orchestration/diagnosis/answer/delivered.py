@@ -17,6 +17,9 @@ UNCORRECTED, CALIBRATED, CAUSES = "uncorrected", "calibrated", "with causes"
 NEAREST = "nearest causes"
 """The rung of causes that do not explain what is wrong."""
 
+REMAINDER = "with remainder"
+"""The rung of the best of these models with what was learnt of the rest."""
+
 
 def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     """Judge models and baselines on the held-out rows of a whole experiment.
@@ -28,7 +31,7 @@ def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     """
     runs = signals_of(problem)
     rungs = [
-        Rung(name, "simulation", each.readings, len(each.fit.freed), name != NEAREST or _of_the_plant(each))
+        Rung(name, "simulation", each.readings, len(each.fit.freed), is_model=True)
         for name, each in models.items()
     ]
     unit = problem.experiment.rig.unit
@@ -37,11 +40,6 @@ def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     wanted = problem.experiment.accuracy
     matters = {i: wanted[name] for i, name in enumerate(problem.variables) if name in wanted}
     return Ladder(runs, tuple(problem.names.values()), tuple(rungs), matters)
-
-
-def _of_the_plant(model: Predicted) -> bool:
-    """Whether all causes of a model are the machine's: those of a log cannot be delivered with a model."""
-    return all(item.cause.kind == "plant" for item in model.fit.items)
 
 
 def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
@@ -58,7 +56,8 @@ def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
     """
     models = {rung.name: rung for rung in ladder.rungs if rung.is_model}
     established = [CAUSES] if verdict in ("named", "ambiguous") else []
-    order = [*established, *([CALIBRATED] if declared else []), UNCORRECTED, CAUSES, NEAREST, CALIBRATED]
+    asked = [CALIBRATED] if declared else []
+    order = [*established, *asked, UNCORRECTED, CAUSES, CALIBRATED, NEAREST, REMAINDER]
     rungs = [models[name] for name in dict.fromkeys(order) if name in models]
     if ladder.is_judged:
         return ladder.simplest_of_the_best(rungs).name

@@ -12,6 +12,7 @@ from warmlink.orchestration.diagnosis.answer.delivered import (
     CALIBRATED,
     CAUSES,
     NEAREST,
+    REMAINDER,
     UNCORRECTED,
     chosen,
     ladder_of,
@@ -42,7 +43,8 @@ from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, w
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
-from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
+from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 
 
 @dataclass(frozen=True)
@@ -218,24 +220,58 @@ class Diagnosis:
         return plainly_calibrated(self.assessment.fitter)
 
     @cached_property
+    def _without_remainder(self) -> Ladder:
+        return ladder_of(self.scores.problem, self.models)
+
+    @cached_property
+    def _base(self) -> str:
+        """Name of the rung of the best model, the remainder aside."""
+        return chosen(self._without_remainder, self.verdict, bool(self.experiment.calibrated))
+
+    @cached_property
+    def remainder(self) -> Remainder | None:
+        """What was learnt of the errors that the best model leaves, if it leaves more than noise."""
+        if self._is_explained:
+            return None
+        return remainder(self.scores.problem, self.models[self._base].readings)
+
+    @property
+    def _is_explained(self) -> bool:
+        """Whether no remainder is worth a try: nothing is held out, or the best model is within the noise."""
+        left = self.scores.held_out(self.models[self._base], self.assessment.fitter.wander)
+        return not self._without_remainder.is_judged or left is None or left.in_noise <= MISSED
+
+    @cached_property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
-        return ladder_of(self.scores.problem, self.models)
+        learnt, plain = self.remainder, self._without_remainder
+        if learnt is None:
+            return plain
+        rung = Rung(REMAINDER, "simulation", learnt.readings, is_model=True)
+        count = len(self.models)
+        return replace(plain, rungs=(*plain.rungs[:count], rung, *plain.rungs[count:]))
 
     @cached_property
     def delivered(self) -> str:
         """Name of the rung whose model is to be used from now on: the one that predicts best."""
         return chosen(self.ladder, self.verdict, bool(self.experiment.calibrated))
 
-    @property
+    @cached_property
     def adopted(self) -> Predicted:
-        """The model to use from now on."""
+        """The model to use from now on, its remainder included if that is delivered."""
+        if self.delivered == REMAINDER and self.remainder is not None:
+            return replace(self.models[self._base], readings=self.remainder.readings)
         return self.models[self.delivered]
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether the model to use was calibrated, and no causes were added."""
+        return self._base == CALIBRATED
 
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self.delivered == UNCORRECTED else self.adopted).fit
+        return (self.before if self._base == UNCORRECTED else self.adopted).fit
 
     @property
     def delivers(self) -> bool:

@@ -27,6 +27,8 @@ from warmlink.orchestration.diagnosis.data.own import extended, shipped_system, 
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION, Rig
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
+from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.model.equations import bound
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
 
@@ -85,12 +87,15 @@ def kinds_needed(diagnosed: Rig) -> list[str]:
     return [] if diagnosed.own else sorted(set(diagnosed.blueprint.components_with(none).values()))
 
 
-def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
-    """Write the system with the extended values bound, and the heat paths that were found wired in."""
+def write_ssp_of(
+    rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore, learnt: Remainder | None = None
+) -> None:
+    """Write the system with the extended values bound, and the heat paths and remainder found wired in."""
     from warmlink.orchestration.system.write import write_ssp
 
     own = rig.own or with_paths(shipped_system(rig, store), {})
-    write_ssp(extended(own, values), path)
+    system = extended(own, values)
+    write_ssp(system if learnt is None else with_remainder(system, learnt), path)
 
 
 def feed_forward(problem: Problem, predicted: Predicted) -> Compensated | None:

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from warmlink.orchestration.diagnosis.answer.delivered import CALIBRATED, CAUSES, NEAREST, UNCORRECTED
+from warmlink.orchestration.diagnosis.answer.delivered import (
+    CALIBRATED,
+    CAUSES,
+    NEAREST,
+    REMAINDER,
+    UNCORRECTED,
+)
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.errors import per_si, shown
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
@@ -14,8 +20,11 @@ _WORDS = {
     CALIBRATED: "calibrated model",
     CAUSES: "model with the causes",
     NEAREST: "model with the nearest causes",
+    REMAINDER: "model with a learnt remainder",
 }
 """What models are called in a sentence."""
+
+_PLAIN = {"ARX": "an ARX model", "first-order lag": "a first-order lag"}
 
 _MUCH = 0.5
 """Share of the delivered model's error from which a virtual measurement is worth a sentence."""
@@ -100,7 +109,7 @@ def _telling(diagnosis: Diagnosis, rows: dict[str, Row]) -> str:
 def _better(diagnosis: Diagnosis, rows: dict[str, Row]) -> list[str]:
     """Where a plain fit, or the uncorrected model, is better than what is delivered."""
     ours, rungs = diagnosis.delivered, diagnosis.ladder.rungs
-    plain = [r.name for r in rungs if r.name not in diagnosis.models and r.question == "simulation"]
+    plain = [rung.name for rung in rungs if rung.name in _PLAIN]
     virtual = [r.name for r in rungs if r.question != "simulation"]
     found = []
     for row in rows.values():
@@ -124,7 +133,7 @@ def _better(diagnosis: Diagnosis, rows: dict[str, Row]) -> list[str]:
         if n in row.errors
     ]
     growth = next((c.name for c in diagnosis.experiment.columns if c.variable == ELONGATION), "")
-    for share, name, row in gained:
+    for share, name, row in [] if diagnosis.causes else gained:
         if row.channel == growth and share < _MUCH:
             lines.append(
                 f"Where thermometers are read, a {name} on them tells {row.channel} "

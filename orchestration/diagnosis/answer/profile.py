@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.delivered import CALIBRATED
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
 from warmlink.orchestration.diagnosis.data.rig import Rig
@@ -89,7 +88,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if (freed.calibrated or diagnosis.delivered == CALIBRATED) and not freed.added
+        if (freed.calibrated or diagnosis.is_calibrated) and not freed.added
     ]
 
 

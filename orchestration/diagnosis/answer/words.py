@@ -36,9 +36,9 @@ def summary(diagnosis: Diagnosis) -> str:
         f"against {wrong['noise']:.2g} {wrong['unit']} of noise{_paused(diagnosis)}{when}."
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
-    lines += ladder_lines(diagnosis)
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    lines += ladder_lines(diagnosis)
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines += _gain_lines(diagnosis)

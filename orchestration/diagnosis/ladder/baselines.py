@@ -126,7 +126,7 @@ def _lag(constant: float, rich: bool, share: float) -> Form:
     def form(runs: Sequence[Signals]) -> list[Array]:
         left = [np.exp(-run.time / constant) for run in runs]
         columns = [
-            np.column_stack([_filtered(run.time, run.columns(rich), constant), 1 - decay])
+            np.column_stack([filtered(run.time, run.columns(rich), constant), 1 - decay])
             for run, decay in zip(runs, left, strict=True)
         ]
         gone = [np.outer(decay, run.start) for run, decay in zip(runs, left, strict=True)]
@@ -142,7 +142,7 @@ def _lag(constant: float, rich: bool, share: float) -> Form:
     return form
 
 
-def _filtered(time: Array, columns: Array, constant: float) -> Array:
+def filtered(time: Array, columns: Array, constant: float) -> Array:
     """First-order lags of signals, from rest."""
     keep = np.exp(-np.diff(time, prepend=0.0) / constant)
     state, result = np.zeros(columns.shape[1]), np.empty(columns.shape)

@@ -95,18 +95,31 @@ class Ladder:
             if read and np.isfinite(error)
         }
 
+    @cached_property
+    def _usual(self) -> Array:
+        """Squared error that is usual for a channel: the geometric mean of the models', shape (channels,).
+
+        So that no model is the measure: the uncorrected one may be right in a channel by luck.
+        """
+        count = np.maximum(self._counts.sum(axis=0), 1)
+        squares = [self._squares(rung).sum(axis=0) / count for rung in self.rungs if rung.is_model]
+        logarithms = np.log(np.maximum(np.maximum(squares, self._matters), 1e-30))
+        return np.asarray(np.exp(np.where(np.isfinite(logarithms), logarithms, 0.0).mean(axis=0)))
+
+    @property
+    def _matters(self) -> Array:
+        """Squared error below which nothing matters, shape (channels,)."""
+        return np.array([self.accuracy.get(i, 0.0) ** 2 for i in range(len(self.channels))])
+
     def _shares(self, rung: Rung) -> Array:
-        """By block, squared errors as shares of the uncorrected model's, as a mean over the channels."""
+        """By block, squared errors as shares of what is usual, as a mean over the channels."""
         count = self._counts.sum(axis=0)
         read = count > 0
-        least = np.array([self.accuracy.get(i, 0.0) ** 2 for i in range(count.size)])
-        first = self._squares(self.rungs[0]).sum(axis=0) / np.maximum(count, 1)
-        scale = np.maximum(np.maximum(first, least), 1e-30) * np.maximum(count, 1)
-        squares = np.maximum(self._squares(rung), least * self._counts)
-        return np.asarray(squares[:, read] / scale[read]).mean(axis=1)
+        squares = np.maximum(self._squares(rung), self._matters * self._counts)
+        return np.asarray(squares[:, read] / (self._usual * count)[read]).mean(axis=1)
 
     def score(self, rung: Rung) -> float:
-        """Mean square error as a share of the uncorrected model's, mean over the channels."""
+        """Mean square error as a share of what is usual for each channel, mean over the channels."""
         return float(self._shares(rung).sum())
 
     def better_by(self, one: Rung, other: Rung) -> tuple[float, float]:

@@ -60,7 +60,7 @@ def signals_of(problem: Problem) -> tuple[Signals, ...]:
     warm[1::2] = False  # whether there is a value at all
     result = []
     for run, data, table in zip(runs, problem.data, tables, strict=True):
-        means = _means(run.time, table[:, changes], data.time)
+        means = held_means(run.time, table[:, changes], data.time)
         relative = warm[changes]
         starts = [_start(data.time, column) for column in data.readings.T]
         rest = means[:, ~relative]
@@ -92,7 +92,7 @@ def _table(run: Run, names: Sequence[str]) -> Array:
     return np.column_stack(columns) if columns else np.zeros((run.time.size, 0))
 
 
-def _means(time: Array, table: Array, at: Array) -> Array:
+def held_means(time: Array, table: Array, at: Array) -> Array:
     """Means of held signals from each time to the next, that before the first one at the first."""
     total = np.vstack([np.zeros(table.shape[1]), np.cumsum(table[:-1] * np.diff(time)[:, None], axis=0)])
     there = interpolated(at, time, total)
@@ -107,7 +107,7 @@ def _products(time: Array, table: Array, at: Array, count: int) -> Array:
         return np.zeros((at.size, 0))
     pairs = [(i, i) for i in range(count)] + list(combinations(range(count), 2))
     products = [np.abs(table[:, i] * table[:, j]) for i, j in pairs]
-    return _means(time, np.column_stack(products), at) if products else np.zeros((at.size, 0))
+    return held_means(time, np.column_stack(products), at) if products else np.zeros((at.size, 0))
 
 
 def _start(time: Array, values: Array) -> float:

@@ -125,6 +125,15 @@ def test_errors_are_told_in_the_channels_own_units() -> None:
     assert clear.score(clear.rungs[0]) == pytest.approx(1.0)
 
 
+def test_a_model_that_is_right_in_one_channel_by_luck_is_not_the_measure() -> None:
+    run = made()
+    noise = np.random.default_rng(0).normal(size=run.readings.shape)
+    lucky = Rung("uncorrected", "simulation", (run.readings + noise * [9.0, 0.02, 9e-6],), is_model=True)
+    better = Rung("calibrated", "simulation", (run.readings + noise * [0.5, 0.04, 0.5e-6],), 5, is_model=True)
+    both = Ladder((run,), ("shaft", "tip", "growth"), (lucky, better))
+    assert both.simplest_of_the_best(both.rungs).name == "calibrated"
+
+
 def test_nothing_held_out_judges_nothing() -> None:
     run = replace(made(), fitted=np.ones(400, dtype=bool))
     assert not ladder(run, uncorrected=1.0).is_judged
