@@ -95,7 +95,6 @@ data = "Cu_2mHz.csv"
 heldout = true
 [channels]
 "source [degC]" = "link.tip_sink_temperature"
-"reference [degC]" = "link.ambient_temperature"
 {"".join(f'"S{i} [degC]" = "link.sensor_temperature[{i}]"' + chr(10) for i in range(1, 7))}
 [known]
 "heater.on" = "0"
@@ -111,6 +110,7 @@ heldout = true
 "link.specific_heat" = {{ min = "250 J/(kg*K)", max = "800 J/(kg*K)", start = "385 J/(kg*K)" }}
 "link.convection_still" = {{ min = "1 W/(m**2*K)", max = "60 W/(m**2*K)", start = "8 W/(m**2*K)" }}
 "link.tip_conductance" = {{ min = "0.1 W/K", max = "200 W/K", start = "20 W/K" }}
+"link.ambient_temperature" = {{ min = "15 degC", max = "30 degC", start = "22 degC" }}
 """
 
 

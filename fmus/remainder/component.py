@@ -12,6 +12,8 @@ from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME
 
 _PER_TEMPERATURE = TEMPERATURES * LAGS
 
+_GAIN = "error of each temperature as a share of its rise above ambient"
+
 COMPONENT = Component(
     name="Remainder",
     description="What a model still gets wrong, learnt from logs: weighted lags of what drives the machine",
@@ -36,6 +38,15 @@ COMPONENT = Component(
             size=_PER_TEMPERATURE,
             nominal=1,
         ),
+        Parameter(
+            "temperature_gain",
+            "1",
+            0,
+            "error as a share of the rise above ambient",
+            size=TEMPERATURES,
+            nominal=0.1,
+        ),
+        Parameter("elongation_gain", "1", 0, "error of the growth as a share of it", nominal=0.1),
         Parameter("temperature_offset", "K", 0, "error that is always there", size=TEMPERATURES, nominal=1),
         Parameter(
             "elongation_weight",

@@ -1,7 +1,7 @@
 """What a model still gets wrong, as a weighted sum of slow first-order lags of what drives the machine.
 
 d z_jk / dt = (f_j / scale_j - z_jk) / tau_k          from rest
-remainder   = offset + sum of weight_jk z_jk
+remainder   = offset + gain own + sum of weight_jk z_jk     own: T_i - T_a of a temperature, the growth itself
 f           = |w|, w^2, |w M|, M^2, I^2, P, T_a - T_ref, T_i - T_a
 
 Nothing of it is fed back into the model, so that it is stable whatever the weights.
@@ -45,9 +45,11 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     )
     excess = maximum(x.lagged - p.largest, 0.0) + maximum(p.least - x.lagged, 0.0)
     outside = total(excess)
+    scaled = p.temperature_gain * (u.temperature - u.ambient_temperature)
+    grown = u.elongation * (1.0 + p.elongation_gain)
     return {
-        "corrected_temperature": u.temperature + p.temperature_offset + stack(*remainders),
-        "corrected_elongation": u.elongation + p.elongation_offset + total(p.elongation_weight * x.lagged),
+        "corrected_temperature": u.temperature + scaled + p.temperature_offset + stack(*remainders),
+        "corrected_elongation": grown + p.elongation_offset + total(p.elongation_weight * x.lagged),
         "outside": outside,
         "temperature_spread": p.temperature_error * (1.0 + outside),
         "elongation_spread": p.elongation_error * (1.0 + outside),

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warmlink.orchestration.diagnosis.answer.delivered import REMAINDER
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
@@ -251,8 +250,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            learnt = diagnosis.remainder if diagnosis.delivered == REMAINDER else None
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, learnt)
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.remainder)
         _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:

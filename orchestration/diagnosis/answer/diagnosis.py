@@ -12,10 +12,8 @@ from warmlink.orchestration.diagnosis.answer.delivered import (
     CALIBRATED,
     CAUSES,
     NEAREST,
-    REMAINDER,
     UNCORRECTED,
-    chosen,
-    ladder_of,
+    Delivery,
 )
 from warmlink.orchestration.diagnosis.answer.doubtful import (
     beyond_noise,
@@ -43,8 +41,8 @@ from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, w
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
-from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
+from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 
 @dataclass(frozen=True)
@@ -85,6 +83,17 @@ class Diagnosis:
     @cached_property
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
+        word, _ = found = self._gated
+        if word == "empirical" and self.ladder.is_judged and self._delivery.base == UNCORRECTED:
+            return "unknown", (
+                "No cause is established, and none of the models predicts the held-out rows better than the "
+                "uncorrected one."
+            )
+        return found
+
+    @cached_property
+    def _gated(self) -> tuple[Word, str]:
+        """The verdict by the held-out errors of the calibrated model and of the one with causes."""
         wanders = not self.assessment.fitter.wander.still
         fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
         found = judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
@@ -206,7 +215,7 @@ class Diagnosis:
             theta = np.array([v if f.added else f.start for f, v in null.values.items()])
             found = {UNCORRECTED: self.scores.predict(replace(null, theta=theta)), CALIBRATED: self.before}
         if self.assessment.best.items:
-            found[CAUSES if self.causes else NEAREST] = self.after
+            found[NEAREST if self._gated[0] in ("adequate", "unknown") else CAUSES] = self.after
         if (plain := self._plainly_calibrated) is not None:
             found[CALIBRATED] = self.scores.predict(plain)
         return found
@@ -220,58 +229,39 @@ class Diagnosis:
         return plainly_calibrated(self.assessment.fitter)
 
     @cached_property
-    def _without_remainder(self) -> Ladder:
-        return ladder_of(self.scores.problem, self.models)
-
-    @cached_property
-    def _base(self) -> str:
-        """Name of the rung of the best model, the remainder aside."""
-        return chosen(self._without_remainder, self.verdict, bool(self.experiment.calibrated))
-
-    @cached_property
-    def remainder(self) -> Remainder | None:
-        """What was learnt of the errors that the best model leaves, if it leaves more than noise."""
-        if self._is_explained:
-            return None
-        return remainder(self.scores.problem, self.models[self._base].readings)
+    def _delivery(self) -> Delivery:
+        wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
+        return Delivery(self.scores, wander, self.models, self._gated[0], asked)
 
     @property
-    def _is_explained(self) -> bool:
-        """Whether no remainder is worth a try: nothing is held out, or the best model is within the noise."""
-        left = self.scores.held_out(self.models[self._base], self.assessment.fitter.wander)
-        return not self._without_remainder.is_judged or left is None or left.in_noise <= MISSED
-
-    @cached_property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
-        learnt, plain = self.remainder, self._without_remainder
-        if learnt is None:
-            return plain
-        rung = Rung(REMAINDER, "simulation", learnt.readings, is_model=True)
-        count = len(self.models)
-        return replace(plain, rungs=(*plain.rungs[:count], rung, *plain.rungs[count:]))
+        return self._delivery.ladder
 
-    @cached_property
+    @property
+    def remainder(self) -> Remainder | None:
+        """The learnt remainder that is delivered, if one is."""
+        return self._delivery.remainder
+
+    @property
     def delivered(self) -> str:
         """Name of the rung whose model is to be used from now on: the one that predicts best."""
-        return chosen(self.ladder, self.verdict, bool(self.experiment.calibrated))
+        return self._delivery.name
 
-    @cached_property
+    @property
     def adopted(self) -> Predicted:
         """The model to use from now on, its remainder included if that is delivered."""
-        if self.delivered == REMAINDER and self.remainder is not None:
-            return replace(self.models[self._base], readings=self.remainder.readings)
-        return self.models[self.delivered]
+        return self._delivery.adopted
 
     @property
     def is_calibrated(self) -> bool:
         """Whether the model to use was calibrated, and no causes were added."""
-        return self._base == CALIBRATED
+        return self._delivery.model == CALIBRATED
 
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self._base == UNCORRECTED else self.adopted).fit
+        return (self.before if self._delivery.model == UNCORRECTED else self.adopted).fit
 
     @property
     def delivers(self) -> bool:

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from warmlink.fmus.remainder.equations import LAGS, TEMPERATURES
+from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME_CONSTANTS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -49,12 +50,14 @@ class Remainder:
     wires : input of the component by the variable of the system that it takes; an input of the system stands
         for what feeds it
     channels : output of the component by variable
+    left : error in blocks, mean over the channels of its logarithm
     """
 
     readings: tuple[Array, ...]
     values: Mapping[str, float]
     wires: Mapping[str, str]
     channels: Mapping[str, str]
+    left: float
 
 
 def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
@@ -66,6 +69,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     readings : of the model by run in SI, shape (rows, channels)
     """
     places = _temperatures(problem)
+    measured = sum(name in problem.variables for name in places)
     drives = _drives(problem)
     if not places and not drives:
         return None
@@ -88,15 +92,19 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     ends = zip(inside.min(axis=0).tolist(), inside.max(axis=0).tolist(), strict=True)
     for j, (least, largest) in enumerate(ends, 1):
         values |= {f"least[{j}]": least, f"largest[{j}]": largest}
-    learnt = False
+    learnt, lefts = False, []
     for channel, variable in enumerate(problem.variables):
-        known = _channel(problem, channel, lags, readings) if variable in (*places, ELONGATION) else None
+        own = [_own(problem, run, each[:, channel]) for run, each in enumerate(readings)]
+        taken = variable in (*places, ELONGATION)
+        known = _channel(problem, channel, lags, readings, own, measured) if taken else None
         if known is None:
+            lefts.append(_rms(problem, channel, readings))
             continue
         learnt = True
+        lefts.append(known[2])
         weights, offset, left = known
-        for table, run in zip(corrected, lags, strict=True):
-            table[:, channel] += run @ weights + offset
+        for table, run, course in zip(corrected, lags, own, strict=True):
+            table[:, channel] += run @ weights[:-1] + weights[-1] * course + offset
         values |= _values_of(places, variable, weights, offset, left)
     if not learnt:
         return None
@@ -104,7 +112,17 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     wires |= {"ambient_temperature": _ambient(problem)} if _ambient(problem) else {}
     wires |= drives | ({"elongation": ELONGATION} if ELONGATION in problem.variables else {})
     channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(places, 1)}
-    return Remainder(tuple(corrected), values, wires, {**channels, ELONGATION: "corrected_elongation"})
+    channels[ELONGATION] = "corrected_elongation"
+    left = float(np.mean(np.log(np.maximum(lefts, 1e-15))))
+    return Remainder(tuple(corrected), values, wires, channels, left)
+
+
+def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
+    """Error of a channel on fitted rows."""
+    runs = zip(problem.data, readings, strict=True)
+    errors = np.concatenate([(d.readings - r)[d.fitted, channel] for d, r in runs])
+    read = np.isfinite(errors)
+    return float(np.sqrt(np.mean(errors[read] ** 2))) if read.any() else 1.0
 
 
 def _temperatures(problem: Problem) -> list[str]:
@@ -161,43 +179,83 @@ def _features(
     return np.column_stack([means, room - _REFERENCE, *rises, *[0.0 * each for each in idle]])
 
 
+@dataclass(frozen=True)
+class _Form:
+    """Which lags are weighted, and how strongly the ridge holds them back."""
+
+    lags: NDArray[np.bool_]
+    share: float
+
+    def fitted(self, x: Array, y: Array) -> tuple[Array, float]:
+        """Weight of each lag, 0 for those that are not used, and a constant."""
+        count = int(self.lags.sum())
+        weights, scaled = solved(x[:, self.lags], y[:, None], self.share)
+        zero = float((scaled(np.zeros((1, count))) @ weights)[0, 0])
+        whole = np.zeros(self.lags.size)
+        whole[self.lags] = (scaled(np.eye(count)) @ weights)[:, 0] - zero  # back from unit variance
+        return whole, zero
+
+    def squares(self, x: Array, y: Array, block: NDArray[np.int64]) -> Array:
+        """Squared error of each block of rows by what the others teach, shape (blocks,)."""
+        found = []
+        for b in np.unique(block):
+            weights, zero = self.fitted(x[block != b], y[block != b])
+            found.append(np.sum((y - x @ weights - zero)[block == b] ** 2))
+        return np.array(found)
+
+
+def _forms(x: Array, measured: int) -> list[_Form]:
+    """Forms that are tried, the simplest first: without the model's own temperatures, with one time constant.
+
+    Of the temperatures the first ones are `measured`, and so the model's.
+    """
+    alive, place = np.ptp(x, axis=0) > 1e-9 * np.abs(x).max(axis=0), np.arange(x.shape[1])
+    drive, constant, own = place % FEATURES, place // FEATURES, place >= LAGS
+    given = (drive < FEATURES - TEMPERATURES) | (drive >= FEATURES - TEMPERATURES + measured)
+    whole = np.ones(place.size, dtype=bool)
+    each = [*(constant == k for k in range(TIME_CONSTANTS)), whole]
+    groups = (alive & (own | (group & some)) for group in (given, whole) for some in each)
+    return [_Form(lags, share) for lags in groups if lags.any() for share in _RIDGES]
+
+
+def _own(problem: Problem, run: int, course: Array) -> Array:
+    """A model's course of one channel in a run: the growth itself, a temperature above that around."""
+    measured, name = problem.experiment.runs[run], _ambient(problem)
+    if not np.abs(course).max() > 1:  # metres are small
+        return course
+    room = measured.inputs.get(name, np.full(measured.time.size, _REFERENCE))
+    return course - room[measured.row_at(problem.data[run].time)]
+
+
 def _channel(
-    problem: Problem, channel: int, lags: Sequence[Array], readings: Sequence[Array]
+    problem: Problem,
+    channel: int,
+    lags: Sequence[Array],
+    readings: Sequence[Array],
+    own: Sequence[Array],
+    measured: int,
 ) -> tuple[Array, float, float] | None:
-    """Weights of the lags, a constant, and the error left in blocks; None where blocks do not ask for it."""
+    """Weights of the lags and of the model's own course, a constant, and the error left in blocks.
+
+    None where blocks do not ask for it.
+    """
     rows, targets, blocks = [], [], []
     for run, (data, table) in enumerate(zip(problem.data, lags, strict=True)):
         left = data.readings[:, channel] - readings[run][:, channel]
         there = np.flatnonzero(data.fitted & np.isfinite(left))
-        rows.append(table[there])
+        rows.append(np.column_stack([table, own[run]])[there])
         targets.append(left[there])
-        blocks.append(
-            _BLOCKS * run + np.minimum(_BLOCKS * np.arange(there.size) // max(there.size, 1), _BLOCKS - 1)
-        )
+        blocks.append(_BLOCKS * run + _BLOCKS * np.arange(there.size) // max(there.size, 1))
     x, y, block = np.concatenate(rows), np.concatenate(targets), np.concatenate(blocks)
-    used = np.ptp(x, axis=0) > 1e-9 if len(x) else np.zeros(LAGS, dtype=bool)
-    if y.size < _FEWEST or not used.any():
+    forms = _forms(x, measured) if y.size >= _FEWEST else []
+    if not forms:
         return None
-    every = np.unique(block)
-    without = np.array([np.sum(y[block == b] ** 2) for b in every])
-    tried = {}
-    for share in _RIDGES:
-        squares = []
-        for b in every:
-            weights, scaled = solved(x[block != b][:, used], y[block != b][:, None], share)
-            squares.append(np.sum((y[block == b] - (scaled(x[block == b][:, used]) @ weights)[:, 0]) ** 2))
-        tried[share] = np.array(squares)
-    best = min(tried, key=lambda each: tried[each].sum())
-    if not _clearly(without, tried[best]):
+    tried = [(form, form.squares(x, y, block)) for form in forms]
+    least = min((squares for _, squares in tried), key=lambda squares: float(squares.sum()))
+    if not _clearly(np.array([np.sum(y[block == b] ** 2) for b in np.unique(block)]), least):
         return None
-    chosen = next(share for share in _RIDGES if not _clearly(tried[share], tried[best]))
-    weights, scaled = solved(x[:, used], y[:, None], chosen)
-    # Back from columns of unit variance.
-    zero = float((scaled(np.zeros((1, int(used.sum())))) @ weights)[0, 0])
-    unit = (scaled(np.eye(int(used.sum()))) @ weights)[:, 0] - zero
-    whole = np.zeros(LAGS)
-    whole[used] = unit
-    return whole, zero, float(np.sqrt(tried[chosen].sum() / y.size))
+    form, squares = next(each for each in tried if not _clearly(each[1], least))
+    return *form.fitted(x, y), float(np.sqrt(squares.sum() / y.size))
 
 
 def _clearly(more: Array, less: Array) -> bool:
@@ -211,8 +269,14 @@ def _values_of(
 ) -> dict[str, float]:
     """Parameters of one channel."""
     if variable == ELONGATION:
-        found = {f"elongation_weight[{j}]": float(each) for j, each in enumerate(weights, 1)}
-        return {**found, "elongation_offset": offset, "elongation_error": left}
+        found = {f"elongation_weight[{j}]": float(each) for j, each in enumerate(weights[:-1], 1)}
+        return {
+            **found,
+            "elongation_gain": float(weights[-1]),
+            "elongation_offset": offset,
+            "elongation_error": left,
+        }
     i = places.index(variable)
-    found = {f"temperature_weight[{i * LAGS + j}]": float(each) for j, each in enumerate(weights, 1)}
+    found = {f"temperature_weight[{i * LAGS + j}]": float(each) for j, each in enumerate(weights[:-1], 1)}
+    found[f"temperature_gain[{i + 1}]"] = float(weights[-1])
     return {**found, f"temperature_offset[{i + 1}]": offset, f"temperature_error[{i + 1}]": left}

@@ -46,12 +46,14 @@ class Ladder:
     channels : column name of each channel
     rungs : the uncorrected model first
     accuracy : error in SI by channel number, below which it does not matter
+    growth : number of the channel that is the growth, if it was measured
     """
 
     runs: tuple[Signals, ...]
     channels: tuple[str, ...]
     rungs: tuple[Rung, ...]
     accuracy: Mapping[int, float] = field(default_factory=dict)
+    growth: int | None = None
 
     @cached_property
     def _blocks(self) -> tuple[tuple[int, Array], ...]:
@@ -121,6 +123,15 @@ class Ladder:
     def score(self, rung: Rung) -> float:
         """Mean square error as a share of what is usual for each channel, mean over the channels."""
         return float(self._shares(rung).sum())
+
+    def is_worse_in_growth(self, rung: Rung) -> bool:
+        """Whether a rung foretells the growth worse than the uncorrected model, so that it matters."""
+        if self.growth is None:
+            return False
+        least = self.accuracy.get(self.growth, 0.0)
+        name = self.channels[self.growth]
+        ours, first = (self.rms(each).get(name, np.inf) for each in (rung, self.rungs[0]))
+        return max(ours, least) > AS_GOOD * max(first, least)
 
     def better_by(self, one: Rung, other: Rung) -> tuple[float, float]:
         """By how much of the score a rung is better than another, and the standard error of that."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from warmlink.orchestration.diagnosis.answer.delivered import chosen
 from warmlink.orchestration.diagnosis.ladder.baselines import Baseline, baselines
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
@@ -146,3 +147,14 @@ def test_a_run_that_nothing_drives_has_plain_fits_too() -> None:
         "ARX",
         "ridge",
     }
+
+
+def test_no_model_that_foretells_the_growth_worse_is_chosen() -> None:
+    run = made()
+    noise = np.random.default_rng(0).normal(size=run.readings.shape)
+    first = Rung("uncorrected", "simulation", (run.readings + noise * [9.0, 9.0, 1e-6],), is_model=True)
+    other = Rung("calibrated", "simulation", (run.readings + noise * [0.5, 0.5, 2e-6],), 5, is_model=True)
+    both = Ladder((run,), ("shaft", "tip", "growth"), (first, other), growth=2)
+    assert chosen(both, "unknown", declared=False) == "uncorrected"
+    assert chosen(replace(both, growth=None), "unknown", declared=False) == "calibrated"
+    assert chosen(replace(both, accuracy={2: 5e-6}), "unknown", declared=False) == "calibrated"
