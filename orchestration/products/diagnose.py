@@ -17,9 +17,10 @@ from warmlink.orchestration.diagnosis.answer.extension import extended_values, k
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import Said
-from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
@@ -99,11 +100,11 @@ def diagnose(
 
     Parameters
     ----------
-    sources : files or DataFrames measured on one warm-up cell, with columns as `tip_temperature [degC]`; or
-        an experiment (TOML)
+    sources : files or DataFrames measured on one machine, a warm-up cell unless `scenario` says otherwise,
+        with columns as `tip_temperature [degC]`; or an experiment (TOML)
     assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
-    scenario : a scenario (TOML) of the cell as it is known
+    scenario : a scenario (TOML) of the machine as it is known, which need not be a warm-up cell
     noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
     accuracy : error that matters, `"0.5 K"` for all temperatures, or by column or variable; a model below it
         is adequate, however small the noise
@@ -116,11 +117,11 @@ def diagnose(
     InputError
         If a source, or something in it, cannot be used.
     """
-    known = {} if scenario is None else parameters_of(str(scenario))
+    machine, known = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        told = Said(units, names=names, decimal=decimal)
+        told = Said(units, names=names, decimal=decimal, machine=machine)
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
         wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
         found = Found(diagnose_experiment(with_accuracy(experiment, wanted), progress))

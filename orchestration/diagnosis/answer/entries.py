@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim
+from warmlink.orchestration.diagnosis.answer.compensated import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.errors import per_si, shown
-from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.ladder import ladder_entries
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
+from warmlink.orchestration.machine.rig import OFFSET
 
 
 def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None = None) -> dict[str, Any]:
@@ -71,6 +71,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "ladder": ladder_entries(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
+        "unanswered": dict(diagnosis.unanswered),
         "remarks": list(diagnosis.remarks),
     }
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from warmlink.orchestration.diagnosis.answer.delivered import (
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
     CAUSES,
     NEAREST,
     REMAINDER,
     UNCORRECTED,
 )
-from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.errors import per_si, shown
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.diagnosis.ladder.rungs import AS_GOOD, Rung
 
 _WORDS = {
@@ -96,7 +95,7 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
 
 def _telling(diagnosis: Diagnosis, rows: dict[str, Row]) -> str:
     """The channel by which a prediction is told: the elongation, or the one that the model changes most."""
-    growth = next((c.name for c in diagnosis.experiment.columns if c.variable == ELONGATION), "")
+    growth = _growth(diagnosis)
     if growth in rows:
         return growth
     name = diagnosis.delivered
@@ -104,6 +103,12 @@ def _telling(diagnosis: Diagnosis, rows: dict[str, Row]) -> str:
         rows,
         key=lambda each: rows[each].errors[UNCORRECTED] / max(rows[each].errors.get(name, 1e300), 1e-300),
     )
+
+
+def _growth(diagnosis: Diagnosis) -> str:
+    """Column of the growth, "" if it was not measured."""
+    ladder = diagnosis.ladder
+    return "" if ladder.growth is None else ladder.channels[ladder.growth]
 
 
 def _better(diagnosis: Diagnosis, rows: dict[str, Row]) -> list[str]:
@@ -132,7 +137,7 @@ def _better(diagnosis: Diagnosis, rows: dict[str, Row]) -> list[str]:
         for n in virtual
         if n in row.errors
     ]
-    growth = next((c.name for c in diagnosis.experiment.columns if c.variable == ELONGATION), "")
+    growth = _growth(diagnosis)
     for share, name, row in [] if diagnosis.causes else gained:
         if row.channel == growth and share < _MUCH:
             lines.append(

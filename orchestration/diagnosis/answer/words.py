@@ -15,10 +15,10 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
-from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME_CONSTANTS
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.ladder.least_squares import solved
-from warmlink.orchestration.diagnosis.ladder.signals import held_means
+from warmlink.orchestration.diagnosis.ladder.signals import growth_output, held_means
 
 _SHARES_OF_A_RUN = (1 / 30, 1 / 8, 1 / 2)
 """Time constants as shares of the longest fitted run."""
@@ -68,7 +67,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     problem : the whole experiment
     readings : of the model by run in SI, shape (rows, channels)
     """
-    places = _temperatures(problem)
+    places, growth = _temperatures(problem), growth_output(problem)
     measured = sum(name in problem.variables for name in places)
     drives = _drives(problem)
     if not places and not drives:
@@ -95,7 +94,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     learnt, lefts = False, []
     for channel, variable in enumerate(problem.variables):
         own = [_own(problem, run, each[:, channel]) for run, each in enumerate(readings)]
-        taken = variable in (*places, ELONGATION)
+        taken = variable in (*places, growth)
         known = _channel(problem, channel, lags, readings, own, measured) if taken else None
         if known is None:
             lefts.append(_rms(problem, channel, readings))
@@ -110,9 +109,9 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
         return None
     wires = {f"temperature[{i}]": name for i, name in enumerate(places, 1)}
     wires |= {"ambient_temperature": _ambient(problem)} if _ambient(problem) else {}
-    wires |= drives | ({"elongation": ELONGATION} if ELONGATION in problem.variables else {})
+    wires |= drives | ({"elongation": growth} if growth else {})
     channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(places, 1)}
-    channels[ELONGATION] = "corrected_elongation"
+    channels |= {growth: "corrected_elongation"} if growth else {}
     left = float(np.mean(np.log(np.maximum(lefts, 1e-15))))
     return Remainder(tuple(corrected), values, wires, channels, left)
 
@@ -268,7 +267,7 @@ def _values_of(
     places: Sequence[str], variable: str, weights: Array, offset: float, left: float
 ) -> dict[str, float]:
     """Parameters of one channel."""
-    if variable == ELONGATION:
+    if variable not in places:
         found = {f"elongation_weight[{j}]": float(each) for j, each in enumerate(weights[:-1], 1)}
         return {
             **found,

@@ -122,3 +122,10 @@ def interpolated(at: Array, time: Array, table: Array) -> Array:
     """Columns of a table at other times, shape (times, columns), of which there may be none."""
     columns = [np.interp(at, time, column) for column in table.T]
     return np.column_stack(columns) if columns else np.zeros((at.size, 0))
+
+
+def growth_output(problem: Problem) -> str:
+    """Output that is the growth: as the machine says, else a length; "" if none was measured."""
+    unit = problem.experiment.rig.unit
+    stated = [name for name in problem.experiment.rig.machine.growth if name in problem.variables]
+    return next(iter([*stated, *(name for name in problem.variables if unit(name) == "m")]), "")

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.answer.errors import good_enough, largest_errors
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.diagnosis.ladder.errors import good_enough, largest_errors
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
 

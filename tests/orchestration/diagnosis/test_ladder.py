@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.answer.delivered import chosen
 from warmlink.orchestration.diagnosis.ladder.baselines import Baseline, baselines
+from warmlink.orchestration.diagnosis.ladder.delivered import chosen
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
 

@@ -9,14 +9,13 @@ import pytest
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.remainder.component import COMPONENT
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.own import shipped_system
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.ladder.remainder import remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.machine.heat_paths import built_system
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 WORK = [
@@ -38,13 +37,13 @@ def lacking(problem: Problem) -> Array:
     speed = run.inputs["motor.speed"][run.row_at(data.time - 1e-6)]
     missing = filtered(data.time, speed[:, None] ** 2, 1200.0)[:, 0]
     readings = problem.finest(0, problem.neutral[0]).copy()
-    readings[:, problem.variables.index(ELONGATION)] -= 3e-6 * missing / missing.max()
+    readings[:, problem.variables.index("link.elongation")] -= 3e-6 * missing / missing.max()
     return readings
 
 
 def off(problem: Problem, readings: Array) -> float:
     """Held-out error of the growth, rms in m."""
-    data, channel = problem.data[0], problem.variables.index(ELONGATION)
+    data, channel = problem.data[0], problem.variables.index("link.elongation")
     error = (data.readings - readings)[~data.fitted, channel]
     return float(np.sqrt(np.nanmean(error**2)))
 
@@ -95,14 +94,14 @@ def test_the_component_gives_what_was_learnt(problem: Problem) -> None:
             here.step(before, now - before)
         before = now
         told.append(here.get("corrected_elongation"))
-    channel = problem.variables.index(ELONGATION)
+    channel = problem.variables.index("link.elongation")
     assert np.abs(np.array(told) - learnt.readings[0][:, channel])[5:].max() < 0.3e-6
 
 
 def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
     learnt = remainder(problem, [lacking(problem)])
     assert learnt is not None
-    whole = with_remainder(shipped_system(problem.experiment.rig), learnt)
+    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt)
     fed = {link.target: link.source for link in whole.connections}
     assert fed["remainder.speed"] == "duty.speed"
     assert fed["remainder.elongation"] == "link.elongation"

@@ -7,10 +7,10 @@ import pytest
 
 from tests.documented import undescribed
 from warmlink.orchestration.diagnosis.answer.entries import json_content
-from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Word
+from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 

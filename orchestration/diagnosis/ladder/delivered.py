@@ -6,15 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from warmlink.orchestration.diagnosis.answer.prediction import MISSED, Predicted, Scores
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.fit.wandering import Wander
 from warmlink.orchestration.diagnosis.ladder.baselines import baselines
+from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
-from warmlink.orchestration.diagnosis.ladder.signals import signals_of
+from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
 
 UNCORRECTED, CALIBRATED, CAUSES = "uncorrected", "calibrated", "with causes"
 """Names of rungs that are models: as it stands, usual or declared parameters fitted, causes added."""
@@ -44,7 +43,8 @@ def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     rungs += [Rung(each.name, each.question, each.readings) for each in plain]
     wanted = problem.experiment.accuracy
     matters = {i: wanted[name] for i, name in enumerate(problem.variables) if name in wanted}
-    growth = problem.variables.index(ELONGATION) if ELONGATION in problem.variables else None
+    name = growth_output(problem)
+    growth = problem.variables.index(name) if name else None
     return Ladder(runs, tuple(problem.names.values()), tuple(rungs), matters, growth)
 
 
