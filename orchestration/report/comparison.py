@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warmlink.orchestration.closed_loop.metrics import CONDUCT
+from warmlink.orchestration.closed_loop.metrics import CONDUCT, shown_percent
 from warmlink.orchestration.report.figures import heat_map
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
@@ -116,7 +116,7 @@ def _cell(row: Row) -> str:
     error = f"{row.outcome.max_abs_um:.1f}"
     if row.controller == NO_CONTROLLER or row.removed_percent is None:
         return error
-    return f"{error}<br>{row.removed_percent:.0f} %"
+    return f"{error}<br>{shown_percent(row.removed_percent)}"
 
 
 def _won(comparison: Comparison) -> Table:

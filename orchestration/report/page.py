@@ -57,6 +57,11 @@ class Section:
         return "\n\n".join(told)
 
 
+def unwrapped(text: str) -> str:
+    """Text whose lines end where a page's do; those of a file end where its writer broke them."""
+    return "\n\n".join(" ".join(each.split()) for each in re.split(r"\n\s*\n", text.strip()))
+
+
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
     """Write the page, which ends with the versions of software; `lead` is the answer in a sentence or two."""
     shown = [*sections, Section("Versions", table=_versions())]
