@@ -80,4 +80,4 @@ def _cell(row: Row, best_um: float, which: str) -> str:
         return error
     removed = "" if row.removed_percent is None else shown_percent(row.removed_percent)
     mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
-    return f"{error} {removed:>6} {mark + (BEST if row.equals(best_um) else ''):<3}"
+    return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"
