@@ -286,6 +286,12 @@ def run(
         If a name does not exist, or a value is refused.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> outcome = wl.run("stop_and_go", "lag", mismatches=["noisy_sensors"])
+    >>> print(outcome)
+    >>> outcome.to_frame()["error [m]"].abs().max()
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     if isinstance(tolerance, str):

@@ -111,6 +111,12 @@ def diagnose(
     ------
     InputError
         If a source, or something in it, cannot be used.
+
+    Examples
+    --------
+    >>> found = wl.diagnose("run.csv")
+    >>> print(found.verdict, found.causes)
+    >>> found.write("found")
     """
     known = {} if scenario is None else parameters_of(str(scenario))
     assumed = [f"{name}={value}" for name, value in assume.items()]

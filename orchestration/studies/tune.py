@@ -186,6 +186,11 @@ def tune_study(
     ------
     InputError
         If there is no such study, or it asks for what does not exist or cannot be.
+
+    Examples
+    --------
+    >>> tuned = wl.tune("study.toml", trials=20, means=wl.Means(jobs=4), out="tuned")
+    >>> print(tuned)
     """
     asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
     with tuned(asked, means, out) as found:
