@@ -25,18 +25,18 @@ from benchmarks.fuzz.mutate import (
     words,
     xml_values,
 )
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import MOST_SENTENCES, InputError, SeveralError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
@@ -82,6 +82,8 @@ class Target:
         """Read a file: `accepted`, `refused`, or what is wrong with how it went."""
         try:
             self.use(path)
+        except SeveralError as refusal:
+            return _sentences(str(refusal).split("\n"))
         except (InputError, SlaveError) as refusal:
             return _sentence(str(refusal))
         except AssertionError as fault:
@@ -89,6 +91,14 @@ class Target:
         except Exception as fault:  # the very thing that is looked for
             return f"{type(fault).__name__}: {fault}"[:300]
         return "accepted"
+
+
+def _sentences(told: list[str]) -> str:
+    """What is wrong with the lines of which each says a mistake; the last may say how many more there are."""
+    if len(told) > MOST_SENTENCES + 1:
+        return f"{len(told)} lines: {told[:3]}"
+    shown = told[:-1] if told[-1].endswith(" more") else told
+    return next((verdict for each in shown if (verdict := _sentence(each)) != "refused"), "refused")
 
 
 def _sentence(told: str) -> str:
@@ -163,7 +173,7 @@ def _set_up(path: Path) -> None:
 
 def _parameters(path: Path) -> None:
     law = catalogue.controller("lag")
-    start_values(parameters_of(path), CELL.blueprint.declared(law), path.name)
+    start_values(parameters_of(path), WARMUP_CELL.declared(law), path.name)
 
 
 def _mismatched(path: Path) -> None:

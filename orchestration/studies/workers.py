@@ -196,9 +196,9 @@ def joined_systems(
         progress(f"compiling system {done + 1} of {len(laws)}, with {law}", done / len(laws))
         first = mine[0]
         usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
-        if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):
+        if any((each.master, each.machine.foreign, each.made_from) != usual for each in mine):
             continue
-        names = tuple(dict.fromkeys(name for each in mine for name in recorded(each.setup)))
+        names = tuple(dict.fromkeys(name for each in mine for name in recorded(each.machine)))
         made_from = (*made_here(), *first.made_from, names, processor())
         try:
             rollout = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
@@ -255,7 +255,7 @@ def tried(
     cases, turns = [case_of(each, (each.name,)) for each in next(iter(runs.values()), [])], dict[int, float]()
     progress("looking for the runs to try beside the FMUs", 0.0)
     for place, result in _joined(cases, fmus.rollouts):
-        growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
+        growth = cases[place].machine.roles.uncompensated.value(result.__getitem__)
         turns[place] = -float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
     sharpest_first = sorted(range(len(cases)), key=lambda place: turns.get(place, 0.0))
     found = dict[str, tuple[float, float]]()

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any, NamedTuple
 
 from warmlink.fmus.component import Component, Parameter
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
-from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
-from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
+from warmlink.orchestration.machine.machine import Plots
+from warmlink.orchestration.report.closed_loop import QUANTITIES, plots_of
 from warmlink.orchestration.report.figures import looks_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
@@ -87,8 +88,8 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         If a controller refuses a start value of the scenario.
     """
     scenario, first, _ = systems[0]
-    roles, setup, drivers = scenario.setup.roles, scenario.setup, drivers_of(scenario)
-    plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
+    roles, machine, drivers = scenario.machine.roles, scenario.machine, drivers_of(scenario)
+    plots = plots_of(machine, {v.name: v.unit for v in first.outputs if v.size is None})
     laws = [each.scenario.controller.name for each in systems]
     drawn = {name for of in plots.values() for name in of.values()}
     watched = sorted({*roles.score.variables, *roles.uncompensated.variables, *drawn})
@@ -109,7 +110,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "columns": columns(plots),
         "plots": [
             _plot("Error of the tool point", "error [µm]", errors, band),
-            *(_plot_of(*each, of, setup.controllers, laws) for each, of in plots.items()),
+            *(_plot_of(*each, of, machine.controllers, laws) for each, of in plots.items()),
         ],
         "words": words_of(drivers),
         "repeat": f"{drivers[0]}.repeat",
@@ -220,10 +221,11 @@ def _file_content(scenario: Scenario) -> dict[str, Any]:
     if "roles" in written:
         top["system"] = written["system"]
         tables += _toml("[roles]", written["roles"])
-    held = scenario.values().get(POSE_SEQUENCE, {})
-    for i in range(1, POSES + 1):
-        if held.get(f"duration[{i}]"):
-            top["system"] = scenario.setup.name
+    if scenario.machine.program:
+        top["system"] = scenario.machine.name
+    values = scenario.values()
+    for held, i in product((values[each] for each in scenario.machine.called("poses")), range(1, POSES + 1)):
+        if held[f"duration[{i}]"]:
             joints = [held[f"joint_{joint}[{i}]"] for joint in range(1, AXES + 1)]
             tables += _toml("[[pose]]", {"hold": held[f"duration[{i}]"], "joints": joints})
     return {"top": _toml("", top), "tables": tables, "parameters": scenario.parameters}

@@ -45,15 +45,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def errors(scenario: Scenario, folder: Path) -> dict[str, Any]:
     """Error of the tool point by the native FMU of the whole system, in m."""
-    (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.system.shipped")], folder)
-    stop = scenario.stop_time
-    system = System("Alone", {"whole": component("whole", fmu)}, (), DefaultExperiment(0.0, stop, 1.0))
-    result = simulate(system, stop, 1.0)
+    (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.machine.machine")], folder)
+    alone = DefaultExperiment(0.0, stop := scenario.stop_time, 1.0)
+    result = simulate(System("Alone", {"whole": component("whole", fmu)}, (), alone), stop, 1.0)
     return {
         name: expression.value(lambda each: result[f"whole.{each}"])
         for name, expression in (
-            ("none", scenario.setup.roles.uncompensated),
-            ("lag", scenario.setup.roles.score),
+            ("none", scenario.machine.roles.uncompensated),
+            ("lag", scenario.machine.roles.score),
         )
     }
 
@@ -181,6 +180,9 @@ def test_the_command_computes_what_the_page_shows(browser: Browser, page: Path, 
 def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Browser, page: Path) -> None:
     script = """
         const sentences = [];
+        const until = async (seen) => {
+          for (let i = 0; i < 500 && !seen(); i++) await new Promise((passed) => setTimeout(passed, 20));
+        };
         const given = "time [s],speed [rad/s],elongation [um]\\n0,3,0\\n600,0,9\\n900,0,8\\n";
         const told = async (action) => {
           setTimeout(action);
@@ -196,12 +198,13 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
           dispatchEvent(new DragEvent("drop", { dataTransfer }));
         };
         for (const text of ["time [s]\\n0\\n", "time [h]\\n0\\n1e9\\n", "time [s]\\n0\\n0.2\\n"]) {
+          const before = document.getElementById("fault").textContent;
           drop(text);
-          await new Promise((drawn) => setTimeout(drawn, 300));
+          await until(() => document.getElementById("fault").textContent !== before);
           sentences.push(document.getElementById("fault").textContent);
         }
         drop(given);
-        await new Promise((drawn) => setTimeout(drawn, 300));
+        await until(() => document.querySelector(".dots")?.getAttribute("d"));
         const marks = document.querySelector(".dots").getAttribute("d").split("M").length - 1;
         const command = document.getElementById("command").textContent.split("\\n").at(-1);
         const result = { sentences, stop: Number(texts().stop), marks, command };
