@@ -64,6 +64,10 @@ def check(file: str | Path, *, time_limit: str | float = TIME_LIMIT) -> Checked:
     ------
     InputError
         If the file cannot be read, or is a folder.
+
+    Examples
+    --------
+    >>> print(wl.check("dist/native/fmi2/ThermalLink.fmu"))
     """
     path, limit = Path(file), positive(time_limit, "s", argument("time_limit"))
     if is_folder(path):

@@ -194,7 +194,7 @@ def _gain_text(diagnosis: Diagnosis) -> str:
     ):
         if pair is not None:
             first, then = (
-                f"{1e6 * each.largest:.2f} um ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
+                f"{1e6 * each.largest:.2f} µm ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
                 for each in pair
             )
             told.append(f"{first} before, {then} after, when {words}.")
@@ -216,8 +216,8 @@ def _beyond(diagnosis: Diagnosis) -> list[Section]:
         "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
         "unexplained."
     )
-    within = f"within +-{1e6 * DEFAULT_TOLERANCE:g} um"
-    headings = ("duty cycle", "largest [um]", "changed by [um]", "95 % band [um]", within)
+    within = f"within ±{1e6 * DEFAULT_TOLERANCE:g} µm"
+    headings = ("duty cycle", "largest [µm]", "changed by [µm]", "95 % band [µm]", within)
     return [Section("Other duty cycles", text, Table(headings, rows))]
 
 
