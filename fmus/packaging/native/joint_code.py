@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.casadi_code import Function, Symbols
 from warmlink.fmus.packaging.native.groups import LARGEST_COUNT, fewer
-from warmlink.fmus.packaging.native.wired import Signals, Tangents, WirePlan
+from warmlink.fmus.packaging.native.wired import Tangents, WiredSignals, WirePlan
 
 
 def starting(plan: WirePlan) -> Iterator[Function]:
@@ -29,7 +29,7 @@ def starting(plan: WirePlan) -> Iterator[Function]:
     moved = dict(begun)
     for key in joint.starting:
         kind = plan.kinds[key]
-        signals = Signals(plan, begun, s.u, s.d, casadi.MX(0))
+        signals = WiredSignals(plan, begun, s.u, s.d, casadi.MX(0))
         along = Tangents(signals, moved, du, casadi.MX(0))
         given = signals.inputs(key), signals.own(key)
         moved = moved | {key: kind.begin_tangent()(*given, along.inputs(key))}
@@ -43,7 +43,7 @@ def starting(plan: WirePlan) -> Iterator[Function]:
 def samples(plan: WirePlan) -> Iterator[Function]:
     """Yield `sample_0` and so on of the whole: what each clock does."""
     s = Symbols.of(plan.component, calls=True)
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     for clock, (key, *_) in enumerate(sampled_parts(plan)):
         yield f"sample_{clock}", [*s.now, s.step], plan.kinds[key].update()(*signals.now(key), s.step)
 
@@ -71,7 +71,7 @@ def _seen(plan: WirePlan, groups: list[list[int]]) -> Iterator[Function]:
     import casadi
 
     s, names = Symbols.of(plan.component, calls=True), plan.component.y.names
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     for number, group in enumerate(groups):
         yield f"outputs_{number}", s.now, casadi.vertcat(*(signals.output(names[i]) for i in group))
     along = [casadi.MX.sym("also", each.numel()) for each in (s.x, s.u, s.time)]

@@ -94,7 +94,7 @@ class _ByPart:
         raise NotImplementedError
 
 
-class Signals(_ByPart):
+class WiredSignals(_ByPart):
     """Values of outputs and inputs of the parts at an instant.
 
     Parameters
@@ -137,7 +137,7 @@ class Tangents(_ByPart):
     """Derivatives of outputs and inputs of the parts along a direction of states, inputs and time."""
 
     def __init__(
-        self, signals: Signals, dx: Mapping[str, Expression], du: Expression, dtime: Expression
+        self, signals: WiredSignals, dx: Mapping[str, Expression], du: Expression, dtime: Expression
     ) -> None:
         super().__init__(signals.plan, du)
         self.signals, self.dx, self.dtime = signals, dx, dtime
