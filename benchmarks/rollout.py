@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
-from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.component.table import EARLY
+from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.packaging.native.rollout_code import compiled as rollout
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty

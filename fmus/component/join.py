@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.dependencies import dependencies, evaluation_order, sampling_order
+from warmlink.fmus.component.table import Played
 from warmlink.fmus.component.variables import Named
 from warmlink.fmus.errors import InputError
 
@@ -79,6 +80,7 @@ def join(
         clocks=tuple(joint.clocks()),
         joint=joint,
         terminals=tuple(_terminals(flat, fed)),
+        tables=tuple(_played(key, each) for key, part in flat.items() for each in part.tables),
         checks=tuple(_check(key, check) for key, part in flat.items() for check in part.checks),
         micro_step=min(continuous, default=1.0),
         default_stop_time=max(part.default_stop_time for part in flat.values()),
@@ -287,6 +289,12 @@ def _terminals(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iter
             full = ((member, f"{key}.{scalar}") for member, scalar in terminal.members)
             members = tuple((member, scalar) for member, scalar in full if scalar not in wires)
             yield Terminal(f"{key}.{terminal.name}", terminal.kind, members)
+
+
+def _played(key: str, played: Played) -> Played:
+    """A table that a part plays as one of the whole."""
+    columns = tuple(_prefixed(key, each) for each in played.columns)
+    return replace(played, name=f"{key}.{played.name}", columns=columns)
 
 
 def _check(key: str, check: Check) -> Check:

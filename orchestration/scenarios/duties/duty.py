@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
-from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.component.table import EARLY
+from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.model import StartValues
 
