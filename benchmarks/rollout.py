@@ -44,7 +44,8 @@ RECORDED = {
 
 def library() -> list[Duty]:
     """Every duty cycle that warmlink ships."""
-    return [duty_files.load(name) for name in duty_files.names()]
+    loaded = map(duty_files.load, duty_files.names())
+    return [duty for duty in loaded if isinstance(duty, Duty)]
 
 
 def demand_table(duty: Duty, step: float, stop_time: float | None = None) -> Array:

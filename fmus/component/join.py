@@ -12,6 +12,7 @@ the order of stepping, each with the newest values, as a Gauss-Seidel master doe
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, reduce
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
@@ -239,8 +240,11 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def part_of(record: Record, key: str) -> Any:
-    """What a record holds of one part."""
-    return reduce(getattr, key.split("."), record)
+    """What a record holds of one part: nothing of one that has no such variables."""
+    return reduce(lambda held, name: getattr(held, name, _NOTHING), key.split("."), record)
+
+
+_NOTHING = SimpleNamespace()
 
 
 def _named(by_part: Mapping[str, Values]) -> dict[str, Number]:

@@ -122,8 +122,8 @@ class Table:
     def content(self, units: Mapping[str, str]) -> bytes:
         """Content of the table's file; `units` of the columns stand in its first line.
 
-        A line of text, filled up with blanks to a multiple of eight bytes, names the columns. Numbers of eight
-        bytes follow, lowest byte first: how many rows; for each column whether it is linear (1) or held (0)
+        A line of text, filled up with blanks to a multiple of eight bytes, names the columns. Numbers of
+        eight bytes follow, lowest byte first: how many rows; for each column whether it is linear (1) or held (0)
         and how many values it has, whole numbers; the times; the columns' values, doubles; and the CRC-32 of
         all before.
         """
@@ -132,7 +132,9 @@ class Table:
         for name, each in zip(self.names, self.columns, strict=True):
             counts += [_LINEAR if name in self.linear else _HELD, each.size]
         whole = struct.pack(f"<{len(counts)}Q", *counts)
-        body = b"".join([head, whole, *(each.astype("<f8").tobytes() for each in (self.times, *self.columns))])
+        body = b"".join(
+            [head, whole, *(each.astype("<f8").tobytes() for each in (self.times, *self.columns))]
+        )
         return body + struct.pack("<Q", zlib.crc32(body))
 
 
@@ -144,8 +146,9 @@ def read_table(content: bytes, names: Sequence[str], units: Mapping[str, str], w
         told = f"begins with {found!r} in place of {head.decode().strip()!r}"
         raise InputError(f"{where}: {told}; write it with warmlink")
     kinds = 2 * len(names)
-    numbers = np.frombuffer(content[len(head) :][: 8 * (1 + kinds)], "<u8").tolist()
-    sizes = [] if len(numbers) < 1 + kinds else [numbers[0], *numbers[2::2]]
+    whole = len(content) >= len(head) + 8 * (1 + kinds)
+    numbers = np.frombuffer(content, "<u8", 1 + kinds, len(head)).tolist() if whole else []
+    sizes = [numbers[0], *numbers[2::2]] if whole else []
     total = len(head) + 8 * (2 + kinds + sum(sizes))
     if not sizes or len(content) != total or any(n not in (1, sizes[0]) for n in sizes):
         raise InputError(f"{where}: holds {len(content)} bytes, which are not its rows; write it anew")
@@ -216,7 +219,9 @@ class Played:
     def ended(self) -> str:
         """Sentence on a run that goes on after the last row."""
         part = self.name.rpartition(".")[0]
-        return f"{part and '.'}{part}: its table ends at {self.table.end:g} s; the last row holds from then on"
+        return (
+            f"{part and '.'}{part}: its table ends at {self.table.end:g} s; the last row holds from then on"
+        )
 
 
 def own_name(name: str) -> str:
@@ -254,7 +259,9 @@ def _by_hand(columns: int) -> Any:
 def _column(times: Array, name: str, values: ArrayLike) -> Array:
     found = np.ascontiguousarray(values, dtype=float).reshape(-1)
     if found.size not in (1, times.size):
-        raise InputError(f"{name}: {found.size} values for {times.size} rows; give one for each, or one for all")
+        raise InputError(
+            f"{name}: {found.size} values for {times.size} rows; give one for each, or one for all"
+        )
     wild = np.flatnonzero(~np.isfinite(found))
     if wild.size:
         raise InputError(f"{name}: row {int(wild[0]) + 1}: {found[wild[0]]} is not finite; give a number")

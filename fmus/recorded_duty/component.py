@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+
+from numpy.typing import ArrayLike
 
 from warmlink.fmus.component import Component, Derived, Output, Terminal
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE, bus
@@ -71,7 +73,7 @@ _SHIPPED = {"speed": 3.43, "torque": 2.5}
 """What the shipped table demands, whose one row holds for ever."""
 
 
-def duty_table(times: Sequence[float], columns: dict[str, Sequence[float]], linear: Sequence[str] = ()) -> Table:
+def duty_table(times: ArrayLike, columns: Mapping[str, ArrayLike], linear: Sequence[str] = ()) -> Table:
     """Table of a duty from some of its columns; the others are 0, or 22 degC, with the pad off."""
     usual = {d.name: ROOM_TEMPERATURE if d.display == "degC" else 0.0 for d in _DEMANDS}
     return Table(times, {name: columns.get(name, [value]) for name, value in usual.items()}, linear)

@@ -19,9 +19,9 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
-from warmlink.orchestration.scenarios.entries import Quantity, Text
+from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
 from warmlink.orchestration.scenarios.written import read_table
@@ -36,6 +36,7 @@ class ScenarioFile(DutyTables, Settings):
     """A scenario: a system, what drives it, what is scored, and how it is run."""
 
     duty: Annotated[str | None, Text("shift_with_breaks")] = None
+    linear: Annotated[tuple[str, ...], Names("ambient_temperature")] = ()
     stop_time: Annotated[float | None, Quantity("s", positive=True)] = None
     roles: RolesTable | None = None
 
@@ -44,17 +45,20 @@ class ScenarioFile(DutyTables, Settings):
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
+            if self.linear:
+                raise InputError('linear: segments hold; name a recorded duty, as duty = "shift.csv"')
             return
         for key in ("segment", "random", "repeat"):
             if getattr(self, key):
                 raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
-    def drive(self, name: str, folder: Path) -> Duty:
+    def drive(self, name: str, folder: Path) -> Duty | Recorded:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
             return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
-        found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
+        source = str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty
+        found = duty_files.load(source, self.linear)
         return found if self.stop_time is None else found.until(self.stop_time)
 
 
@@ -89,15 +93,17 @@ def load_scenario(name: str) -> Scenario:
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
-        read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
+        read = read_scenario(
+            path.stem, read_text(path, "give an existing .toml, .csv or .parquet"), path.parent
+        )
         return replace(read, file=path)
-    if path.suffix == ".csv" or name in duty_files.names():
+    if path.suffix in duty_files.RECORDED_IN or name in duty_files.names():
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
     if path.suffix in _OTHERS and is_file(path):
         what, *words = _OTHERS[path.suffix]
         raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
-    known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
+    known_names = instead(name, scenario_names(), "or give a TOML, CSV or Parquet file")
     raise InputError(f"{shortened(name)}: no such scenario; {known_names}")
 
 

@@ -20,15 +20,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component, Output
+from warmlink.fmus.component.table import Table as Rows
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.tabled import table_in
 from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
+from warmlink.orchestration.scenarios.duties.duty import DUTY
 from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
 from warmlink.orchestration.scenarios.expression import Expression
-from warmlink.orchestration.scenarios.overrides import DUTY
 from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
@@ -113,6 +115,21 @@ class Setup:
         """Names of the controllers' outputs that say that the error is within tolerance."""
         return tuple(f"{instance}.ready" for instance in self.controllers)
 
+    def driven_by(self, tables: Mapping[str, Rows]) -> Setup:
+        """The system whose instances play tables in place of segments; without tables `duty` has segments."""
+        held = self.blueprint
+        changed = {name: PLAYER for name in tables if held.components.get(name) in (DRIVER, PLAYER)}
+        if not tables and held.components.get(DUTY) == PLAYER:
+            changed = {DUTY: DRIVER}
+        played = {
+            name: each for name, each in {**held.tables, **tables}.items() if changed.get(name) != DRIVER
+        }
+        if not changed or (changed.items() <= held.components.items() and played == held.tables):
+            return self
+        blueprint = replace(held, components={**held.components, **changed}, tables=played)
+        values = {name: of for name, of in self.values.items() if name not in changed}
+        return replace(self, blueprint=blueprint, values=values)
+
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""
         channels = {f"noise[{channel}]": noise for channel in range(1, CHANNELS + 1)}
@@ -136,7 +153,7 @@ def merged(*parts: StartValues) -> dict[str, dict[str, Value]]:
     return values
 
 
-DRIVER = "DutyCycle"
+DRIVER, PLAYER = "DutyCycle", "RecordedDuty"
 
 Driven = Annotated[tuple[str, ...], Names("motor.speed", single=True)]
 Scored = Text(f"link.elongation - {COMPENSATOR}.correction")
@@ -177,7 +194,7 @@ def own_setup(path: Path, roles: RolesTable | None, where: str) -> Setup:
     driven = _driven(system, roles, where)
     if driven:
         components = {DUTY: DRIVER, **components}
-    elif components.get(DUTY) != DRIVER:
+    elif components.get(DUTY) not in (DRIVER, PLAYER):
         raise InputError(
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
@@ -204,7 +221,11 @@ def blueprint_of(system: System, controllers: Collection[str] = ()) -> Blueprint
     scaled = {each.target: Conversion(each.factor, each.offset) for each in changed}
     proposed = system.default_experiment
     stop_time, step_size = proposed.stop_time or 3600.0, proposed.step_size or 1.0
-    return Blueprint(system.name, "", components, wires, stop_time, step_size, foreign=foreign, scaled=scaled)
+    tables = {name: table_in(system.components[name].fmu) for name, k in components.items() if k == PLAYER}
+    whole = Blueprint(
+        system.name, "", components, wires, stop_time, step_size, foreign=foreign, scaled=scaled
+    )
+    return replace(whole, tables=tables)
 
 
 def is_ours(fmu: Path, declared: Component | None) -> bool:

@@ -60,8 +60,9 @@ class Case:
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
         facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        held, roles = replace(self.setup.blueprint, foreign={}), self.setup.roles
-        facts |= {"blueprint": asdict(held), "plant": roles.plant}
+        held, roles = replace(self.setup.blueprint, foreign={}, tables={}), self.setup.roles
+        tables = {name: table.digest for name, table in self.setup.blueprint.tables.items()}
+        facts |= {"blueprint": {**asdict(held), "tables": tables}, "plant": roles.plant}
         facts |= {"score": roles.score.text, "uncompensated": roles.uncompensated.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 

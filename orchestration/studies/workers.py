@@ -25,6 +25,7 @@ from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.scenarios.duties.duty import IDLE
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import (
@@ -174,7 +175,8 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
             given = [cases[place].values for place in places]
-            runs.append((points, *rollout.run(given, points.count, points.step_size)))
+            played = [cases[place].setup.blueprint.tables for place in places]
+            runs.append((points, *rollout.run(given, points.count, points.step_size, played=played)))
         for i, place in enumerate(places):
             if all(well[i] for *_, well in runs):
                 tables = (Table(names, units, points, values[i].T) for points, values, _ in runs)
@@ -188,7 +190,9 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     those that cannot be compiled, with a remark.
     """
     found: dict[str, Rollout] = {}
-    for law, mine in _by_law(scenarios).items():
+    # Whatever drives them is no part of what is compiled: tables stand in place of the segments.
+    segmented = [replace(each, duty=IDLE) if each.duty.tables else each for each in scenarios]
+    for law, mine in _by_law(segmented).items():
         first = mine[0]
         usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
         if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):

@@ -10,9 +10,12 @@ from pathlib import Path
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
+from warmlink.fmus.component.table import Table
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.tabled import with_table
 from warmlink.fmus.packaging.views import with_flag_wires
 from warmlink.fmus.plant import ROD_WIRES, WIRES
+from warmlink.fmus.recorded_duty.component import playing
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
@@ -45,6 +48,7 @@ class Blueprint:
     ports : what a larger system that holds this one exchanges with it
     foreign : FMUs that came with the system, by what `components` calls them
     scaled : what a wire does besides converting units, by the input that it feeds
+    tables : what instances of RecordedDuty play
     """
 
     name: str
@@ -60,6 +64,7 @@ class Blueprint:
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
     scaled: Mapping[str, Conversion] = field(default_factory=dict)
+    tables: Mapping[str, Table] = field(default_factory=dict)
 
     @property
     def kinds(self) -> set[str]:
@@ -81,7 +86,11 @@ class Blueprint:
         """Declaration of each instance that is a component of warmlink, with the controllers' law."""
         known = {**catalogue.components(), **self.reduced, law.name: law}
         kinds = self.components_with(law.name)
-        return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
+        return {name: self._played(name, known[kind]) for name, kind in kinds.items() if kind in known}
+
+    def _played(self, instance: str, component: Component) -> Component:
+        """The declaration of an instance, with its table if it plays one."""
+        return playing(component, self.tables[instance]) if instance in self.tables else component
 
     def called(self, short: str) -> list[str]:
         """Instances that correspond to one of the shipped systems': for `motor` all motors."""
@@ -97,13 +106,15 @@ class Blueprint:
         left = {name: kind for name, kind in self.components.items() if name not in instances}
         wires = [wire for wire in self.wires if all(end.rpartition(".")[0] in left for end in wire)]
         scaled = {end: self.scaled[end] for _, end in wires if end in self.scaled}
-        return replace(self, components=left, wires=tuple(wires), scaled=scaled)
+        tables = {name: table for name, table in self.tables.items() if name in left}
+        return replace(self, components=left, wires=tuple(wires), scaled=scaled, tables=tables)
 
     def prefixed(self, prefix: str) -> Blueprint:
         """The same with a prefix and a dot before every instance."""
         components = {f"{prefix}.{name}": kind for name, kind in self.components.items()}
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
-        return replace(self, components=components, wires=wires)
+        tables = {f"{prefix}.{name}": table for name, table in self.tables.items()}
+        return replace(self, components=components, wires=wires, tables=tables)
 
     @property
     def never_joined(self) -> str:
@@ -125,7 +136,7 @@ class Blueprint:
         if self.never_joined:
             raise InputError(f"{self.name}: {self.never_joined}; run it with a master instead")
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
-        parts = {name: kinds[kind] for name, kind in self.components.items()}
+        parts = {name: self._played(name, kinds[kind]) for name, kind in self.components.items()}
         joined = join(self.name, parts, self.wires, self.about)
         every = self.with_nominal(values or {}).items()
         given = {f"{key}.{name}": float(v) for key, of in every for name, v in of.items()}
@@ -146,6 +157,7 @@ class Blueprint:
         """
         known = {**self.foreign, **fmus}
         files = {instance: known[kind] for instance, kind in self.components_with(controller).items()}
+        files |= {instance: with_table(files[instance], table) for instance, table in self.tables.items()}
         ends = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
         wires = with_flag_wires(self.wires, ends)
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)

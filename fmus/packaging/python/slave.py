@@ -220,7 +220,7 @@ class ComponentSlave(Fmi2Slave):
 
 
 def _with_tables(component: Component, resources: str) -> Component:
-    """The component with the tables in the FMU's resources, which may differ from those it was declared with."""
+    """The component with the tables in the FMU's resources in place of those it was declared with."""
     found = [each.read((Path(resources) / each.file).read_bytes(), each.file) for each in component.tables]
     return replace(component, tables=tuple(found)) if found else component
 

@@ -21,6 +21,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duties.duty import (
     MOST_SEGMENTS,
     Duty,
+    Recorded,
     Segment,
     check_segments,
     padded,
@@ -28,6 +29,9 @@ from warmlink.orchestration.scenarios.duties.duty import (
 from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
+
+RECORDED_IN = (".csv", ".parquet", ".pq")
+"""Endings of files that hold a recorded duty."""
 
 LIBRARY = Path(__file__).parents[1] / "duty_cycles"
 
@@ -157,21 +161,25 @@ def names() -> list[str]:
     return sorted(path.stem for path in LIBRARY.glob("*.toml"))
 
 
-def load(source: str | Path) -> Duty:
-    """Duty cycle from the library by name, or from a .toml or .csv file by path.
+def load(source: str | Path, linear: Sequence[str] = ()) -> Duty | Recorded:
+    """Duty cycle from the library by name, or from a .toml, .csv or .parquet file by path.
 
-    Raises InputError where there is no such duty cycle, or its file cannot be used.
+    The columns of a recorded one that are `linear` between its rows are named. Raises InputError where there
+    is no such duty cycle, its file cannot be used, or it has no columns.
     """
     path, name = Path(source), str(source)
-    if path.suffix == ".csv":
-        from warmlink.orchestration.scenarios.duties.recorded import read_csv
+    if path.suffix in RECORDED_IN:
+        from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
-        return read_csv(path)
+        return read_recorded(path, linear)
+    if linear:
+        told = f"linear: {shortened(name)} has segments, which hold"
+        raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
     if path.suffix != ".toml":
         if name not in names():
             raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")
         path = LIBRARY / f"{name}.toml"
-    return parsed(read_toml(path, "give an existing .toml or .csv"), path.stem)
+    return parsed(read_toml(path, "give an existing .toml, .csv or .parquet"), path.stem)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Duty:
