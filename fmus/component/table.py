@@ -123,9 +123,9 @@ class Table:
         """Content of the table's file; `units` of the columns stand in its first line.
 
         A line of text, filled up with blanks to a multiple of eight bytes, names the columns. Numbers of
-        eight bytes follow, lowest byte first: how many rows; for each column whether it is linear (1) or held (0)
-        and how many values it has, whole numbers; the times; the columns' values, doubles; and the CRC-32 of
-        all before.
+        eight bytes follow, lowest byte first: how many rows; for each column whether it is linear (1) or
+        held (0) and how many values it has, whole numbers; the times; the columns' values, doubles; and the
+        CRC-32 of all before.
         """
         head = heading(self.names, units)
         counts = [self.times.size]

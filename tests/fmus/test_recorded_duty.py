@@ -90,7 +90,8 @@ def test_a_table_survives_its_file_and_being_sent() -> None:
     assert content.startswith(b"warmlink table 1: speed [rad/s], torque [N.m], ambient_temperature [K], ")
     assert int.from_bytes(content[-8:], "little") == zlib.crc32(content[:-8])
     for found in (played.read(content, "rows.table").table, pickle.loads(pickle.dumps(SHIFT))):
-        assert found.linear == SHIFT.linear and found.handle != SHIFT.handle
+        assert found.linear == SHIFT.linear
+        assert found.handle != SHIFT.handle
         assert all(np.array_equal(a, b) for a, b in zip(found.columns, SHIFT.columns, strict=True))
         assert found.digest == SHIFT.digest
 

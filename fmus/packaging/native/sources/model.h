@@ -99,6 +99,9 @@ void WL(sample)(int clock, const double *x, const double *u, const double *d, co
 #define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
 #define FIRST_LOCAL (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
 #define VARIABLES (FIRST_LOCAL + WL_LOCALS)
+/* Of a reference that is known to be one of them; as an int, since there may be none, and none lies below 0. */
+#define IS_PARAMETER(reference) ((int)(reference) < FIRST_INPUT)
+#define IS_INPUT(reference) (!IS_PARAMETER(reference) && (int)(reference) < FIRST_OUTPUT)
 /* After time, for hosts that integrate: the states and their rates. */
 #define FIRST_STATE (VARIABLES + 1)
 #define FIRST_RATE (FIRST_STATE + WL_STATES)
