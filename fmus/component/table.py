@@ -10,7 +10,7 @@ import hashlib
 import struct
 import zlib
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import count
 from typing import Any
@@ -114,6 +114,17 @@ class Table:
                 found[:, k] = each[i] + rates * passed
         return found
 
+    def until(self, time: float) -> Table:
+        """The table without the rows that a run up to a time in s does not need."""
+        last = int(self.times.searchsorted(time + EARLY, side="right")) + 1  # and where a linear one goes
+        if last >= self.times.size:
+            return self
+        return Table(
+            self.times[:last],
+            {name: each[:last] for name, each in zip(self.names, self.columns, strict=True)},
+            self.linear,
+        )
+
     @cached_property
     def digest(self) -> str:
         """Digest of the whole content."""
@@ -214,6 +225,10 @@ class Played:
     def read(self, content: bytes, where: str) -> Played:
         """The same with the table in the content of its file; raises as `read_table`."""
         return Played(self.name, self.columns, read_table(content, self.table.names, self.units, where))
+
+    def until(self, time: float) -> Played:
+        """The same without the rows that a run up to a time in s does not need."""
+        return replace(self, table=self.table.until(time))
 
     @property
     def ended(self) -> str:

@@ -176,7 +176,9 @@ class _Making:
         from warmlink.orchestration.system.write import write_ssp
 
         names = [name for name in entries() if name in scenario.kinds]
-        built = self._components(names, {each.name: each for each in scenario.declared.values() if each.tables})
+        built = self._components(
+            names, {each.name: each for each in scenario.declared.values() if each.tables}
+        )
         fmus = {path.stem: path for path in built}
         store = FmuStore("python" if self.kind == "python" else "native")
         built.append(self.out / f"{scenario.name}.ssp")

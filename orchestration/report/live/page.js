@@ -71,7 +71,7 @@ async function take(file) {
   const [{ min, max }, lasts] = [fields("stop")[0], step * Math.floor(rows.at(-1).time / step)];
   demand(lasts >= min && lasts <= max, `lasts ${digits(rows.at(-1).time)} s; the page takes runs of ${min} s to ${max} s`);
   const given = { stop: digits(lasts, 12) };
-  if (rows.some((row) => "speed" in row || "torque" in row)) {
+  if (words.speed && rows.some((row) => "speed" in row || "torque" in row)) {
     demand(words.speed.length === 1, "the page takes measured runs of a single axis only");
     const segments = measuredSegments(rows);
     demand(segments.length <= most, `${segments.length} segments are above the page's ${most}; average the duty over longer times`);
@@ -94,7 +94,8 @@ const actions = {
   copies: (button) => copies(button.closest("tr").sectionRowIndex, Number(button.value)),
 };
 
-for (const [name, law] of Object.entries(content.laws)) law.engine = await engine(at(`module-${name}`).textContent);
+const tables = Array.from(document.querySelectorAll(".table"), ({ textContent }) => textContent);
+for (const [name, law] of Object.entries(content.laws)) law.engine = await engine(at(`module-${name}`).textContent, tables);
 
 at("form").addEventListener("change", ({ target }) => {
   if (target.files) return load(target);

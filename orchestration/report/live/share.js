@@ -46,13 +46,15 @@ const lines = (table) =>
 export function scenarioText() {
   const { scenario: { top, tables, parameters }, repeat, words } = content;
   const shown = texts();
-  const segments = shown[words.duration[0]].split(",").flatMap((_, i) => {
+  const durations = words.duration ? shown[words.duration[0]].split(",") : [];
+  const segments = durations.flatMap((_, i) => {
     const of = (name) => quantity(name, shown[name].split(",")[i]);
     const told = Object.entries(words).map(([word, names]) => [word, names.length > 1 ? names.map(of) : of(names[0])]);
     const { pad_mode, pad_power, pad_temperature, ...demands } = Object.fromEntries(told);
     return ["", "[[segment]]", ...lines({ ...demands, ...[{}, { pad_power }, { pad_temperature }][pad_mode] })];
   });
-  const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop), repeat: shown[repeat] === "1" };
+  const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop) };
+  if (repeat) now.repeat = shown[repeat] === "1";
   return [...top, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
 }
 
