@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from warmlink.fmus.component.arithmetic import Number, real, symbolic
 from warmlink.fmus.component.variables import Output
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import instead
 
 Array = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ class Table:
             raise InputError(f"{told}; put the rows in order, each time once")
         unknown = sorted(self.linear - {*self.names})
         if unknown:
-            raise InputError(f"linear: {unknown[0]} is no column; choose {', '.join(self.names)}")
+            raise InputError(f"linear: {unknown[0]} is no column; {instead(unknown[0], self.names)}")
         self._register()
 
     def _register(self) -> None:

@@ -103,7 +103,7 @@ def load_scenario(name: str) -> Scenario:
     if path.suffix in _OTHERS and is_file(path):
         what, *words = _OTHERS[path.suffix]
         raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
-    known_names = instead(name, scenario_names(), "or give a TOML, CSV or Parquet file")
+    known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
     raise InputError(f"{shortened(name)}: no such scenario; {known_names}")
 
 

@@ -125,7 +125,7 @@ def test_any_damage_is_refused(byte: int) -> None:
         ([0, 1], {"pad_mode": [1, 3]}, (), "pad_mode: row 2: 3 is too high"),
         ([0, 1], {"pad_mode": [0, 0.5]}, (), "pad_mode: row 2: 0.5 is not a whole number"),
         ([0, 1], {"pad_mode": [0, 1]}, ("pad_mode",), "pad_mode: .*cannot be linear"),
-        ([0, 1], {}, ("sped",), "linear: sped is no column; choose speed, torque"),
+        ([0, 1], {}, ("sped",), "linear: sped is no column; did you mean speed"),
     ],
 )
 def test_bad_rows_are_refused_in_a_sentence(

@@ -88,7 +88,7 @@ def _places(sheet: Sheet) -> dict[str, Place]:
         name, unit = next((form for form in forms if _known(form[0])), forms[0])
         variable = _known(name)
         if not variable:
-            known = instead(plain(name), (*RECORDED, *MEASURED, _GROWTH), "or remove it")
+            known = instead(plain(name), (*RECORDED, *MEASURED), "or remove it")
             raise InputError(f"{sheet.name}: column {shown(header)} is not known; {known}")
         if variable in found:
             one = sheet.headers[found[variable].column]
