@@ -72,6 +72,8 @@ class Table:
     def _register(self) -> None:
         self.handle = next(_HANDLES)
         _TABLES[self.handle] = self
+        named = enumerate(zip(self.names, self.columns, strict=True))
+        self._moving = [k for k, (name, each) in named if name in self.linear and each.size > 1]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Table, (self.times, dict(zip(self.names, self.columns, strict=True)), self.linear)
@@ -88,16 +90,13 @@ class Table:
         that one holds, after the last row the last.
         """
         after = int(self.times.searchsorted(time + EARLY, side="right"))
-        i = max(after - 1, 0)
-        row = [float(self.times[i])]
-        row += [float(each[i if each.size > 1 else 0]) for each in self.columns]
-        if not self.linear or not 0 < after < self.times.size:
-            return np.array(row + [0.0] * len(self.columns))
-        lasts = self.times[i + 1] - self.times[i]
-        for name, each in zip(self.names, self.columns, strict=True):
-            moves = name in self.linear and each.size > 1
-            row.append(float((each[i + 1] - each[i]) / lasts) if moves else 0.0)
-        return np.array(row)
+        i, between = max(after - 1, 0), 0 < after < self.times.size
+        begins = self.times.item(i)
+        values = [each.item(i) if each.size > 1 else each.item(0) for each in self.columns]
+        rates = [0.0] * len(values)
+        for k in self._moving if between else ():
+            rates[k] = (self.columns[k].item(i + 1) - values[k]) / (self.times.item(i + 1) - begins)
+        return np.array([begins, *values, *rates])
 
     def over(self, times: Array) -> Array:
         """Values of the columns at times in s, shape (times, columns), bit for bit as one by one."""
