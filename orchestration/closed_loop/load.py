@@ -10,7 +10,7 @@ and which instance is the controller (`scenarios/setup.py`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +21,7 @@ from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
-from warmlink.orchestration.scenarios.entries import Names, Quantity, Text
+from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
 from warmlink.orchestration.scenarios.written import read_table
@@ -37,6 +37,7 @@ class ScenarioFile(DutyTables, Settings):
 
     duty: Annotated[str | None, Text("shift_with_breaks")] = None
     linear: Annotated[tuple[str, ...], Names("ambient_temperature")] = ()
+    columns: Mapping[str, Annotated[str, OneOf(duty_files.COLUMNS)]] = field(default_factory=dict)
     stop_time: Annotated[float | None, Quantity("s", positive=True)] = None
     roles: RolesTable | None = None
 
@@ -45,8 +46,10 @@ class ScenarioFile(DutyTables, Settings):
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
-            if self.linear:
-                raise InputError('linear: segments hold; name a recorded duty, as duty = "shift.csv"')
+            for key in ("linear", "columns"):
+                if getattr(self, key):
+                    told = f'{key}: is of a recorded duty; name one, as duty = "shift.csv"'
+                    raise InputError(f"{told}, or leave it out")
             return
         for key in ("segment", "random", "repeat"):
             if getattr(self, key):
@@ -58,7 +61,7 @@ class ScenarioFile(DutyTables, Settings):
             return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
         source = str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty
-        found = duty_files.load(source, self.linear)
+        found = duty_files.load(source, self.linear, self.columns)
         return found if self.stop_time is None else found.until(self.stop_time)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,6 +33,9 @@ from warmlink.orchestration.text_files import read_toml, shortened
 
 RECORDED_IN = (".csv", ".parquet", ".pq")
 """Endings of files that hold a recorded duty."""
+
+COLUMNS = ("time", "speed", "torque", "ambient_temperature", "pad_temperature", "pad_power")
+"""What a column of a recorded duty may be."""
 
 LIBRARY = Path(__file__).parents[1] / "duty_cycles"
 
@@ -161,20 +165,24 @@ def names() -> list[str]:
     return sorted(path.stem for path in LIBRARY.glob("*.toml"))
 
 
-def load(source: str | Path, linear: Sequence[str] = ()) -> Duty | Recorded:
+def load(
+    source: str | Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
+) -> Duty | Recorded:
     """Duty cycle from the library by name, or from a .toml, .csv or .parquet file by path.
 
-    The columns of a recorded one that are `linear` between its rows are named. Raises InputError where there
-    is no such duty cycle, its file cannot be used, or it has no columns.
+    `linear` names the columns of a recorded one that are so between its rows, `columns` says what its own
+    names are. Raises InputError where there is no such duty cycle, its file cannot be used, or it has no
+    columns.
     """
     path, name = Path(source), str(source)
     if path.suffix in RECORDED_IN:
         from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
-        return read_recorded(path, linear)
-    if linear:
-        told = f"linear: {shortened(name)} has segments, which hold"
-        raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
+        return read_recorded(path, linear, columns)
+    for key, given in (("linear", linear), ("columns", columns)):
+        if given:
+            told = f"{key}: {shortened(name)} has segments and no columns"
+            raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
     if path.suffix != ".toml":
         if name not in names():
             raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")

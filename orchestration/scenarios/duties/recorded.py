@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -44,12 +45,16 @@ _GROWTH = "growth"
 _DEMANDS = {scalar.name: scalar for scalar in COMPONENT.scalars()}
 
 
-def read_recorded(path: Path, linear: Sequence[str] = ()) -> Duty | Recorded:
+def read_recorded(
+    path: Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
+) -> Duty | Recorded:
     """Recorded duty from a table (CSV, Parquet) of columns named `name [unit]`, `time [s]` among them.
 
     Inputs hold until the next row, but those that are `linear` between rows; an empty cell holds the last
     value, an empty pad cell switches the pad off. Rows in sequence that demand the same make one segment: so
     few that DutyCycle holds them are segments, any number of others a table that is played.
+
+    Where `columns` say what the file calls them, no others are read but the time.
 
     Raises InputError where the file cannot be read, a column or unit is not known or stands twice, a cell
     holds no reading, or time does not increase.
@@ -57,15 +62,17 @@ def read_recorded(path: Path, linear: Sequence[str] = ()) -> Duty | Recorded:
     if not is_file(path):
         raise InputError(f"{shortened(str(path))}: no such file; give an existing .toml, .csv or .parquet")
     sheet = read_sheet(path)
-    places = _places(sheet)
+    places = _chosen(sheet, columns) if columns else _places(sheet)
+    if TIME not in places:
+        raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
     at, _ = times(sheet, places.pop(TIME))
     if at.size < 2:
         raise InputError(f"{path.name}: {at.size} rows under the header; give at least two times")
-    columns = _demanded(sheet, {name: _demand(sheet, place) for name, place in places.items()})
+    demands = _demanded(sheet, {name: _demand(sheet, place) for name, place in places.items()})
     absent = [name for name in ("speed", "torque") if name not in places]
     told = tuple(f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
     try:
-        table = Played("rows", PLAYER.tables[0].columns, duty_table(at, columns, linear)).table
+        table = Played("rows", PLAYER.tables[0].columns, duty_table(at, demands, linear)).table
     except InputError as fault:
         raise InputError(f"{path.name}: {fault}") from None
     # Of the last row nobody knows how long it lasts.
@@ -96,9 +103,26 @@ def _places(sheet: Sheet) -> dict[str, Place]:
         if unit is None and variable in _DEMANDS:
             raise InputError(f"{sheet.of(column)} has no unit; write '{name} [{RECORDED[variable]}]'")
         found[variable] = Place(column, name, unit, variable, "header", chosen=False)
-    if TIME not in found:
-        raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
     return {name: place for name, place in found.items() if name in RECORDED}
+
+
+def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
+    """Column of time and of each demand, by name, as the user says it of the file's own names."""
+    found: dict[str, Place] = {}
+    headers = [name_and_unit(header) for header in sheet.headers]
+    for own, variable in columns.items():
+        fits = [i for i, (name, _) in enumerate(headers) if own in (name, sheet.headers[i])]
+        if len(fits) != 1:
+            told = "stands twice; rename one" if fits else instead(own, [name for name, _ in headers])
+            raise InputError(f"{sheet.name}: columns: {'' if fits else 'no column '}{shown(own)}; {told}")
+        if variable in found:
+            raise InputError(f"{sheet.name}: columns: two columns are {variable}; keep one")
+        name, unit = headers[fits[0]]
+        found[variable] = Place(fits[0], name, unit or sheet.units[fits[0]], variable, "header", chosen=True)
+    for i, (name, unit) in enumerate(headers):
+        if TIME not in found and _known(name) == TIME:
+            found[TIME] = Place(i, name, unit or sheet.units[i], TIME, "header", chosen=False)
+    return found
 
 
 def _known(name: str) -> str:

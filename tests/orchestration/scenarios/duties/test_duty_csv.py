@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded, Segment
 from warmlink.orchestration.scenarios.duties.duty_files import load
 from warmlink.orchestration.scenarios.duties.recorded import read_recorded
@@ -158,8 +159,39 @@ def test_so_few_rows_that_are_linear_are_a_table_too(tmp_path: Path) -> None:
     assert isinstance(read_recorded(path, ["torque"]), Recorded)
     with pytest.raises(InputError, match=r"^recorded.csv: linear: sped is no column; did you mean speed"):
         read_recorded(path, ["sped"])
-    with pytest.raises(InputError, match="stop_and_go has segments, which hold"):
+    with pytest.raises(InputError, match="linear: stop_and_go has segments and no columns"):
         load("stop_and_go", ["torque"])
+
+
+LOGGED = "Stamp [s],v [rpm],current [A],room [degC]\n0,30,1,20\n5,60,2,21\n10,0,3,22\n"
+
+
+def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> None:
+    path = written(tmp_path, LOGGED)
+    columns = {"Stamp": "time", "v": "speed", "room [degC]": "ambient_temperature"}
+    found = read_recorded(path, columns=columns)
+    assert [(s.duration, s.ambient_temperature) for s in found.unrolled()] == [(5, 293.15), (5, 294.15)]
+    assert found.unrolled()[0].speed == pytest.approx(math.pi)
+    assert found.remarks == ("recorded.csv has no column torque, which is taken as 0 N.m",)
+    (tmp_path / "scenario.toml").write_text(
+        'duty = "recorded.csv"\n[columns]\nStamp = "time"\nv = "speed"\n', encoding="utf-8"
+    )
+    assert load_scenario(str(tmp_path / "scenario.toml")).duty.unrolled()[1].speed == pytest.approx(
+        2 * math.pi
+    )
+
+
+@pytest.mark.parametrize(
+    ("columns", "sentence"),
+    [
+        ({"v": "speed"}, "no column 'time \\[s\\]'; add it"),
+        ({"Stamp": "time", "w": "speed"}, "columns: no column 'w'; choose Stamp, v, current or room"),
+        ({"Stamp": "time", "v": "speed", "room": "speed"}, "columns: two columns are speed; keep one"),
+    ],
+)
+def test_names_that_do_not_fit_are_refused(tmp_path: Path, columns: dict[str, str], sentence: str) -> None:
+    with pytest.raises(InputError, match=f"^recorded.csv: {sentence}"):
+        read_recorded(written(tmp_path, LOGGED), columns=columns)
 
 
 def test_written_segments_beyond_what_the_component_holds_are_refused_with_a_remedy() -> None:
