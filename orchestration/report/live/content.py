@@ -118,6 +118,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "words": words_of(drivers),
         "repeat": "".join(f"{first}.repeat" for first in drivers[:1]),
         "most": SEGMENTS,
+        "played": _played(first) if first.tables else None,
         "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
     }
 
@@ -130,6 +131,14 @@ def _recorded(scenario: Scenario) -> dict[str, Output]:
         for output, values in zip(PLAYER.outputs, table.columns, strict=True)
         if values.size > 1
     }
+
+
+def _played(whole: Component) -> dict[str, Any]:
+    """First line of the file of a table that the page may be given, and how it shows each column."""
+    (played, *_) = whole.tables
+    units = {output.name: output.unit for output in PLAYER.outputs}
+    shown = {name: QUANTITIES.get(unit, ("", 1.0, 0.0))[1:] for name, unit in units.items()}
+    return {"head": played.head.decode(), "columns": shown}
 
 
 def _recorded_plot(name: str, output: Output) -> dict[str, Any]:

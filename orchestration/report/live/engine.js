@@ -11,7 +11,7 @@ async function unpacked(packed) {
  *
  * A run starts anew with `values`, pairs of value reference and start value. It gives an array for each value reference
  * in `watched`, with a number for each communication point, and throws an Error with the component's sentence where that
- * refuses something.
+ * refuses something. Its `play` puts another table in a table's place.
  */
 export async function engine(packed, tables = []) {
   const { instance } = await WebAssembly.instantiate(await unpacked(packed));
@@ -24,8 +24,8 @@ export async function engine(packed, tables = []) {
     if (!well) throw new Error(text(fault()));
   }
 
-  for (const [i, table] of tables.entries()) {
-    const bytes = new Uint8Array(await unpacked(table));
+  /** Have the table of a number replaced by the bytes of another one's file. */
+  function play(i, bytes) {
     const place = room(i, bytes.length);
     if (!place) throw new Error("there is no memory for the recorded duty; take a shorter one");
     new Uint8Array(memory.buffer, place).set(bytes);
@@ -33,7 +33,9 @@ export async function engine(packed, tables = []) {
     if (wrong) throw new Error(`the table of the recorded duty ${wrong}`);
   }
 
-  return (watched, steps, size, values) => {
+  for (const [i, table] of tables.entries()) play(i, new Uint8Array(await unpacked(table)));
+
+  const run = (watched, steps, size, values) => {
     reset();
     for (const [reference, value] of values) check(set(reference, value));
     check(initialize());
@@ -44,4 +46,5 @@ export async function engine(packed, tables = []) {
     }
     return found;
   };
+  return Object.assign(run, { play });
 }

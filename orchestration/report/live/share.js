@@ -21,7 +21,7 @@ export const settings = () =>
   Object.fromEntries(Object.entries(changed()).filter(isParameter).map(([name, text]) => [name, quantity(name, text)]));
 
 /** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
-const needsFile = () => Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
+const needsFile = () => measured.duty || Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
 
 /** A word of a command as a shell reads it; names may hold anything, and none of it may run. */
 const quoted = (word) =>
@@ -55,7 +55,9 @@ export function scenarioText() {
   });
   const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop) };
   if (repeat) now.repeat = shown[repeat] === "1";
-  return [...top, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
+  const recorded = top.filter((line) => !measured.duty || !/^(duty|linear) = /.test(line));
+  if (measured.duty) now.duty = measured.duty;
+  return [...recorded, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
 }
 
 /** The parameters set on the page as an SSP parameter set. */
