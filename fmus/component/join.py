@@ -97,7 +97,8 @@ class Joint:
 
     def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
         self.parts, self.wires = parts, wires
-        found = {key: dependencies(part) for key, part in parts.items()}
+        # Whatever rows a table has: what was found for one is not found again for another.
+        found = {key: dependencies(replace(part, tables=())) for key, part in parts.items()}
         self._direct = {key: each.outputs for key, each in found.items()}
         self._running = evaluation_order(self, self._direct)
         self._moving = self._before(key for key, part in parts.items() if part.rates is not None)

@@ -9,7 +9,7 @@ from pathlib import Path
 from warmlink.fmus.component.table import Table
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest, write_archive
-from warmlink.fmus.packaging.beside import FOLDER, reference_files, table_files
+from warmlink.fmus.packaging.beside import FOLDER, STEPS, reference_files, table_files
 from warmlink.fmus.packaging.cache import cache_folder, used, vouch, whole
 from warmlink.fmus.recorded_duty.component import COMPONENT, playing
 
@@ -31,7 +31,8 @@ def with_table(fmu: Path, table: Table) -> Path:
     if all(held.get(name) == content for name, content in files.items()):
         return fmu
     version = "3.0" if b'fmiVersion="3.0"' in held["modelDescription.xml"] else "2.0"
-    tried = reference_files(component, version) if any(name.startswith(FOLDER) for name in held) else {}
+    begins = playing(COMPONENT, table.until(STEPS * COMPONENT.default_step_size))
+    tried = reference_files(begins, version) if any(name.startswith(FOLDER) for name in held) else {}
     write_archive(path, {**held, **tried, **files})
     vouch(path)
     return path

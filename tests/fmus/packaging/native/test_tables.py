@@ -16,6 +16,7 @@ from warmlink.fmus.component.join import join
 from warmlink.fmus.component.table import Table
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
+from warmlink.fmus.packaging.beside import FOLDER
 from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import FmiVersion, native_fmu_files
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
@@ -119,6 +120,11 @@ def test_another_table_goes_in_without_a_compiler(form: str, c_compiler: Compile
     assert table_in(fmu).digest == table.digest
     assert with_table(fmu, table) in (fmu, with_table(plain, table))
     assert not validity_problems(fmu)
+    with zipfile.ZipFile(fmu) as archive:
+        tried = archive.read(f"{FOLDER}/smoke-test.csv").decode().splitlines()
+    for line in tried[1:]:
+        time, *values = map(float, line.split(","))
+        assert values == pytest.approx(table.over(np.array([time]))[0], rel=1e-6)
     found = simulate(fmu, stop=2000, step=20.0)
     columns = [found[next(n for n in found.table.names if n.endswith(name))] for name in COMPONENT.y.names]
     assert np.allclose(np.array(columns).T, table.over(found.times), rtol=1e-9, atol=0)
