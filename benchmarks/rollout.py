@@ -19,9 +19,9 @@ from warmlink.fmus.component import Component, limits
 from warmlink.fmus.component.table import EARLY
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.packaging.native.rollout_code import compiled as rollout
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 Array = NDArray[np.float64]
 

@@ -115,18 +115,16 @@ def describe(what: str | Path) -> Description:
 
 def _component_named(name: str) -> Component:
     """A component, a controller, also one of the user's own, or a system joined with the controller none."""
-    from warmlink.orchestration.arm.program import arm
     from warmlink.orchestration.catalogue import components, controller, controller_named, controllers
-    from warmlink.orchestration.system.shipped import SHIPPED
+    from warmlink.orchestration.machine.shipped import machine_named, machines
 
     if ":" in name:
         return controller_named(name).component
     known = {**components(), **controllers()}
-    systems = {each.name: each for each in (*SHIPPED.values(), arm().blueprint)}
-    if name in systems:
-        return systems[name].joined(controller("none"))
+    if name in machines():
+        return machine_named(name).joined(controller("none"))
     if name not in known:
-        remedy = instead(name, [*known, *systems], "or an .fmu or .ssp file")
+        remedy = instead(name, [*known, *machines()], "or an .fmu or .ssp file")
         raise InputError(f"{name}: no such component, controller or system; {remedy}")
     return known[name]
 

@@ -34,12 +34,12 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.overrides import parameters_of, start_values
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
@@ -188,7 +188,7 @@ def _set_up(path: Path) -> None:
 
 def _parameters(path: Path) -> None:
     law = catalogue.controller("lag")
-    start_values(parameters_of(path), CELL.blueprint.declared(law), path.name)
+    start_values(parameters_of(path), WARMUP_CELL.declared(law), path.name)
 
 
 def _mismatched(path: Path) -> None:

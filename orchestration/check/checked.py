@@ -14,10 +14,10 @@ from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.progress import Progress, spinner
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.simulation import simulate
 from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
     import pandas

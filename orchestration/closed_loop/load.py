@@ -4,7 +4,7 @@ A scenario file either names a shipped duty cycle, `duty = "shift_with_breaks"`,
 the form of the duty cycle files. Every duty cycle can also be run as a scenario, with the default settings.
 `system` names another system than the warm-up cell: `SixAxisArm`, whose segments have six values each
 (`arm/program.py`), or the path of an SSP, for which `[roles]` says which inputs are driven, what is scored
-and which instance is the controller (`scenarios/setup.py`).
+and which instance is the controller (`machine/read.py`).
 """
 
 from __future__ import annotations
@@ -16,17 +16,16 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.arm.blueprint import NAME as ARM
-from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
+from warmlink.orchestration.machine.read import Named, RolesTable, machine_in
+from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
-from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
-from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
+from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text
+from warmlink.orchestration.written.tables import read_table
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -80,11 +79,11 @@ def scenario_names() -> list[str]:
 
 def names_on(system: str) -> list[str]:
     """Names of the scenarios in which controllers can be compared, by the system's name."""
-    return program_names() if system == ARM else duty_files.names()
+    return sorted(path.stem for path in (LIBRARY / system).glob("*.toml")) or duty_files.names()
 
 
 def _shipped() -> dict[str, Path]:
-    return {path.stem: path for folder in (LIBRARY, PROGRAMS) for path in folder.glob("*.toml")}
+    return {path.stem: path for path in LIBRARY.rglob("*.toml")}
 
 
 def load_scenario(name: str) -> Scenario:
@@ -115,10 +114,11 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 
     Raises InputError if the two are scenarios of different systems.
     """
-    if (cell.setup.name == ARM) != (duty.setup.name == ARM):
+    takes = {each.machine.name if each.machine.program else "" for each in (cell, duty)}
+    if len(takes) > 1:
         raise InputError(
-            f"{duty.name}: is made for {duty.setup.name}, but {cell.name} is a scenario of "
-            f"{cell.setup.name}; choose another duty cycle"
+            f"{duty.name}: is made for {duty.machine.name}, but {cell.name} is a scenario of "
+            f"{cell.machine.name}; choose another duty cycle"
         )
     return replace(cell, name=duty.name, title=duty.title, about=duty.about, duty=duty.duty)
 
@@ -133,22 +133,14 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
 
     Raises InputError if the file contains no scenario.
     """
-    if table.get("system") == ARM:
-        from warmlink.orchestration.arm.program import scenario_of
-
-        return scenario_of(table, name, folder)
+    called = str(table.get("system"))
+    if called in machines() and (program := machine_named(called).program):
+        scenario: Scenario = program(table, name, folder)
+        return scenario
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
-    setup = CELL
-    if read.system.endswith(".ssp"):
-        setup = own_setup(folder / read.system, read.roles, name)
-    elif read.system != CELL.name:
-        raise InputError(
-            f"{name}: system: {instead(read.system, (CELL.name, ARM), 'or give the path of an SSP')}"
-        )
-    elif read.roles is not None:
-        raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
+    machine = machine_in(Named(read.system, read.roles, name, folder))
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason
-    return read.applied(Scenario(name, title, about, drive, setup), folder)
+    return read.applied(Scenario(name, title, about, drive, machine), folder)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
 
+COMMANDS = ("diagnose", "hide")
+
+
 def diagnose(
     data: list[Path],
     *,
@@ -49,7 +52,7 @@ def diagnose(
         "ambient_temperature=22 degC" or pad_temperature=off. Repeatable.
     set_ : Parameter of your cell that differs from the nominal one, for example --set "link.length=800 mm".
         Repeatable.
-    scenario : Scenario file (TOML) whose [parameters] describe your cell; --set changes them further.
+    scenario : Scenario file (TOML) of your machine, with its [parameters]; --set changes them further.
     noise : Standard deviation of the noise of a column, for example --noise "tip_temperature=0.1 K".
         Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for all
@@ -64,8 +67,9 @@ def diagnose(
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
-    from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+    from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
+    from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.system.replacement import Replacements
 
     folder = out or Path("out") / "+".join(path.stem for path in data) / "diagnose"
@@ -84,11 +88,12 @@ def diagnose(
 
     def measured() -> Experiment:
         """The measurements, with the options that describe them."""
-        given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
+        machine, known = of_scenario(scenario) if scenario else (DEFAULT, {})
+        given = {**known, **settings_given(set_)}
         parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
         own = [name for name in map_ or () if parts and name.startswith(parts)]
         columns = [name for name in map_ or () if name not in own]
-        told = said(unit or [], columns, decimal, Replacements.given(replace, own))
+        told = said(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
         return calibrating(experiment) if calibrate_only else experiment
 

@@ -10,6 +10,8 @@ from warmlink.orchestration.command_line.arguments import listed, settings_given
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.files import fresh_file
 
+COMMANDS = ("design", "export")
+
 
 def design(
     system: str,

@@ -23,6 +23,7 @@ from warmlink.orchestration.console import (
     print_table,
     remark,
 )
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
 from warmlink.orchestration.shell import command
@@ -30,6 +31,8 @@ from warmlink.orchestration.shell import command
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
+
+COMMANDS = ("compare", "tune", "sweep")
 
 WIDE = 240
 """Width in characters of the table where the output is not a terminal."""
@@ -44,7 +47,7 @@ def compare(
     parameters: list[Path] | None = None,
     set_: list[str] | None = None,
     fmus: str | None = None,
-    system: str = "WarmupCell",
+    system: str = DEFAULT,
     scenario: Path | None = None,
     replace: list[str] | None = None,
     map_: list[str] | None = None,
@@ -82,7 +85,7 @@ def compare(
     out : Folder for results. Default: out/compare.
     """
     from warmlink.orchestration.scenarios.overrides import reached_controllers
-    from warmlink.orchestration.scenarios.setup import with_replaced
+    from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
     from warmlink.orchestration.system.replacement import Replacements
 
@@ -97,7 +100,7 @@ def compare(
             remark(sentence)
     for first in {each.controller.name: each for each in plan.scenarios}.values():
         arguments.advise(first)
-    folder = out or Path("out") / ("compare" if system == "WarmupCell" else f"compare_{system}")
+    folder = out or Path("out") / ("compare" if system == DEFAULT else f"compare_{system}")
     refuse_others(folder, "compare")
     means = _means(fmus, jobs, scheduler, exact)
     with interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:

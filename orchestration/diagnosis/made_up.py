@@ -108,7 +108,7 @@ def _in_arm(strengths: Mapping[str, float], axis: int, seed: int, noise: str) ->
     from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
     from warmlink.orchestration.fmu_store import store
 
-    fmus = store(None, sorted({*arm().blueprint.kinds, controller("none").name}), remark)
+    fmus = store(None, sorted({*arm().kinds, controller("none").name}), remark)
     return hide_in_arm(strengths, axis, fmus, noise=NOISES[noise], seed=seed)
 
 

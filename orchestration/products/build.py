@@ -19,6 +19,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
 from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -27,14 +28,10 @@ KINDS = ("native", "python", "all")
 _VERSIONS: Mapping[str, FmiVersion] = {"3": "3.0", "2": "2.0"}
 """Versions of FMI in the order of building, so that systems hold FMUs of FMI 2.0 where there are both."""
 
-ARM = "SixAxisArm"
 SHOWN_CONTROLLER = "lag"
 """Controller in the shipped WarmupCell.ssp; any FMU with the same connectors can replace it."""
 
-SHOWN_ARM_SCENARIO = "six_axis_shift"
-"""Scenario that the shipped SixAxisArm.ssp runs by default."""
-
-JOINED_HOME = "warmlink.orchestration.system.shipped"
+JOINED_HOME = "warmlink.orchestration.machine.machine"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
 
@@ -116,9 +113,9 @@ class _Chosen:
 def _chosen(names: Sequence[str]) -> _Chosen:
     """What is built for the names that are given; InputError if there is none of a name."""
     from warmlink.orchestration.catalogue import controller, controllers, entries
-    from warmlink.orchestration.system.shipped import SHIPPED
+    from warmlink.orchestration.machine.shipped import machine_named, machines
 
-    systems = [*SHIPPED, ARM]
+    systems = machines()
     known = [*entries(), *systems, *controllers()]
     for name in names:
         if name not in known:
@@ -126,11 +123,14 @@ def _chosen(names: Sequence[str]) -> _Chosen:
     full = {controllers()[name].name if name in controllers() else name for name in names}
     wanted = [name for name in systems if not names or name in full]
     for system in wanted:
-        if system == ARM:
-            full |= load_scenario(SHOWN_ARM_SCENARIO).kinds
-        else:
-            full |= {*SHIPPED[system].components_with(controller(SHOWN_CONTROLLER).name).values()}
+        machine = machine_named(system)
+        law = shown.controller.component if (shown := _showcase(machine)) else controller(SHOWN_CONTROLLER)
+        full |= {*machine.parts_with(law.name).values()}
     return _Chosen([name for name in entries() if not names or name in full], wanted)
+
+
+def _showcase(machine: Machine) -> Scenario | None:
+    return load_scenario(machine.showcase) if machine.showcase else None
 
 
 @dataclass(frozen=True)
@@ -146,27 +146,20 @@ class _Making:
 
     def shipped(self, chosen: _Chosen) -> list[Path]:
         """Build shipped components and systems, and give their files."""
-        from warmlink.orchestration.arm.blueprint import write_arm
         from warmlink.orchestration.catalogue import controller
-        from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
-        from warmlink.orchestration.system.write import write_ssp
+        from warmlink.orchestration.machine.files import write_machine
+        from warmlink.orchestration.machine.shipped import machine_named
 
         built, law = self._components(chosen.components), controller(SHOWN_CONTROLLER)
         fmus = {path.stem: path for path in built}
         whole: list[Component] = []
         for name in chosen.systems:
-            if name == ARM:
-                arm = load_scenario(SHOWN_ARM_SCENARIO)
-                built += write_arm(arm.system(fmus), self.out)
-                whole.append(arm.joined())
-                continue
-            blueprint = SHIPPED[name]
-            built.append(self.out / f"{name}.ssp")
-            write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), built[-1])
-            if blueprint.ports:
-                built.append(self.out / f"{name}-ports.ssp")
-                write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
-            whole += [blueprint.joined(law)] if blueprint is WARMUP_CELL else []
+            machine = machine_named(name)
+            shown = _showcase(machine)
+            system = shown.system(fmus) if shown else machine.system(fmus, law.name, machine.shown)
+            built += write_machine(system, machine.ports, self.out)
+            if machine.controllers:
+                whole.append(shown.joined() if shown else machine.joined(law))
         return built + self._joined([self._flagged(each) for each in whole])
 
     def own(self, scenario: Scenario) -> list[Path]:
@@ -184,7 +177,7 @@ class _Making:
         built.append(self.out / f"{scenario.name}.ssp")
         write_ssp(scenario.system({**fmus, **scenario.controller.files(store)}), built[-1])
         # As one component, called as the scenario is; none where others' FMUs are in it.
-        apart = scenario.setup.blueprint.never_joined
+        apart = scenario.machine.never_joined
         name = re.sub(r"\W", "_", scenario.name)
         return built + self._joined([] if apart else [replace(scenario.joined(), name=name)])
 

@@ -16,9 +16,10 @@ from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_co
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.columns import Said
-from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
@@ -97,11 +98,11 @@ def diagnose(
 
     Parameters
     ----------
-    sources : files or DataFrames measured on one warm-up cell, with columns as `tip_temperature [degC]`; or
-        an experiment (TOML)
+    sources : files or DataFrames measured on one machine, a warm-up cell unless `scenario` says otherwise,
+        with columns as `tip_temperature [degC]`; or an experiment (TOML)
     assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
-    scenario : a scenario (TOML) of the cell as it is known
+    scenario : a scenario (TOML) of the machine as it is known, which need not be a warm-up cell
     noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
     units : those that headers lack, `"degC"` under `T_base`
     names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
@@ -112,11 +113,11 @@ def diagnose(
     InputError
         If a source, or something in it, cannot be used.
     """
-    known = {} if scenario is None else parameters_of(str(scenario))
+    machine, known = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        told = Said(units, names=names, decimal=decimal)
+        told = Said(units, names=names, decimal=decimal, machine=machine)
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
         found = Found(diagnose_experiment(experiment, progress))
         work_out(found.diagnosis, progress)

@@ -17,8 +17,8 @@ from warmlink.orchestration.reduction.elements import Use
 from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu
 from warmlink.orchestration.report.reduction import remarks, write_report
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.written.quantities import positive
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,8 +23,8 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.written.quantities import quantity
 
 Integers = NDArray[np.int64]
 

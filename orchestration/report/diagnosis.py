@@ -33,7 +33,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.results import ASKED, results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -207,7 +207,8 @@ def _beyond(diagnosis: Diagnosis) -> list[Section]:
         lengths = (f"{1e6 * value:.3g}" for value in (each.largest, each.change, each.widest))
         rows.append((each.duty, *lengths, "yes" if each.holds else "no"))
     if not rows:
-        return []
+        why = "\n".join(f"{each}." for each in dict.fromkeys(diagnosis.unanswered.values()))
+        return [Section("Other duty cycles", f"Not foreseen. {why}")] if why else []
     text = (
         "Elongation that the model to use from now on foresees. The band holds what these data leave open: "
         "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
@@ -253,7 +254,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:
             write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
-        names = [path.name for path in work.iterdir()]
+        names = [path.name for path in work.iterdir() if path.name != ASKED]
     return {name: folder / name for name in names}
 
 

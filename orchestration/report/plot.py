@@ -18,8 +18,8 @@ from warmlink.fmus.safe_text import as_cell
 from warmlink.orchestration.master.recording.result import Table
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.recorded import TIME, columns_of
-from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.text_files import shortened
+from warmlink.orchestration.written.quantities import heading
 
 ERRORS = ("uncompensated_error", "error")
 """What is drawn where no variable is named."""

@@ -15,8 +15,8 @@ from warmlink.fmus.component import Component, Output, Parameter, Scalar
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.variables import Band
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.machine.read import is_ours
 from warmlink.orchestration.master.recording.result import Result, Table
-from warmlink.orchestration.scenarios.setup import is_ours
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.units import conversion, parse_unit

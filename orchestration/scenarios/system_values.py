@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.quantities import number_and_unit
 from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.check import checked_value, own_unit, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value, Variable
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv
 from warmlink.orchestration.system.units import Unit, conversion, meaning, parse_unit, spelled
+from warmlink.orchestration.written.quantities import number_and_unit
 
 Written = str | float | bool | Parameter
 """A start value: a number in the variable's own unit, a text as `"2 W/K"`, or a value of a parameter set."""

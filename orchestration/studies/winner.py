@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.studies.case import Constraint
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
-from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 

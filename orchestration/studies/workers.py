@@ -175,7 +175,7 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
             given = [cases[place].values for place in places]
-            played = [cases[place].setup.blueprint.tables for place in places]
+            played = [cases[place].machine.tables for place in places]
             runs.append((points, *rollout.run(given, points.count, points.step_size, played=played)))
         for i, place in enumerate(places):
             if all(well[i] for *_, well in runs):
@@ -195,9 +195,9 @@ def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, R
     for law, mine in _by_law(segmented).items():
         first = mine[0]
         usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
-        if any((each.master, each.setup.blueprint.foreign, each.made_from) != usual for each in mine):
+        if any((each.master, each.machine.foreign, each.made_from) != usual for each in mine):
             continue
-        names = tuple(dict.fromkeys(name for each in mine for name in recorded(each.setup)))
+        names = tuple(dict.fromkeys(name for each in mine for name in recorded(each.machine)))
         made_from = (*made_here(), *first.made_from, names, processor())
         try:
             rollout = remembered("rollouts", made_from, lambda: compiled(first.joined({}), names))  # noqa: B023
@@ -245,7 +245,7 @@ def tried(
     runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
     cases, turns = [case_of(each, (each.name,)) for each in next(iter(runs.values()), [])], dict[int, float]()
     for place, result in _joined(cases, fmus.rollouts):
-        growth = cases[place].setup.roles.uncompensated.value(result.__getitem__)
+        growth = cases[place].machine.roles.uncompensated.value(result.__getitem__)
         turns[place] = -float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
     sharpest_first = sorted(range(len(cases)), key=lambda place: turns.get(place, 0.0))
     found = dict[str, tuple[float, float]]()

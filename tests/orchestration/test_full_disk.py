@@ -56,7 +56,8 @@ def once(fail_at):
         except SystemExit as end:
             code = end.code
     made, counters[1] = counters[0], 1 << 60
-    files = {path.name: path.read_bytes().hex() for path in Path(folder).rglob("*") if path.is_file()}
+    files = {str(path.relative_to(folder)): path for path in Path(folder).rglob("*") if path.is_file()}
+    files = {name: path.read_bytes().hex() for name, path in files.items()}
     found = {"code": code, "out": out.getvalue(), "err": err.getvalue(), "files": files}
     print(json.dumps(found), flush=True)
     return made
@@ -132,7 +133,8 @@ def test_simulate(library: Path, system: Path, tmp_path: Path) -> None:
     assert len(disturbed) >= 4
     for each in disturbed:
         check(whole, each, ("results.csv", "results.parquet"))
-        assert "a.y" in each["out"]  # the answer is given nevertheless
+    assert disturbed[0]["code"] == 2  # before anything is computed
+    assert all("a.y" in each["out"] for each in disturbed[1:])  # the answer is given nevertheless
 
 
 @pytest.mark.slow
@@ -168,7 +170,8 @@ def test_run(library: Path, tmp_path: Path) -> None:
             )  # it holds the wall time
     for each in disturbed:
         check(whole, each, names)
-        assert "largest error" in each["out"]
+    assert disturbed[0]["code"] == 2  # before anything is computed
+    assert all("largest error" in each["out"] for each in disturbed[1:])
 
 
 def comparable(files: dict[str, str]) -> dict[str, str]:
@@ -199,8 +202,10 @@ def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
     whole, disturbed = at_every_write(
         library, tmp_path, *own, "--stop", "2 min", stride=stride, before=before
     )
-    new = comparable(whole["files"])
+    found = comparable(whole["files"])
+    new = {name: content for name, content in found.items() if "/" not in name}
     assert set(new) == set(old)
+    assert {name for name in found if "/" in name} == {f"earlier-1/{name}" for name in old}
     assert all(new[name] != old[name] for name in new)
     assert len(disturbed) > 1
     for each in disturbed:

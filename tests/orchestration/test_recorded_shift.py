@@ -101,10 +101,10 @@ def test_a_case_knows_its_rows(shift: Path) -> None:
 def test_what_drives_a_scenario_may_change_from_segments_to_rows_and_back(shift: Path) -> None:
     cell, recorded = load_scenario("stop_and_go"), load_scenario(str(shift))
     played = driven(cell, recorded)
-    assert played.setup.blueprint.components["duty"] == "RecordedDuty"
+    assert played.machine.parts["duty"] == "RecordedDuty"
     back = driven(played, cell)
     assert isinstance(back.duty, Duty)
-    assert back.setup.blueprint == cell.setup.blueprint
+    assert back.machine == cell.machine
 
 
 def saved(scenario: Scenario, path: Path) -> Path:

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
+from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.doubtful import (
     beyond_noise,
     doubts,
     unchanging_inputs,
     understated,
 )
-from warmlink.orchestration.diagnosis.answer.extension import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
+
+Answered = TypeVar("Answered")
 
 
 @dataclass(frozen=True)
@@ -177,12 +181,18 @@ class Diagnosis:
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the model as a feed-forward, before and after."""
+        return self._asked("feed_forward", self._feed_forward)
+
+    def _feed_forward(self) -> tuple[Compensated, Compensated] | None:
         before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
         return None if before is None or after is None else (before, after)
 
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
+        return self._asked("observer", self._observer)
+
+    def _observer(self) -> tuple[Compensated, Compensated] | None:
         null, chosen = self.before.fit, self.adopted.fit
         before = observer(self.scores.problem, null, chosen)
         after = before if chosen is null else observer(self.scores.problem, chosen, chosen)
@@ -191,10 +201,30 @@ class Diagnosis:
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
         """What the model to use from now on says of the standard duty cycles."""
+        return self._asked("claims", self._claims) or ()
+
+    def _claims(self) -> tuple[Claim, ...]:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
-        name = next((c.name for c in self.experiment.columns if c.variable == ELONGATION), "")
-        left = (self.remaining if self.causes else self.wrong).get(name)
+        left = self.remaining if self.causes else self.wrong
         return claims(self.experiment, self.assessment, (self.adopted.fit, *alike), left)
+
+    @cached_property
+    def unanswered(self) -> Mapping[str, str]:
+        """Why there is no feed-forward, no observer or no claim, a sentence each."""
+        for part in ("feed_forward", "observer", "claims"):
+            getattr(self, part)
+        return dict(self._refused)
+
+    @cached_property
+    def _refused(self) -> dict[str, str]:
+        return {}
+
+    def _asked(self, part: str, answer: Callable[[], Answered]) -> Answered | None:
+        try:
+            return answer()
+        except InputError as fault:
+            self._refused[part] = str(fault)
+            return None
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

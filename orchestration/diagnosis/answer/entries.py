@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.diagnosis.answer.claims import Claim
+from warmlink.orchestration.diagnosis.answer.compensated import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.extension import Compensated
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
+from warmlink.orchestration.machine.rig import OFFSET
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -81,6 +81,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "gain": _gain(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
+        "unanswered": dict(diagnosis.unanswered),
         "remarks": list(diagnosis.remarks),
     }
 

@@ -15,10 +15,10 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
-from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 _AWAY = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)

@@ -14,10 +14,10 @@ from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
-from warmlink.orchestration.scenarios.entries import Entry, Names, Text, Value
-from warmlink.orchestration.scenarios.quantities import converter, quantity
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shown
+from warmlink.orchestration.written.entries import Entry, Names, Text, Value
+from warmlink.orchestration.written.quantities import converter, quantity
+from warmlink.orchestration.written.tables import Table, read_table
 
 READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
 """Faults of a reading with their SI units; an offset has that of the reading."""

@@ -18,12 +18,13 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own import rig_of
-from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,7 +84,7 @@ class CausesTable(Table):
 class ExperimentFile(Table):
     """An experiment: the runs on one system, what is known, and what is calibrated."""
 
-    system: Annotated[str, Text("WarmupCell")]
+    system: Annotated[str, Text(DEFAULT)]
     run: tuple[RunTable, ...]
     title: Annotated[str | None, Text()] = None
     initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
@@ -164,16 +165,16 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of one machine.
 
-    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
-    file, row and column or with the table and key.
+    `told` are the machine, and units and names of columns, that the user gave. InputError is raised for what
+    does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         if not is_file(source):
             raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
-    cell = rig_of(CELL, replaced=told.replaced)
+    cell = rig_of(told.machine, replaced=told.replaced)
     run = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
@@ -236,7 +237,7 @@ class _Reader:
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
         rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
         # Where a heat path was put before an input, its own input is meant.
-        self.moved = rig.own.moved if rig.own else {}
+        self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
+from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, Rig
 
 Named = Iterable[tuple[str, tuple[str, ...]]]
 """Names of candidates, and the variables that each frees."""

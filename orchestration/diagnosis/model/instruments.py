@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, parts_before
+from warmlink.orchestration.machine.rig import Rig
 
 _Read = tuple[Array, Array, dict[str, Array]]
 

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.own import unit_of, with_values
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import (
@@ -28,6 +26,8 @@ from warmlink.orchestration.diagnosis.model.simulation import (
     halved,
     parts_before,
 )
+from warmlink.orchestration.machine.heat_paths import unit_of, with_values
+from warmlink.orchestration.machine.rig import OFFSET, SCALE, Rig
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 
@@ -89,7 +89,7 @@ class Loop(Simulation):
         """
         if self._given_step is not None:
             return self._given_step
-        own, z = self.rig.blueprint.step_size, self.start_values()
+        own, z = self.rig.machine.step_size, self.start_values()
 
         @cache
         def course(longest: float) -> tuple[Array, Array]:
@@ -245,8 +245,8 @@ def _communication(rows: Array, longest: float, uneven: bool) -> Array:
 
 def _needed(rig: Rig, outputs: tuple[str, ...]) -> System:
     """The parts on which outputs depend, without the connections that the log stands for."""
-    assert rig.own is not None
-    system = rig.own.system
+    assert rig.system is not None
+    system = rig.system
     wires = [each for each in system.connections if each.source not in rig.cut]
     wires = [each for each in wires if each.source_component in rig.components]
     needed = {rig.part_of(name) for name in outputs}

@@ -293,3 +293,16 @@ def value_at(points: Sequence[Point], offset: float) -> float:
     """Evaluate the polynomial through one to three points."""
     first, second = derivatives(points)
     return points[0][1] + offset * (first + 0.5 * offset * second)
+
+
+MASTERS = {
+    "fixed_point": (
+        FixedPoint(),
+        "steps are repeated until inputs and outputs agree, after Anderson, inputs interpolated",
+    ),
+    "interface_newton": (
+        InterfaceNewton(),
+        "the same by Newton's method, with step Jacobians from rollback differences",
+    ),
+}
+"""Master algorithms by name, and what each does."""

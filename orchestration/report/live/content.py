@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import starmap
+from itertools import product, starmap
 from typing import Any, NamedTuple
 
 from warmlink.fmus.component import Component, Output, Parameter
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
-from warmlink.orchestration.arm.blueprint import POSES as POSE_SEQUENCE
 from warmlink.orchestration.closed_loop.belief import judged
-from warmlink.orchestration.report.closed_loop import QUANTITIES, Plots, plots_of
+from warmlink.orchestration.machine.machine import Plots
+from warmlink.orchestration.report.closed_loop import QUANTITIES, plots_of
 from warmlink.orchestration.report.figures import looks_of
 from warmlink.orchestration.report.live.form import OWN, drivers_of, words_of
 from warmlink.orchestration.scenarios.duties.recorded import MEASURED, RECORDED
@@ -89,8 +89,8 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         If a controller refuses a start value of the scenario.
     """
     scenario, first, _ = systems[0]
-    roles, setup, drivers = scenario.setup.roles, scenario.setup, drivers_of(scenario)
-    plots = plots_of(setup.name, {v.name: v.unit for v in first.outputs if v.size is None})
+    roles, machine, drivers = scenario.machine.roles, scenario.machine, drivers_of(scenario)
+    plots = plots_of(machine, {v.name: v.unit for v in first.outputs if v.size is None})
     laws = [each.scenario.controller.name for each in systems]
     recorded = _recorded(scenario)
     drawn = {*recorded, *(name for of in plots.values() for name in of.values())}
@@ -112,7 +112,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "columns": columns(plots),
         "plots": [
             _plot("Error of the tool point", "error [µm]", errors, band),
-            *(_plot_of(*each, of, setup.controllers, laws) for each, of in plots.items()),
+            *(_plot_of(*each, of, machine.controllers, laws) for each, of in plots.items()),
             *starmap(_recorded_plot, recorded.items()),
         ],
         "words": words_of(drivers),
@@ -127,7 +127,7 @@ def _recorded(scenario: Scenario) -> dict[str, Output]:
     """Outputs that play a recorded duty's columns, by their full names, but for those that never change."""
     return {
         f"{part}.{output.name}": output
-        for part, table in scenario.setup.blueprint.tables.items()
+        for part, table in scenario.machine.tables.items()
         for output, values in zip(PLAYER.outputs, table.columns, strict=True)
         if values.size > 1
     }
@@ -248,16 +248,17 @@ def _file_content(scenario: Scenario, asked: Asked) -> dict[str, Any]:
     sensors = {"noise": scenario.sensors.noise, "used": scenario.sensors.used}
     tables = _toml("[sensors]", {name: value for name, value in sensors.items() if value is not None})
     written = {} if scenario.file is None else read_toml(scenario.file)
-    for table in scenario.setup.blueprint.tables.values():
+    for table in scenario.machine.tables.values():
         top["duty"] = written.get("duty", asked.scenario)
         top |= {"linear": sorted(table.linear)} if table.linear else {}
     if "roles" in written:
         top["system"] = written["system"]
         tables += _toml("[roles]", written["roles"])
-    held = scenario.values().get(POSE_SEQUENCE, {})
-    for i in range(1, POSES + 1):
-        if held.get(f"duration[{i}]"):
-            top["system"] = scenario.setup.name
+    if scenario.machine.program:
+        top["system"] = scenario.machine.name
+    values = scenario.values()
+    for held, i in product((values[each] for each in scenario.machine.called("poses")), range(1, POSES + 1)):
+        if held[f"duration[{i}]"]:
             joints = [held[f"joint_{joint}[{i}]"] for joint in range(1, AXES + 1)]
             tables += _toml("[[pose]]", {"hold": held[f"duration[{i}]"], "joints": joints})
     return {"top": _toml("", top), "tables": tables, "parameters": scenario.parameters}

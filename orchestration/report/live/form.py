@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 from warmlink.fmus.component import Component, Parameter, Scalar, limits
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
+from warmlink.orchestration.machine.machine import DRIVER, THERMOMETERS
 from warmlink.orchestration.scenarios.mismatch import EXPANSION, THERMAL_PARAMETERS
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import DRIVER, THERMOMETERS
 from warmlink.orchestration.system.units import Conversion, conversion, parse_unit
 
 SPAN = 3.0
@@ -41,7 +41,7 @@ class Field(NamedTuple):
 
 def drivers_of(scenario: Scenario) -> list[str]:
     """Instances that drive the system's joints."""
-    return [name for name, kind in scenario.setup.blueprint.components.items() if kind == DRIVER]
+    return [name for name, kind in scenario.machine.parts.items() if kind == DRIVER]
 
 
 def words_of(drivers: Sequence[str]) -> dict[str, list[str]]:
@@ -61,13 +61,13 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
     fields, kept = {}, bool(scenario.mismatches)  # only a file says what a mismatch would change once more
     for scalar in whole.scalars():
         instance, _, name = scalar.name.rpartition(".")
-        if isinstance(scalar.variable, Parameter) and instance not in scenario.setup.controllers:
+        if isinstance(scalar.variable, Parameter) and instance not in scenario.machine.controllers:
             value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
             fields[scalar.name] = _field(scalar, value, instance in drivers, kept)
     durations = [fields[f"{first}.duration[{i}]"] for first in drivers[:1] for i in range(1, SEGMENTS + 1)]
     faults = {label: _fault(kind, fields, scenario.stop_time) for kind, label in _thermometers(scenario)}
     known = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
-    first = [f"{part}.{name}" for kind, name in known for part in scenario.setup.blueprint.called(kind)]
+    first = [f"{part}.{name}" for kind, name in known for part in scenario.machine.called(kind)]
     others = {field.shown["name"] for of in faults.values() for field in of}
     return {
         "fields": fields,
@@ -146,11 +146,11 @@ def _slider(scalar: Scalar, value: float, to: Conversion) -> dict[str, Any]:
 
 def _thermometers(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """The thermometers that controllers read: the variable that holds their fault, and what they measure."""
-    blueprint = scenario.setup.blueprint
-    for source, target in blueprint.wires:
+    machine = scenario.machine
+    for source, target in machine.wires:
         instance, _, variable = source.rpartition(".")
         reader, _, sensed = target.rpartition(".")
-        if reader in scenario.setup.controllers and blueprint.components[instance] == THERMOMETERS:
+        if reader in machine.controllers and machine.parts[instance] == THERMOMETERS:
             label = f"{instance.removesuffix('sensors')}{sensed.removesuffix('_temperature')}"
             yield f"{instance}.fault_kind{variable.removeprefix('reading')}", label
 

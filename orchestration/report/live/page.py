@@ -38,7 +38,7 @@ _MODULE_LINES = re.compile(r"^(?:import .*\n|export )", re.MULTILINE)
 def usual_laws(scenario: Scenario) -> list[Controller]:
     """The scenario's law, and `observer` where the start values that controllers are given are for it too."""
     split = (name.rpartition(".") for name in scenario.parameters)
-    given = {name for instance, _, name in split if instance in scenario.setup.controllers}
+    given = {name for instance, _, name in split if instance in scenario.machine.controllers}
     laws = {law.name: law for law in (scenario.controller, shipped(BESIDE))}.values()
     return [law for law in laws if law is scenario.controller or given <= settable(law.component).keys()]
 
@@ -72,7 +72,7 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
     """
     systems = []
     for one in (replace(scenario, controller=law) for law in usual_laws(scenario)):
-        module = None if scenario.setup.blueprint.never_joined else kept_before(MODULES, _made_from(one))
+        module = None if scenario.machine.never_joined else kept_before(MODULES, _made_from(one))
         if module is not None:
             systems.append(Whole(one, one.joined({}), module))
         elif not systems:

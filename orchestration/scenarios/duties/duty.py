@@ -15,10 +15,8 @@ from warmlink.fmus.component.table import EARLY, Table
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.machine.machine import DUTY
 from warmlink.orchestration.system.model import StartValues
-
-DUTY = "duty"
-"""Instance that drives a system, alone or in each of an arm's axes."""
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
 """Values of `pad_mode`."""

@@ -27,9 +27,9 @@ from warmlink.orchestration.scenarios.duties.duty import (
     check_segments,
     padded,
 )
-from warmlink.orchestration.scenarios.entries import Bounds, Flag, Quantity, Text, Whole
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import read_toml, shortened
+from warmlink.orchestration.written.entries import Bounds, Flag, Quantity, Text, Whole
+from warmlink.orchestration.written.tables import Table, read_table
 
 RECORDED_IN = (".csv", ".parquet", ".pq")
 """Endings of files that hold a recorded duty."""

@@ -14,13 +14,13 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.heater.component import COMPONENT as HEATER
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
+from warmlink.orchestration.machine.shipped import machine_named
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import BENCH_ROD
 from warmlink.orchestration.system.write import write_ssp
 
 from .mock import MockSlave, real
@@ -35,9 +35,8 @@ CHANGES = (Change(AT, "heater", "power", LATER), Change(AT, "sensors", "offset[3
 
 @pytest.fixture(scope="module", params=FMU_KINDS)
 def bench(request: pytest.FixtureRequest) -> System:
-    return BENCH_ROD.system(
-        FmuStore(request.param).files(BENCH_ROD.components.values()), None, BENCH_ROD.shown_drive
-    )
+    rod = machine_named("BenchRod")
+    return rod.system(FmuStore(request.param).files(rod.parts.values()), None, rod.shown)
 
 
 def run(bench: System, *changes: Change) -> np.ndarray:

@@ -15,11 +15,11 @@ from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
 from warmlink.fmus.recorded_duty.component import duty_table, playing
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.live.page import packed
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 pytestmark = pytest.mark.platform
 
@@ -65,7 +65,7 @@ def test_the_cell_gives_the_native_numbers_at_every_step(tmp_path: Path) -> None
         **{f"sensors.noise[{i}]": 0.1 for i in range(1, 9)},
     }
     watched = [s.name for s in whole.scalars() if s.reference >= whole.p.size + whole.u.size]
-    (fmu,) = build_native_fmus([Entry(whole, "warmlink.orchestration.system.shipped")], tmp_path)
+    (fmu,) = build_native_fmus([Entry(whole, "warmlink.orchestration.machine.machine")], tmp_path)
     system = System("Alone", {"whole": component("whole", fmu, values)}, (), DefaultExperiment(0, 7200, 1))
     native = simulate(system, 7200.0, 1.0)
     given = job(whole, 7200, watched, values)

@@ -65,7 +65,7 @@ def test_the_page_plays_the_recorded_duty(browser: Browser, folder: Path, tmp_pa
     scenario = load_scenario(str(folder / "shift.toml"))
     native = whole_run(scenario, tmp_path)
     assert told["fault"] == ""
-    roles = scenario.setup.roles
+    roles = scenario.machine.roles
     for name, expression in (("none", roles.uncompensated), ("lag", roles.score)):
         wanted = 1e6 * expression.value(lambda each: native[f"whole.{each}"])
         np.testing.assert_array_equal(told["found"][name], wanted)

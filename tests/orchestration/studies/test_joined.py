@@ -234,9 +234,8 @@ def test_what_cannot_be_joined_runs_on_fmus(folder: Path) -> None:
     duty = scenario(folder)
     said: list[str] = []
     assert joined_systems([replace(duty, master="jacobi")], said.append) == {}
-    theirs = replace(duty.setup.blueprint, foreign={"ThermalLink": Path("theirs.fmu")})
-    foreign = replace(duty.setup, blueprint=theirs)
-    assert joined_systems([replace(duty, setup=foreign)], said.append) == {}
+    foreign = replace(duty.machine, foreign={"ThermalLink": Path("theirs.fmu")})
+    assert joined_systems([replace(duty, machine=foreign)], said.append) == {}
     assert said == []
 
 

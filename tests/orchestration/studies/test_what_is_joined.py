@@ -11,7 +11,6 @@ from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import COMPARED, case_of
 from warmlink.orchestration.studies.workers import (
@@ -24,6 +23,7 @@ from warmlink.orchestration.studies.workers import (
     lane_of,
 )
 from warmlink.orchestration.system.units import Conversion
+from warmlink.orchestration.written.expression import Expression
 
 LAW = "LagCompensator"
 NOMINAL = [mismatch.load("nominal")]
@@ -60,7 +60,7 @@ def test_readings_that_drop_out_are_joined(pause: Scenario, fmus: FmuSet, part: 
 
 def test_what_any_scenario_scores_is_recorded(pause: Scenario, fmus: FmuSet) -> None:
     cooled = Expression("link.elongation - compensator.correction - 1e-7 * (motor.shaft_temperature - 295)")
-    other = replace(pause, setup=replace(pause.setup, roles=replace(pause.setup.roles, score=cooled)))
+    other = replace(pause, machine=replace(pause.machine, roles=replace(pause.machine.roles, score=cooled)))
     whole = joined(fmus, pause, other)
     first, second = attempt_all([case_of(each, ("lag",)) for each in (pause, other)], whole)
     assert (first.stopped, second.stopped) == (None, None)
@@ -69,9 +69,9 @@ def test_what_any_scenario_scores_is_recorded(pause: Scenario, fmus: FmuSet) -> 
 
 def test_a_connection_that_scales_is_not_that_of_the_joined_system(pause: Scenario, fmus: FmuSet) -> None:
     joined(fmus, pause)
-    held = replace(pause.setup.blueprint, scaled={"link.heat_flow": Conversion(1.001, 0.0)})
+    held = replace(pause.machine, scaled={"link.heat_flow": Conversion(1.001, 0.0)})
     said: list[str] = []
-    scaled = replace(pause, setup=replace(pause.setup, blueprint=held))
+    scaled = replace(pause, machine=held)
     assert joined_systems([scaled], said.append) == {}
     assert "a connection scales what it carries (link.heat_flow)" in said[0]
 
@@ -126,6 +126,6 @@ def test_it_is_said_that_the_score_of_the_run_which_was_tried_is_no_number(
     pause: Scenario, fmus: FmuSet
 ) -> None:
     root = Expression("sqrt(compensator.correction - link.elongation)")
-    wild = replace(pause, setup=replace(pause.setup, roles=replace(pause.setup.roles, score=root)))
+    wild = replace(pause, machine=replace(pause.machine, roles=replace(pause.machine.roles, score=root)))
     (said,) = remarks(joined(fmus, wild), [wild])
     assert said == f"{LAW}: runs on its FMUs, since the score of the run that was tried of it is no number"

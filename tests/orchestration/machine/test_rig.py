@@ -1,6 +1,6 @@
 """What the wires of the shipped systems say of inputs, columns and sensors."""
 
-from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.machine.rig import rig
 
 
 def test_the_plant_of_the_cell_is_its_continuous_components() -> None:

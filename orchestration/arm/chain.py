@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from warmlink.controllers.interface import OUTPUTS as CONTROLLER_OUTPUTS
 from warmlink.fmus.arm_kinematics.component import COMPONENT as ARM_KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.component.join import Wire
@@ -23,18 +24,16 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.quantities import quantity
-from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL, Blueprint
-from warmlink.orchestration.system.write import Ports, write_ssp
-
-ABOUT = "six of duty -> motor <-> link -> sensors -> compensator in a chain, one tool point"
+from warmlink.orchestration.catalogue import components
+from warmlink.orchestration.machine.machine import COMPENSATOR, DUTY, Machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL, machines
+from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.system.write import Ports
+from warmlink.orchestration.written.quantities import quantity
 
 POSES, KINEMATICS = "poses", "kinematics"
 
 NAME = "SixAxisArm"
-PROGRAMS = Path(__file__).parent / "programs"
 GEOMETRY = Path(__file__).with_name("geometry.toml")
 
 _UNITS = {each.name: each.unit for each in (*MOTOR.parameters, *LINK.parameters)}
@@ -43,20 +42,20 @@ _UNITS |= {"winding_mass": "kg", "shaft_mass": "kg", "copper": "J/(kg.K)", "stee
 """Units by name in the file; parameters of MotorHeatSource stand there under their own names."""
 
 
-def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
-    """Blueprint of an arm of some axes, each with sensors and a compensator if it is `compensated`.
+def arm_chain(count: int = AXES, compensated: bool = True) -> Machine:
+    """Parts and wires of an arm of some axes, each with sensors and a compensator if it is `compensated`.
 
     Beyond six another arm of six stands on the tip of the one before; InputError for less than one.
     """
     if count < 1:
         raise InputError(f"axes: {count} is not positive; give an arm at least 1 axis")
     cell = WARMUP_CELL.without("camera", *(() if compensated else ("sensors", COMPENSATOR)))
-    components: dict[str, str] = {}
+    parts: dict[str, str] = {}
     wires: list[Wire] = []
     for i in range(1, count + 1):
         name, place, arm = axis_name(i), (i - 1) % AXES + 1, kinematics_of(i)
         part = cell.prefixed(name)
-        components |= part.components
+        parts |= part.parts
         wires += [
             *part.wires,
             (f"{POSES}.angle[{place}]", f"{arm}.angle[{place}]"),
@@ -69,10 +68,10 @@ def arm_blueprint(count: int = AXES, compensated: bool = True) -> Blueprint:
             tip, joint = f"{axis_name(i - 1)}.link", f"{name}.motor"
             wires.append((f"{tip}.tip_temperature", f"{joint}.neighbour_temperature"))
             wires.append((f"{joint}.neighbour_heat_flow", f"{tip}.tip_heat_flow"))
-    components[POSES] = "PoseSequence"
-    components |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
+    parts[POSES] = "PoseSequence"
+    parts |= dict.fromkeys(map(kinematics_of, range(1, count + 1)), "ArmKinematics")
     called = NAME if count == AXES else f"Arm{count}"
-    return Blueprint(called, ABOUT, components, tuple(wires), stop_time=7200.0)
+    return Machine(called, machines()[NAME], parts, tuple(wires), stop_time=7200.0, ports=_ports(parts))
 
 
 def axis_name(number: int) -> str:
@@ -97,42 +96,21 @@ def arm_values(count: int = AXES, cut: bool = False) -> dict[str, dict[str, Valu
     return values
 
 
-def write_arm(system: System, folder: Path) -> list[Path]:
-    """Write an arm as a nested SSP, a flat one, and one with ports, and give their paths.
-
-    Other tools take the flat one, the only one that all of them read; its components bear underscores for
-    dots. In the one with ports the duty of each axis and the poses come from outside.
-    """
-    paths = [folder / f"{system.name}{form}.ssp" for form in ("", "-flat", "-ports")]
-    flat = without_dots(system)
-    write_ssp(system, paths[0], nested=True)
-    write_ssp(flat, paths[1])
-    write_ssp(flat, paths[2], _ports(flat))
-    return paths
-
-
-def _ports(arm: System) -> Ports:
+def _ports(parts: Mapping[str, str]) -> Ports:
     """Duty and angles in; errors of the tool point, elongations, corrections and readings out."""
-    wanted = {"error": KINEMATICS, "elongation": "_link", "correction": COMPENSATOR, "reading": "_sensors"}
-    shown = tuple(
-        (name, variable.name)
-        for name, held in arm.components.items()
-        for variable in read_description(held.fmu).variables.values()
-        if variable.causality == "output"
-        and name.endswith(wanted.get(variable.name.partition("[")[0], "nowhere"))
-    )
-    return Ports((POSES, *(name for name in arm.components if name.endswith("_duty"))), shown)
-
-
-def without_dots(system: System) -> System:
-    """Give the same system with underscores for the dots in its components' names."""
-    called = {name: name.replace(".", "_") for name in system.components}
-    components = {called[name]: replace(held, name=called[name]) for name, held in system.components.items()}
-    links = tuple(
-        replace(c, source_component=called[c.source_component], target_component=called[c.target_component])
-        for c in system.connections
-    )
-    return replace(system, components=components, connections=links)
+    wanted = {
+        KINEMATICS: "error",
+        ".link": "elongation",
+        f".{COMPENSATOR}": "correction",
+        ".sensors": "reading",
+    }
+    shown = []
+    for name, kind in parts.items():
+        stem = next((each for end, each in wanted.items() if name.endswith(end)), None)
+        outputs = components()[kind].outputs if kind else CONTROLLER_OUTPUTS
+        names = [scalar for each in outputs if each.name == stem for scalar in each.scalar_names]
+        shown += [(name, each) for each in names]
+    return Ports((POSES, *(name for name in parts if name.endswith(f".{DUTY}"))), tuple(shown))
 
 
 @dataclass(frozen=True)
@@ -148,11 +126,6 @@ class Axis:
     mass: float
     motor: Mapping[str, float]
     link: Mapping[str, float]
-
-
-def program_names() -> list[str]:
-    """Names of the programs that ship, which are the arm's scenarios."""
-    return sorted(path.stem for path in PROGRAMS.glob("*.toml"))
 
 
 @cache

@@ -15,8 +15,8 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.quantities import not_positive, quantity, refuse_bare
 from warmlink.orchestration.text_files import shortened, shown
+from warmlink.orchestration.written.quantities import not_positive, quantity, refuse_bare
 
 
 class Entry:

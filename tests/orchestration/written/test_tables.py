@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.entries import (
+from warmlink.orchestration.written.entries import (
     Bounds,
     Flag,
     Names,
@@ -20,7 +20,7 @@ from warmlink.orchestration.scenarios.entries import (
     Value,
     Whole,
 )
-from warmlink.orchestration.scenarios.written import Table, json_schema, read_table
+from warmlink.orchestration.written.tables import Table, json_schema, read_table
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""The system that measurements come from: its plant, and what its wires say of inputs and sensors.
+"""A machine as it is measured: its plant, and what its wires say of inputs and sensors.
 
-A rig is derived from a system's wires. The names in it are those of the SSP: instance, dot, variable.
+A rig is derived from a machine's wires. The names in it are those of the SSP: instance, dot, variable.
 """
 
 from __future__ import annotations
@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from pathlib import Path
+from typing import Protocol
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component, Input, Parameter, Scalar
@@ -17,14 +19,9 @@ from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.scenarios.setup import DRIVER
-from warmlink.orchestration.system.model import StartValues, System, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL, Blueprint
-
-ELONGATION = "link.elongation"
-
-CELL = WARMUP_CELL.name
+from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
+from warmlink.orchestration.machine.shipped import machine_named, machines
+from warmlink.orchestration.system.model import System, Value
 
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature` that are outputs of their own as well."""
@@ -40,55 +37,59 @@ _DEMANDS = {
 }
 """Inputs of a component that every run should have, each with those that may stand in its place."""
 
-Paths = Mapping[str, AddsTable]
+
+class HeatPath(Protocol):
+    """A conductance or a source of heat that a cause may add: see `diagnosis/causes/declared.py`."""
+
+    @property
+    def parameter(self) -> str:
+        """What of it is 0 until the cause acts."""
+
+    @property
+    def sources(self) -> Mapping[str, str]:
+        """The output behind each of its inputs."""
+
+    @property
+    def totals(self) -> Mapping[str, str]:
+        """The heat flow behind each of its ends that it changes."""
+
+
+Paths = Mapping[str, HeatPath]
 """Heat paths by the name of their cause, which is that of their instance."""
-
-
-@dataclass(frozen=True)
-class Own:
-    """A system of FMUs, without and with the heat paths that causes may add to its base.
-
-    `moved` is the input of a heat path that stands for each input before which one was put.
-    """
-
-    base: System
-    paths: Paths
-    system: System
-    moved: Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A system whose plant, everything in it but what samples, is simulated as a whole.
+    """A machine as it is measured: its plant, everything in it but what samples, simulated as a whole.
 
     Attributes
     ----------
-    blueprint : parts and wires of the system
+    machine : parts and wires, and nominal values in SI units
     cells : finite volumes of a link
-    values : start values that differ from those that the parts declare, in SI units
     foreign : what is known of parts that are in no catalogue, by instance; reduced links have equations
     looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
-    own : the system of FMUs, where it is no shipped one
+    system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
+    base, paths : the FMUs without the heat paths, and these
+    moved : input of a heat path that stands for each input before which one was put
+    source : the file that names the machine with its roles, if there is one
     """
 
-    blueprint: Blueprint
+    machine: Machine
     cells: int = CELLS
-    values: StartValues = field(default_factory=dict)
     foreign: Mapping[str, Component] = field(default_factory=dict)
     looped: bool = False
     cut: frozenset[str] = frozenset()
-    own: Own | None = None
+    system: System | None = None
+    base: System | None = None
+    paths: Paths = field(default_factory=dict)
+    moved: Mapping[str, str] = field(default_factory=dict)
+    source: Path | None = None
 
     @property
     def name(self) -> str:
-        """Name of the system."""
-        return self.blueprint.name
-
-    @property
-    def is_cell(self) -> bool:
-        """Whether it is the shipped warm-up cell."""
-        return self.blueprint is WARMUP_CELL
+        """Name of the machine."""
+        return self.machine.name
 
     @property
     def in_loop(self) -> bool:
@@ -100,13 +101,13 @@ class Rig:
         """Continuous components, heat paths and foreign parts by instance name."""
         known = {**catalogue.components(), "ThermalLink": thermal_link(self.cells)}
         found = {}
-        for instance, kind in self.blueprint.components.items():
+        for instance, kind in self.machine.parts.items():
             part = self.foreign.get(instance) or known.get(kind)
             if part is None:
                 continue
             simulated = part.rates is not None or part is HEAT_PATH or instance in self.foreign
-            if simulated or (self.in_loop and part.name != DRIVER):
-                found[instance] = _with_values(part, self.values.get(instance, {}))
+            if simulated or (self.in_loop and part.name not in (DRIVER, PLAYER)):
+                found[instance] = _with_values(part, self.machine.nominal.get(instance, {}))
         return found
 
     @cached_property
@@ -118,7 +119,7 @@ class Rig:
         """Wires to the plant, from itself or from outside."""
         return [
             (source, target)
-            for source, target in self.blueprint.wires
+            for source, target in self.machine.wires
             if self.part_of(target) in self.components
             and inside == (self.part_of(source) in self.components and source not in self.cut)
         ]
@@ -156,18 +157,31 @@ class Rig:
     @cached_property
     def shared(self) -> Mapping[str, tuple[str, ...]]:
         """Inputs of the plant by the signal from outside that feeds them."""
-        found = dict(self.blueprint.signals)
+        found = dict(self.machine.signals)
         for source, target in self._wires(inside=False):
             found[source] = (*found.get(source, ()), target)
         return found
 
+    @cached_property
+    def demanded(self) -> Mapping[str, tuple[str, ...]]:
+        """Inputs of the plant by what a duty cycle demands, one for each signal that feeds several."""
+        found: dict[str, dict[str, str]] = {}
+        for target, demand in self.machine.driven.items():
+            if target in self.externals:
+                found.setdefault(demand, {}).setdefault(self.machine.fed[target], target)
+        return {demand: tuple(first.values()) for demand, first in found.items()}
+
+    def input_behind(self, end: str) -> str:
+        """Input of the plant with the signal that feeds an end, of a controller for example; empty: none."""
+        return next(iter(self.shared.get(self.machine.fed.get(end, ""), ())), "")
+
     def part_of(self, name: str) -> str:
         """Instance whose variable a full name is; empty where it is none's."""
-        return owner_of(self.blueprint.components, name)
+        return owner_of(self.machine.parts, name)
 
     def called(self, part: str) -> list[str]:
         """Instances of the plant that are what the shipped systems call `motor`, `link` or `heater`."""
-        return [instance for instance in self.blueprint.called(part) if instance in self.components]
+        return [instance for instance in self.machine.called(part) if instance in self.components]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
         """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
@@ -179,7 +193,7 @@ class Rig:
     def measured_at(self, variables: Iterable[str]) -> Rig:
         """The same rig with these inputs taken from the log, whatever feeds them in the system."""
         wanted = set(variables)
-        cut = {source for source, target in self._wires(inside=True) if target in wanted and self.own}
+        cut = {source for source, target in self._wires(inside=True) if target in wanted and self.system}
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
@@ -187,7 +201,7 @@ class Rig:
         """Inputs that every run should have, each with those that may stand in its place."""
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
-            for names in _DEMANDS.get(self.blueprint.components[instance], "").split():
+            for names in _DEMANDS.get(self.machine.parts[instance], "").split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 if group[0] in self.externals:
                     found.setdefault(self.fed_with(group[0]), group)
@@ -196,10 +210,11 @@ class Rig:
     @cached_property
     def columns(self) -> dict[str, str]:
         """Input or output by the name of its column in a bare CSV file."""
-        sources = {target: source for source, target in self.blueprint.wires}
+        sources = {target: source for source, target in self.machine.wires}
+        readers = {*self.machine.controllers, COMPENSATOR}
         found = {sources[t].rpartition(".")[2]: t for t, *_ in self.driven_by if t in sources}
-        for reading, target in self.blueprint.wires:
-            if self.part_of(target) == COMPENSATOR and ".reading[" in reading:
+        for reading, target in self.machine.wires:
+            if self.part_of(target) in readers and ".reading[" in reading:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading
@@ -208,10 +223,10 @@ class Rig:
     @cached_property
     def readings(self) -> Mapping[str, str]:
         """Sensor channel that reads an output, as `sensors[3]`; the camera reads the elongation."""
-        found = dict(self.blueprint.instruments)
-        for output, target in self.blueprint.wires:
+        found = dict(self.machine.instruments)
+        for output, target in self.machine.wires:
             instrument = self._seen_by(target)
-            if self.blueprint.components[self.part_of(target)] == "TemperatureSensors":
+            if self.machine.parts[self.part_of(target)] == "TemperatureSensors":
                 instrument = target.replace(".temperature[", "[") if ".temperature[" in target else ""
             if instrument:
                 found[output] = instrument
@@ -225,7 +240,7 @@ class Rig:
     def _seen_by(self, end: str) -> str:
         """Camera that looks at what comes in at an end; empty where it is none's."""
         part = self.part_of(end)
-        seen = self.blueprint.components[part] == "DriftCamera" and end == f"{part}.elongation"
+        seen = self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation"
         return part if seen else ""
 
     def unit(self, name: str) -> str:
@@ -259,10 +274,11 @@ class Rig:
 
 @cache
 def rig(name: str, cells: int = CELLS) -> Rig:
-    """Rig of a shipped system by name; raises InputError where there is no such system."""
-    if name not in SHIPPED:
-        raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, SHIPPED)}")
-    return Rig(SHIPPED[name], cells, SHIPPED[name].nominal)
+    """Rig of a shipped machine by name; raises InputError where there is none, or it has no single plant."""
+    if name not in machines() or machine_named(name).program:
+        known = [each for each in machines() if not machine_named(each).program]
+        raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, known)}")
+    return Rig(machine_named(name), cells)
 
 
 def owner_of(parts: Iterable[str], name: str) -> str:

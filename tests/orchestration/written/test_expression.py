@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.written.expression import Expression
 
 VALUES = {
     "a.link.elongation": np.array([1.0, 4.0]),

@@ -1,4 +1,4 @@
-"""Anybody's system: its rig, from what its FMUs declare, and the heat paths that causes add between them."""
+"""Rigs of FMUs: what they declare, and the heat paths that causes add between them."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark, remark_once
-from warmlink.orchestration.diagnosis.causes.declared import AddsTable
-from warmlink.orchestration.diagnosis.data.rig import Own, Paths, Rig, owner_of, rig
 from warmlink.orchestration.fmu_store import FmuStore, store
-from warmlink.orchestration.scenarios.setup import blueprint_of
+from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.read import Named, machine_of, with_roles
+from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, owner_of, rig
 from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -35,39 +35,62 @@ def rig_of(
 ) -> Rig:
     """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
-    With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_of_own`.
+    With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_in`.
     InputError is raised where there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
-    if name.lower().endswith((".ssp", ".ssd")):
-        base = read_system(folder / name)
-        for told in base.remarks:
-            remark_once(told)
-    elif paths or looped or changed.fmus:
-        base = shipped_system(rig(name))
-    else:
-        return rig(name)
-    return rig_of_own(with_paths(changed.in_system(base), paths), looped)
+    named = Named(name, None, name, folder).followed()
+    if named.path is None and not (paths or looped or changed.fmus):
+        return rig(named.system)
+    base = built_system(rig(named.system).machine) if named.path is None else read_system(named.path)
+    for told in base.remarks:
+        remark_once(told)
+    return rig_in(changed.in_system(base), paths, looped, named)
 
 
-def shipped_system(shipped: Rig, built: FmuStore | None = None) -> System:
-    """System of FMUs of a shipped rig, without a controller; by default of the kind that can be built."""
+def built_system(machine: Machine, built: FmuStore | None = None) -> System:
+    """FMUs of a machine with no controller at work; by default of the kind that can be built."""
     none = controller("none").name
-    kinds = sorted(shipped.blueprint.components_with(none).values())
-    return shipped.blueprint.system((built or store(None, kinds, remark)).files(kinds), none)
+    kinds = sorted(set(machine.parts_with(none).values()) - machine.foreign.keys())
+    return machine.system((built or store(None, kinds, remark)).files(kinds), none)
 
 
-def rig_of_own(own: Own, looped: bool = False) -> Rig:
-    """Rig of a system of one's own; `looped`: in a loop of its FMUs, even where every part is known."""
-    blueprint = blueprint_of(own.system)
+def rig_in(
+    base: System, paths: Paths = MappingProxyType({}), looped: bool = False, named: Named | None = None
+) -> Rig:
+    """Rig of a system of FMUs, with the heat paths that causes may add.
+
+    `looped`: in a loop of its FMUs, even where every part is known; `named`: the file with its roles, if any.
+    InputError where a path or a role does not fit.
+    """
+    system, moved = with_paths(base, paths)
+    machine = _with_roles_of(named, system)
     foreign: dict[str, Component] = {}
-    values: dict[str, dict[str, Value]] = {}
-    for name, part in own.system.components.items():
-        info, kind, given = read_description(part.fmu), blueprint.components[name], part.values.items()
-        if kind in blueprint.foreign:
-            foreign[name] = blueprint.reduced.get(kind) or _declaration(info)
-        values[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
-    return Rig(blueprint, values=values, foreign=foreign, looped=looped or bool(blueprint.scaled), own=own)
+    nominal: dict[str, dict[str, Value]] = {}
+    for name, part in system.components.items():
+        info, kind, given = read_description(part.fmu), machine.parts[name], part.values.items()
+        if kind in machine.foreign:
+            foreign[name] = machine.reduced.get(kind) or _declaration(info)
+        nominal[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
+    return Rig(
+        replace(machine, nominal=nominal),
+        foreign=foreign,
+        looped=looped or bool(machine.scaled),
+        system=system,
+        base=base,
+        paths=paths,
+        moved=moved,
+        source=None if named is None else named.source,
+    )
+
+
+def _with_roles_of(named: Named | None, system: System) -> Machine:
+    if named is None or (named.path is not None and named.roles is None):
+        return machine_of(system)
+    if named.roles is not None:
+        return with_roles(system, named.roles, f"{named.where}: roles")
+    shipped = rig(named.system).machine
+    return replace(machine_of(system, shipped.controllers), roles=shipped.roles)
 
 
 def _declaration(info: ModelInfo) -> Component:
@@ -97,21 +120,24 @@ def _declaration(info: ModelInfo) -> Component:
     )
 
 
-def with_paths(base: System, paths: Paths) -> Own:
-    """A system with the heat paths that causes may add; InputError where one does not fit."""
-    found = Own(base, paths, base, {})
+def with_paths(base: System, paths: Paths) -> tuple[System, dict[str, str]]:
+    """A system with the heat paths that causes may add, and the new name of each input that one came before.
+
+    InputError where one does not fit.
+    """
+    system, moved = base, dict[str, str]()
     if paths:
         fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
         for name, path in paths.items():
-            found = _with_path(found, name, path, fmu)
-    return found
+            system = _with_path(system, name, path, fmu, moved)
+    return system, moved
 
 
-def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
-    """Put a heat path before the inputs that it changes."""
-    system, where, moved = own.system, f"{name}.adds", dict(own.moved)
+def _with_path(system: System, name: str, path: HeatPath, fmu: Path, moved: dict[str, str]) -> System:
+    """Put a heat path before the inputs that it changes, and note in `moved` what they are called then."""
+    where = f"{name}.adds"
     if name in system.components:
-        raise InputError(f"{name}: {own.base.name} has a component of this name; rename the cause")
+        raise InputError(f"{name}: {system.name} has a component of this name; rename the cause")
     parts = {**system.components, name: component(name, fmu)}
     links = {each.target: each for each in system.connections}
     for end, target in path.totals.items():
@@ -132,21 +158,24 @@ def _with_path(own: Own, name: str, path: AddsTable, fmu: Path) -> Own:
         _, info, variable = _located(system, fed, where)
         if info.variables[variable].causality == "input":
             raise InputError(
-                f"{where}: {fed}: is an input that nothing feeds in {own.base.name}, so that "
+                f"{where}: {fed}: is an input that nothing feeds in {system.name}, so that "
                 "nothing passes its signal on; feed it there, from a DutyCycle for example"
             )
         (links[f"{name}.{end}"],) = connected(parts, [(fed, f"{name}.{end}")])
-    extended = replace(system, components=parts, connections=tuple(links.values()))
-    return replace(own, system=extended, moved=moved)
+    return replace(system, components=parts, connections=tuple(links.values()))
 
 
-def extended(own: Own, values: Mapping[str, float]) -> System:
-    """The system with values in SI by full name, and with those heat paths that carry heat."""
-    used = {name: path for name, path in own.paths.items() if values.get(f"{name}.{path.parameter}")}
-    bare = with_paths(own.base, used)
-    back = {path: end for end, path in own.moved.items()}
+def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
+    """The rig's FMUs with values in SI by full name, and with those heat paths that carry heat.
+
+    What a shipped machine lacks of FMUs is built into a store.
+    """
+    base = rig.base or built_system(rig.machine, built)
+    used = {name: path for name, path in rig.paths.items() if values.get(f"{name}.{path.parameter}")}
+    bare, moved = with_paths(base, used)
+    back = {path: end for end, path in rig.moved.items()}
     ends = {back.get(name, name): value for name, value in values.items()}
-    found = with_values(bare.system, {bare.moved.get(end, end): value for end, value in ends.items()})
+    found = with_values(bare, {moved.get(end, end): value for end, value in ends.items()})
     checked = {name: component(name, held.fmu, held.values) for name, held in found.components.items()}
     return replace(found, components=checked)
 
