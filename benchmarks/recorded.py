@@ -21,7 +21,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.packaging.tabled import with_table
 from warmlink.fmus.recorded_duty.component import COMPONENT, playing
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.duties.duty import Recorded
 from warmlink.orchestration.scenarios.duties.recorded import read_recorded

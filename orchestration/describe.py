@@ -100,6 +100,11 @@ def describe(what: str | Path) -> Description:
     ------
     InputError
         If there is no such thing, or the file cannot be read.
+
+    Examples
+    --------
+    >>> print(wl.describe("ThermalLink"))
+    >>> wl.describe("WarmupCell").to_frame()
     """
     path = Path(what)
     if path.suffix == ".fmu":

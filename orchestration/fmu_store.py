@@ -150,6 +150,10 @@ def fmu_files(components: str | Component | Iterable[str | Component]) -> dict[s
     ------
     InputError
         If there is no component of a name, two have one name, or no compiler is found.
+
+    Examples
+    --------
+    >>> wl.fmu_files(["MotorHeatSource", "ThermalLink"])["ThermalLink"]
     """
     native, wanted = FmuStore("native"), dict[str, Entry]()
     for each in [components] if isinstance(components, str | Component) else components:

@@ -66,6 +66,11 @@ def simulate(
         If the file or something in it cannot be used, or a name is not known.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> result = wl.simulate("dist/WarmupCell.ssp", "1 h", parameters={"link.length": "400 mm"})
+    >>> result["link.elongation"].max()
     """
     chosen = algorithm(master)
     with temporary_folder() as work:

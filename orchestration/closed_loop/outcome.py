@@ -23,6 +23,7 @@ from warmlink.orchestration.closed_loop.metrics import (
     conduct,
     error_metrics,
     reduction_percent,
+    shown_percent,
 )
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
@@ -148,7 +149,11 @@ class ClosedLoop(Answer):
         before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
         coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
         within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
-        gain = "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}"
+        gain = (
+            ""
+            if removed is None
+            else f"{shown_percent(abs(removed))} {'removed' if removed >= 0 else 'worse'}"
+        )
         rows = [
             ("", NO_CONTROLLER, self.controller, ""),
             ("largest error", _micrometres(before.max_abs_um), _micrometres(after.max_abs_um), gain),
@@ -284,6 +289,12 @@ def run(
         If a name does not exist, or a value is refused.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> outcome = wl.run("stop_and_go", "lag", mismatches=["noisy_sensors"])
+    >>> print(outcome)
+    >>> outcome.to_frame()["error [m]"].abs().max()
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     if isinstance(tolerance, str):

@@ -122,6 +122,10 @@ def reproduce(progress: Progress | None = None) -> Reproduction:
     ------
     MissingExtraError
         If scikit-fem is not installed.
+
+    Examples
+    --------
+    >>> print(wl.reproduce())
     """
     if progress is None:
         with spinner("The paper, reproduced") as shown:

@@ -64,6 +64,10 @@ def build(
     ------
     InputError
         If a name, the kind, a version or a platform does not exist, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> wl.build("ThermalLink", fmus="native", fmi=2)
     """
     named, version = several(names), None if fmi is None else str(fmi)
     if fmus not in KINDS:

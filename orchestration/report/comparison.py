@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warmlink.orchestration.closed_loop.metrics import CONDUCT
+from warmlink.orchestration.closed_loop.metrics import CONDUCT, shown_percent
 from warmlink.orchestration.report.figures import heat_map
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
@@ -37,11 +37,11 @@ def write_comparison(comparison: Comparison, path: Path) -> None:
     others = [name for name in comparison.mismatches if name != NOMINAL]
     if others:
         rows = [[comparison.worst(name, [duty], others) for name in controllers] for duty in duties]
-        text = f"Worst of {', '.join(others)}, which the pointer names."
+        text = f"The worst of {', '.join(others)}: point at a figure to see which one."
         sections.append(_map("Worst mismatch of each cell", rows, duties, text))
         every = comparison.mismatches
         rows = [[comparison.worst(name, duties, [mismatch]) for name in controllers] for mismatch in every]
-        text = "Worst of all duty cycles, which the pointer names."
+        text = "The worst of all duty cycles: point at a figure to see which one."
         sections.append(_map("Mismatch by mismatch", rows, every, text))
     differing = [(name, _about(name)) for name in comparison.mismatches]
     sections += [
@@ -116,7 +116,7 @@ def _cell(row: Row) -> str:
     error = f"{row.outcome.max_abs_um:.1f}"
     if row.controller == NO_CONTROLLER or row.removed_percent is None:
         return error
-    return f"{error}<br>{row.removed_percent:.0f} %"
+    return f"{error}<br>{shown_percent(row.removed_percent)}"
 
 
 def _won(comparison: Comparison) -> Table:
@@ -139,7 +139,7 @@ def _conduct(comparison: Comparison) -> Table:
         if ran:
             every = [[getattr(each, of) for each in ran] for of in CONDUCT]
             shown = min(every[0]), *map(max, every[1:])
-            lines.append((name, *(f"{value:.3g}" for value in shown)))
+            lines.append((name, *(f"{value:.3g}" if value < 1e3 else f"{value:.0f}" for value in shown)))
     return Table(("controller", *headings), lines)
 
 

@@ -32,6 +32,7 @@ from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
+from warmlink.orchestration.report.ladder import ladder_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
 from warmlink.orchestration.results import ASKED, results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
@@ -55,6 +56,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
+        *ladder_sections(diagnosis),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
@@ -192,7 +194,7 @@ def _gain_text(diagnosis: Diagnosis) -> str:
     ):
         if pair is not None:
             first, then = (
-                f"{1e6 * each.largest:.2f} um ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
+                f"{1e6 * each.largest:.2f} µm ({1e6 * each.low95:.2f} to {1e6 * each.high95:.2f})"
                 for each in pair
             )
             told.append(f"{first} before, {then} after, when {words}.")
@@ -214,8 +216,8 @@ def _beyond(diagnosis: Diagnosis) -> list[Section]:
         "the strengths, what wanders, models that fit alike, causes too weak to be seen here, and what is "
         "unexplained."
     )
-    within = f"within +-{1e6 * DEFAULT_TOLERANCE:g} um"
-    headings = ("duty cycle", "largest [um]", "changed by [um]", "95 % band [um]", within)
+    within = f"within ±{1e6 * DEFAULT_TOLERANCE:g} µm"
+    headings = ("duty cycle", "largest [µm]", "changed by [µm]", "95 % band [µm]", within)
     return [Section("Other duty cycles", text, Table(headings, rows))]
 
 
@@ -249,7 +251,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store)
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.remainder)
         _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:

@@ -21,6 +21,9 @@ from warmlink.fmus.safe_text import printable, printable_json
 if TYPE_CHECKING:
     from markupsafe import Markup
 
+MANY = 60
+"""Rows of a table from which on a page shows them only once it is asked to."""
+
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
 
@@ -57,6 +60,11 @@ class Section:
         return "\n\n".join(told)
 
 
+def unwrapped(text: str) -> str:
+    """Text whose lines end where a page's do; those of a file end where its writer broke them."""
+    return "\n\n".join(" ".join(each.split()) for each in re.split(r"\n\s*\n", text.strip()))
+
+
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
     """Write the page, which ends with the versions of software; `lead` is the answer in a sentence or two."""
     shown = [*sections, Section("Versions", table=_versions())]
@@ -71,7 +79,8 @@ def rendered(template: str, **content: Any) -> str:
     loader = PackageLoader("warmlink.orchestration", "report")
     escaping = select_autoescape(default=True)
     environment = Environment(loader=loader, autoescape=escaping, finalize=_printable)
-    environment.filters["with_code"] = _with_code
+    environment.filters |= {"with_code": _with_code, "breakable": _breakable}
+    environment.globals["many"] = MANY
     return environment.get_template(template).render(content)
 
 
@@ -85,6 +94,14 @@ def _with_code(text: object) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+
+
+def _breakable(text: object) -> Markup:
+    """The same of a name, which a narrow page may break before a part of it rather than anywhere."""
+    from markupsafe import Markup
+
+    shown = _with_code(text)
+    return shown if "<" in shown else Markup(re.sub(r"(?<=\w)([._])(?=[a-z])", r"\1<wbr>", str(shown)))
 
 
 def _versions() -> Table:

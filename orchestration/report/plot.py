@@ -42,6 +42,11 @@ def plot(results: Any, *variables: str, against: Any = None) -> Any:
     ------
     InputError
         If there are no such results or variables, or they are not of one unit.
+
+    Examples
+    --------
+    >>> outcome = wl.run("stop_and_go", "lag")
+    >>> wl.plot(outcome, "link.elongation").write_html("growth.html")
     """
     import pandas
 

@@ -152,6 +152,12 @@ def design(
     ------
     InputError
         If there is no such law, sensor or system, or a value is out of range.
+
+    Examples
+    --------
+    >>> designed = wl.design("WarmupCell", "observer", ["base", "tip"], parameters={"link.length": "400 mm"})
+    >>> designed.write("observer.ssv")
+    >>> wl.run("stop_and_go", "observer", parameters="observer.ssv")
     """
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")

@@ -92,6 +92,10 @@ def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | P
     ------
     InputError
         If there is no such study, or it asks for what does not exist or cannot be.
+
+    Examples
+    --------
+    >>> wl.sweep("study.toml").to_frame()
     """
     asked = study if isinstance(study, Study) else load_study(str(study))
     with swept(asked, means, out) as found:

@@ -62,6 +62,13 @@ def assemble(
     ------
     InputError
         If an FMU cannot be read, or something does not exist or does not fit.
+
+    Examples
+    --------
+    >>> fmus = wl.fmu_files(["MotorHeatSource", "ThermalLink"])
+    >>> parts = {"motor": fmus["MotorHeatSource"], "link": fmus["ThermalLink"]}
+    >>> pair = wl.assemble("pair", parts, [("motor.heat_flow", "link.heat_flow")], {"motor": {"speed": 3.0}})
+    >>> wl.write_ssp(pair, "pair.ssp")
     """
     for each in values:
         if each not in fmus:
@@ -142,6 +149,11 @@ def read_system(path: str | Path, workdir: Path | None = None, structure: str | 
     ------
     InputError
         If anything is absent, damaged, does not fit or is not supported, with both ends and the reason.
+
+    Examples
+    --------
+    >>> system = wl.read_system("dist/WarmupCell.ssp")
+    >>> wl.simulate(system, "1 h")
     """
     path = Path(path)
     try:

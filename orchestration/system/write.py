@@ -63,6 +63,10 @@ def write_ssp(system: System, path: str | Path, ports: Ports | None = None, nest
     InputError
         If the system does not fit its FMUs, two FMUs define one unit differently, or a name before a dot is
         that of a component too.
+
+    Examples
+    --------
+    >>> wl.write_ssp(wl.read_system("dist/WarmupCell.ssp"), "copy.ssp")
     """
     system = _with_connectors(system, () if ports is None else ports.shown)
     check_system(system)

@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from shutil import rmtree
 
 import pandas as pd
 import pytest
@@ -160,9 +159,8 @@ BOTH = pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "
 
 @BOTH
 def test_an_fmu_that_writes_into_low_descriptors_reaches_nothing(fmu: Path, options: list[str]) -> None:
-    assert simulate(two(fmu), *ALONE).returncode == 0
+    assert simulate(two(fmu), *ALONE, *options).returncode == 0
     whole = pd.read_csv("o/results.csv")
-    rmtree("o")
     done = simulate(two(fmu, fail_at=0.45, fail_status=16), *ALONE, *options)
     assert (done.returncode, done.stderr) == (0, "")
     assert pd.read_csv("o/results.csv").equals(whole)
@@ -252,8 +250,7 @@ def test_ctrl_c_ends_an_endless_step_and_keeps_the_values(
         wait_for_load(process.pid)
         process.send_signal(signal.SIGINT)
         assert process.stderr is not None
-        said = iter(process.stderr.readline, "")
-        assert any("press again to end it at once" in line for line in said)
+        assert any("press again to end it at once" in line for line in process.stderr)
         if presses == 2:
             process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=20)

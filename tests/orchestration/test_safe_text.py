@@ -119,7 +119,7 @@ def test_a_page_turns_no_text(capsys: pytest.CaptureFixture[str]) -> None:
     raw = "c\u202ed<b>`x`"
     lines = {raw: [1.0, 2.0]}
     figure = time_plot([0.0, 1.0], lines, raw)
-    write_page(Path("p.html"), raw, raw, [Section(raw, raw, Table((raw,), [(raw,)]), figure, raw)])
+    write_page(Path("p.html"), raw, raw, [Section(raw, raw, Table((raw,), [(raw,)]), figure, warning=raw)])
     text = Path("p.html").read_text("utf-8")
     assert not RAW.search(text)
     assert text.count("c\\u202ed&lt;b&gt;") >= 5

@@ -12,6 +12,7 @@ from tests.browser import Browser
 from tests.chromium import Chromium
 from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.command_line.diagnose import diagnose, hide
+from warmlink.orchestration.command_line.laws import design
 from warmlink.orchestration.report.figures import LOOK_OF, LOOKS, heat_map, looks_of, time_plot
 from warmlink.orchestration.report.live.content import _plot as live_plot
 from warmlink.orchestration.report.page import Section, Table, write_page
@@ -80,6 +81,17 @@ def test_every_controller_of_a_comparison_is_seen(chromium: Browser, compared: P
 @pytest.mark.parametrize("width", [400, 1300])
 def test_tables_and_residuals_of_a_diagnosis_are_seen(chromium: Browser, diagnosed: Path, width: int) -> None:
     chromium.open(diagnosed, width)
+    found = chromium.evaluate(DRAWN)
+    assert found["scrollWidth"] <= width
+    assert found["beyond"] < 1
+    assert found["hidden"] == 0
+
+
+@pytest.mark.parametrize("width", [400, 1300])
+def test_the_bode_plots_of_a_design_are_seen(chromium: Browser, tmp_path: Path, width: int) -> None:
+    pytest.importorskip("control")
+    design("WarmupCell", law="observer", out=tmp_path / "observer.ssv", report=tmp_path / "design.html")
+    chromium.open(tmp_path / "design.html", width)
     found = chromium.evaluate(DRAWN)
     assert found["scrollWidth"] <= width
     assert found["beyond"] < 1
