@@ -29,7 +29,7 @@ _DRIFT, _VALID, _CORRECTION = "measured_drift", "drift_valid", "correction"
 
 
 @dataclass(frozen=True)
-class Told:
+class ReplayedOutputs:
     """What a law said at each sample, shapes (n,): correction and its standard deviation in m, and flags."""
 
     correction: Array
@@ -38,7 +38,7 @@ class Told:
     distrusted: Array
 
 
-def replay(law: Component, inputs: Array, measured: Array | None = None) -> Told:
+def replay(law: Component, inputs: Array, measured: Array | None = None) -> ReplayedOutputs:
     """Run a law over the rows of a log, one for each of its samples.
 
     Parameters
@@ -69,7 +69,7 @@ def replay(law: Component, inputs: Array, measured: Array | None = None) -> Told
         out = found.ctypes.data_as(ctypes.c_void_p)
         loaded(library).replay(ctypes.c_long(len(rows)), *pointers, period, out)
     names = (_CORRECTION, "correction_std", "ready", "distrusted")
-    return Told(*(np.array(found[:, law.y.index[name]]) for name in names))
+    return ReplayedOutputs(*(np.array(found[:, law.y.index[name]]) for name in names))
 
 
 def period(law: Component) -> float:

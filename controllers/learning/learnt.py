@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.design.regression import MEMORY_TIME, TrainingRun, second_moments
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.line import ALONG, Held, Learner, Line, doubt
+from warmlink.controllers.learning.line import ALONG, GrowthLine, Held, Learner, doubt
 from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of
 from warmlink.controllers.matrices import upper
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -29,7 +29,7 @@ _LEAST_NOISE = 0.02
 
 
 @dataclass(frozen=True)
-class Learnt:
+class LearntMap:
     """What a log taught.
 
     Attributes
@@ -41,7 +41,7 @@ class Learnt:
     noise : of each thermometer in K, shape (5,)
     """
 
-    line: Line
+    line: GrowthLine
     used: tuple[int, ...]
     ridge: float
     held: Held
@@ -81,7 +81,7 @@ def learn(
     sensors: Sequence[str] | None = None,
     model: TrainingRun | None = None,
     sensor_std: float | None = None,
-) -> Learnt:
+) -> LearntMap:
     """Learn the growth from logs.
 
     Parameters
@@ -119,7 +119,7 @@ def learn(
             for i in range(len(SENSED))
         ]
     )
-    return Learnt(learner.line(rows, ridge), tuple(used), ridge, held, near, far, noise, rows, model)
+    return LearntMap(learner.line(rows, ridge), tuple(used), ridge, held, near, far, noise, rows, model)
 
 
 def _worth_it(rows: Examples, measured: Sequence[int], model: TrainingRun | None) -> list[int]:

@@ -46,7 +46,7 @@ _DOUBTS = (0.0, *10.0 ** np.arange(-4.0, 2.1, 0.25))
 
 
 @dataclass(frozen=True)
-class Line:
+class GrowthLine:
     """Growth as intercept + coefficients . (T - mean).
 
     `inverse` is that of the covariance of those temperatures that count, in 1/K2, 0 for the others.
@@ -67,7 +67,7 @@ class Line:
         return np.einsum("mi,ij,mj->m", rise, self.inverse, rise)
 
 
-def line_through(temperature: Array, growth: Array, ridge: float, prior: Array, certain: bool) -> Line:
+def line_through(temperature: Array, growth: Array, ridge: float, prior: Array, certain: bool) -> GrowthLine:
     """The line that fits best: temperatures in K, shape (m, k), growth in m, shape (m,), ridge in K2.
 
     `prior` are coefficients in m/K, of which the size counts only if it is `certain`.
@@ -86,7 +86,7 @@ def line_through(temperature: Array, growth: Array, ridge: float, prior: Array, 
     counts, inverse = np.flatnonzero(found > 0), np.zeros((size, size))
     known = (rise[:, counts].T @ rise[:, counts]) / growth.size + APART**2 * np.eye(counts.size)
     inverse[np.ix_(counts, counts)] = np.linalg.inv(known)
-    return Line(mean, level, found, inverse)
+    return GrowthLine(mean, level, found, inverse)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Learner:
             line = line_through(temperature, model.elongation, MODEL_RIDGE, self.prior, certain=False)
             self.prior = line.coefficients
 
-    def line(self, rows: Examples, ridge: float) -> Line:
+    def line(self, rows: Examples, ridge: float) -> GrowthLine:
         """The line through some readings."""
         return line_through(rows.temperature[:, self.used], rows.growth, ridge, self.prior, self.certain)
 

@@ -13,7 +13,7 @@ import numpy as np
 from warmlink.controllers.design.gains import Unknown, design_controller
 from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.learnt import Learnt
+from warmlink.controllers.learning.learnt import LearntMap
 from warmlink.controllers.start_values import Values
 
 PROFILE = 0.3
@@ -27,7 +27,11 @@ SMOOTHING_TIME = 15.0
 
 
 def taught(
-    law: str, learnt: Learnt, sample_time: float, plant: Plant | None = None, camera_std: float | None = None
+    law: str,
+    learnt: LearntMap,
+    sample_time: float,
+    plant: Plant | None = None,
+    camera_std: float | None = None,
 ) -> Values:
     """Parameter set of an observer by what a log taught.
 

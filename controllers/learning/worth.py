@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.regression import TrainingRun
-from warmlink.controllers.learning.learnt import Learnt
+from warmlink.controllers.learning.learnt import LearntMap
 from warmlink.controllers.learning.line import Learner
 from warmlink.controllers.learning.logs import BLOCKS, Examples, Log
 
@@ -55,7 +55,7 @@ def worth(
     return found
 
 
-def learning_curve(learnt: Learnt) -> dict[float, float]:
+def learning_curve(learnt: LearntMap) -> dict[float, float]:
     """Rms error in m of the last third of the logs, by minutes from the beginning that were learnt from."""
     rows, found = learnt.examples, {}
     lengths = [float(rows.time[rows.log == i].max()) for i in range(int(rows.log.max()) + 1)]
@@ -75,7 +75,7 @@ def learning_curve(learnt: Learnt) -> dict[float, float]:
     return found
 
 
-def correlations(learnt: Learnt, logs: Sequence[Log]) -> dict[str, float]:
+def correlations(learnt: LearntMap, logs: Sequence[Log]) -> dict[str, float]:
     """Correlation of what the law leaves with other signals, by their names, the largest first."""
     rows = learnt.examples
     left = rows.growth - learnt.line.at(rows.temperature[:, learnt.used])

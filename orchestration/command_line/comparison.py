@@ -83,6 +83,7 @@ def _cell(row: Row, best_um: float, which: str) -> str:
 
     `which` says of which mismatch they are, where the row is of several.
     """
+    from warmlink.orchestration.closed_loop.metrics import shown_percent
     from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 
     if row.outcome.stopped is not None:
@@ -90,7 +91,7 @@ def _cell(row: Row, best_um: float, which: str) -> str:
     error = f"{row.outcome.max_abs_um:.1f}{which}"
     if row.controller == NO_CONTROLLER:
         return error
-    removed = "" if row.removed_percent is None else f"{row.removed_percent:.0f} %"
+    removed = "" if row.removed_percent is None else shown_percent(row.removed_percent)
     mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
     return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"
 

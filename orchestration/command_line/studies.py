@@ -26,6 +26,7 @@ from warmlink.orchestration.shell import command
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
+    from warmlink.orchestration.studies.tune import Tuned
 
 COMMANDS = ("tune", "sweep")
 
@@ -76,7 +77,12 @@ def tune(
     folder = out or Path("out") / asked.name / "tune"
     refuse_others(folder, "tune")
     means = run_options(fmus, jobs, scheduler, exact)
-    with interruptible(), tuned(asked, means, folder) as found, kept_results(folder, "tune") as target:
+
+    def keep(folder: Path, found: Tuned) -> None:
+        with kept_results(folder, "tune") as target:  # which keeps those of another command line from now on
+            found.write_csv(target / TRIALS)
+
+    with interruptible(), tuned(asked, means, folder, keep) as found, kept_results(folder, "tune") as target:
         found.write_csv(target / TRIALS)
         if found.best is not None:
             write_winner(asked, found.best.point, target)

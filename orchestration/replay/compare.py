@@ -60,7 +60,7 @@ FIGURES: Mapping[str, Callable[[Sequence[float]], float]] = {
 
 
 @dataclass(frozen=True)
-class Judged:
+class ReplayFigures:
     """What a law did in one log, without the first two minutes.
 
     Attributes
@@ -82,11 +82,11 @@ class Judged:
     leap_um: float
 
 
-COLUMNS = ("controller", "log", *(each.name for each in fields(Judged)))
+COLUMNS = ("controller", "log", *(each.name for each in fields(ReplayFigures)))
 """Columns of `logs.csv`."""
 
 
-def judged(law: Component, log: MeasuredLog, tolerance: float) -> Judged:
+def judged(law: Component, log: MeasuredLog, tolerance: float) -> ReplayFigures:
     """Run a law over a log; raises InputError where the law refuses a parameter.
 
     A law samples no faster than the log has rows: a reading that repeats itself is none to it.
@@ -115,7 +115,7 @@ def judged(law: Component, log: MeasuredLog, tolerance: float) -> Judged:
     moved = conduct(log.time, np.zeros(log.time.size), [], [told.correction[acting]], tolerance)
     most = 1e6 * float(np.nanmax(np.abs(growth)))
     spans = np.diff(time, append=time[-1])
-    return Judged(
+    return ReplayFigures(
         removed_percent=100 * (1 - figures.max_abs_um / most) if most > 0 else None,
         rms_um=figures.rms_um,
         worst_um=figures.max_abs_um,
@@ -134,7 +134,7 @@ class Replayed(Answer):
 
     controllers: tuple[str, ...]
     logs: tuple[str, ...]
-    rows: Mapping[tuple[str, str], Judged]
+    rows: Mapping[tuple[str, str], ReplayFigures]
     tolerance_um: float
 
     def over_all(self, controller: str) -> dict[str, float]:
@@ -215,7 +215,7 @@ def replayed(
         own = start_values(values, {COMPENSATOR: laws[name]}, name).get(COMPENSATOR, {})
         laws[name] = _with(laws[name], {"tolerance": allowed, **{k: float(v) for k, v in own.items()}})
     logs = read_logs(data, told)
-    rows: dict[tuple[str, str], Judged] = {}
+    rows: dict[tuple[str, str], ReplayFigures] = {}
     for name, law in laws.items():
         for log in logs:
             rows[name, log.name] = judged(law, log, allowed)

@@ -12,7 +12,7 @@ import numpy as np
 
 from warmlink.controllers.design.regression import TrainingRun, training_run
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.learnt import Learnt, learn
+from warmlink.controllers.learning.learnt import LearntMap, learn
 from warmlink.controllers.learning.observers import taught
 from warmlink.controllers.learning.worth import correlations, learning_curve, worth
 from warmlink.controllers.start_values import Values, by_scalar
@@ -25,7 +25,7 @@ from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 from warmlink.orchestration.written.quantities import positive
 
@@ -63,7 +63,7 @@ class LearntLaw(Answer):
     """
 
     law: str
-    learnt: Learnt
+    learnt: LearntMap
     logs: tuple[MeasuredLog, ...]
     sample_time: float
     plant: Plant | None = None
@@ -152,7 +152,7 @@ class LearntLaw(Answer):
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
         units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
         held = {
-            name: Parameter(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
+            name: SsvValue(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
             for name, value in by_scalar(self.values).items()
         }
         try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from warmlink.orchestration.replay.learn import LearntLaw
 from warmlink.orchestration.report.figures import COLOURS, chart
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 MOST_SETS = 16
 """Sets of thermometers that the table shows."""
@@ -24,19 +24,19 @@ def write_learnt(found: LearntLaw, path: Path) -> None:
             f"Temperatures in degC, correction in µm, ready to be typed into a control: `{found.formula}`. "
             "The parameter set of the FMU smooths it, infers a thermometer that is missing from the others, "
             "leaves out readings that do not fit, and says how far it may be off.",
-            Table(("thermometer", "µm/K", "without it [µm rms more]"), _coefficients(found)),
+            PageTable(("thermometer", "µm/K", "without it [µm rms more]"), _coefficients(found)),
             figure=_held_out(found),
         ),
         Section(
             "Which thermometers are worth their cable",
             "Rms error of what was held out, by the thermometers that a law goes by; the best sets, and "
             "each thermometer alone.",
-            Table(("thermometers", "held-out rms [µm]"), _sets(found)),
+            PageTable(("thermometers", "held-out rms [µm]"), _sets(found)),
         ),
         Section(
             "How much log is enough",
             "Rms error of the last third of the logs, by how much from their beginning was learnt from.",
-            Table(
+            PageTable(
                 ("minutes of log", "rms [µm]"),
                 [(f"{minutes:g}", f"{rms:.2g}") for minutes, rms in found.curve_um.items()],
             ),
@@ -44,7 +44,9 @@ def write_learnt(found: LearntLaw, path: Path) -> None:
         Section(
             "What the rest goes with",
             "Correlation of what the law leaves with other signals of the log; near 0 is none.",
-            Table(("signal", "correlation"), [(name, f"{r:+.2f}") for name, r in found.correlates.items()]),
+            PageTable(
+                ("signal", "correlation"), [(name, f"{r:+.2f}") for name, r in found.correlates.items()]
+            ),
         ),
     ]
     names = ", ".join(each.name for each in found.logs)

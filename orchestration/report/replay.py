@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 from pathlib import Path
 
-from warmlink.orchestration.replay.compare import FIGURES, Judged, Replayed
+from warmlink.orchestration.replay.compare import FIGURES, Replayed, ReplayFigures
 from warmlink.orchestration.report.figures import heat_map
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 _SHOWN = {
     "removed_percent": "removed [%]",
@@ -33,14 +33,14 @@ def write_replayed(found: Replayed, path: Path) -> None:
             "Median over the logs of what was removed and of the rms error; the largest error of all; the "
             "mean of the others. A controller saw what was logged; one with a camera saw the growth whenever "
             "it was measured, minus its own correction.",
-            Table(headings, found.table()),
+            PageTable(headings, found.table()),
         ),
         Section(
             "Rms error of each log",
             "In µm.",
             figure=heat_map(found.controllers, found.logs, rms, shown, found.tolerance_um, "µm"),
         ),
-        Section("Every log", table=Table(("controller", "log", *_SHOWN.values()), _rows(found))),
+        Section("Every log", table=PageTable(("controller", "log", *_SHOWN.values()), _rows(found))),
     ]
     best = min(found.controllers, key=lambda law: found.over_all(law)["rms_um"])
     lead = f"{best} has the smallest error: {found.over_all(best)['rms_um']:.2g} µm rms in the median log."
@@ -48,7 +48,7 @@ def write_replayed(found: Replayed, path: Path) -> None:
 
 
 def _rows(found: Replayed) -> list[tuple[str, ...]]:
-    names = [each.name for each in fields(Judged) if each.name in _SHOWN]
+    names = [each.name for each in fields(ReplayFigures) if each.name in _SHOWN]
     rows = []
     for (law, log), row in found.rows.items():
         values = (getattr(row, name) for name in names)

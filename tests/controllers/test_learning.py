@@ -12,7 +12,7 @@ from benchmarks.strange_machine import Machine, Room, training
 from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.regression import training_run
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.learnt import Learnt, learn
+from warmlink.controllers.learning.learnt import LearntMap, learn
 from warmlink.controllers.learning.line import Learner, doubt, nearest_shares
 from warmlink.controllers.learning.logs import Log, examples_of
 from warmlink.controllers.learning.worth import correlations, learning_curve, worth
@@ -36,7 +36,7 @@ def made_up(hours: float = 5.0, seed: int = 0, noise: float = 0.1, probe: float 
     return Log("made up", time, 295.15 + rise + draw.normal(0, noise, rise.shape), measured, {"time": time})
 
 
-def line_of(found: Learnt, temperature: Array) -> Array:
+def line_of(found: LearntMap, temperature: Array) -> Array:
     return found.line.at(temperature[:, list(found.used)])
 
 

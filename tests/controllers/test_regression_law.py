@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import packed_size
 from warmlink.controllers.regression.component import COMPONENT
-from warmlink.controllers.replay import Told, replay
+from warmlink.controllers.replay import ReplayedOutputs, replay
 from warmlink.controllers.start_values import with_values
 from warmlink.fmus.component import Component
 
@@ -24,7 +24,7 @@ def law_with(**values: float | list[float]) -> Component:
     return replace(COMPONENT, parameters=with_values(COMPONENT.parameters, values))
 
 
-def run(law: Component, temperature: Array) -> Told:
+def run(law: Component, temperature: Array) -> ReplayedOutputs:
     """The law over temperatures in K, a row for each second, shape (n, 5)."""
     starts = law.start_values()[1]
     rows = np.tile(starts, (len(temperature), 1))
