@@ -74,6 +74,17 @@ def test_what_is_imported_of_ours_is_there(folder: str) -> None:
     assert not missing
 
 
+def test_data_are_installed_with_the_room_that_holds_them() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    patterns = [Path(each) for each in declared["package-data"]["*"]]
+    for path in (each for floor in FLOORS for each in (ROOT / floor).rglob("*.toml")):
+        room = next(each for each in path.parents if (each / "__init__.py").is_file())
+        inside = path.relative_to(room)
+        assert any(len(each.parts) == len(inside.parts) and inside.match(str(each)) for each in patterns), (
+            f"{path.relative_to(ROOT)} is not installed: package-data in pyproject.toml does not name it"
+        )
+
+
 def test_the_face_is_warmlink_and_holds_nothing_but_names() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
     assert declared["package-dir"]["warmlink"] == FACE.as_posix()
