@@ -251,7 +251,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.remainder)
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.delivery.remainder)
         _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:

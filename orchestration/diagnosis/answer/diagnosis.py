@@ -42,7 +42,6 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
     Scores,
     judged,
 )
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 
@@ -85,7 +84,7 @@ class Diagnosis:
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
-        if word == "empirical" and self.ladder.is_judged and self._delivery.base == UNCORRECTED:
+        if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
             return "unknown", (
                 "No cause is established, and none of the models predicts the held-out rows better than the "
                 "uncorrected one."
@@ -230,39 +229,30 @@ class Diagnosis:
         return plainly_calibrated(self.assessment.fitter)
 
     @cached_property
-    def _delivery(self) -> Delivery:
+    def delivery(self) -> Delivery:
+        """The choice of the model to use from now on, by the ladder."""
         wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
         return Delivery(self.scores, wander, self.models, self._gated[0], asked)
 
     @property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
-        return self._delivery.ladder
-
-    @property
-    def remainder(self) -> Remainder | None:
-        """The learnt remainder that is delivered, if one is."""
-        return self._delivery.remainder
+        return self.delivery.ladder
 
     @property
     def delivered(self) -> str:
         """Name of the rung whose model is to be used from now on: the one that predicts best."""
-        return self._delivery.name
+        return self.delivery.name
 
     @property
     def adopted(self) -> Predicted:
         """The model to use from now on, its remainder included if that is delivered."""
-        return self._delivery.adopted
-
-    @property
-    def is_calibrated(self) -> bool:
-        """Whether the model to use was calibrated, and no causes were added."""
-        return self._delivery.model == CALIBRATED
+        return self.delivery.adopted
 
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self._delivery.model == UNCORRECTED else self.adopted).fit
+        return (self.before if self.delivery.model == UNCORRECTED else self.adopted).fit
 
     @property
     def delivers(self) -> bool:
