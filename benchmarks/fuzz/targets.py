@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -26,6 +27,8 @@ from benchmarks.fuzz.mutate import (
     xml_values,
 )
 from warmlink.fmus.errors import MOST_SENTENCES, InputError, SeveralError
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
+from warmlink.fmus.recorded_duty.component import duty_table, playing
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
@@ -167,6 +170,18 @@ def _run_model(path: Path) -> None:
     guarded(lambda line: simulate(found, 3.0, 1.0, unpacked=unpacked, stepping="plain", line=line))
 
 
+PLAYED = playing(
+    PLAYER, duty_table([0.0, 5.0, 9.0], {"speed": [1.0, 2.0, 3.0], "pad_mode": [0, 2, 1]}, ["speed"])
+).tables[0]
+"""A table of three rows, of the file that RecordedDuty plays."""
+
+
+def _sealed(random: Random, content: bytes) -> bytes:
+    """Damage a table whose checksum is right all the same."""
+    damaged = flipped(random, content[:-8])
+    return damaged + zlib.crc32(damaged).to_bytes(8, "little")
+
+
 def _set_up(path: Path) -> None:
     load_scenario(str(path)).values()
 
@@ -202,6 +217,11 @@ TARGETS: dict[str, Target] = {
     "program": Target(_specimens("program.toml", "jobs.toml"), TOML, _set_up, share=0.5),
     "experiment": Target(
         _specimens("experiment.toml", "rod.csv"), TOML, read_experiment, ("experiment.toml",)
+    ),
+    "table": Target(
+        cache(lambda: {PLAYED.file: PLAYED.content}),
+        (flipped, _sealed),
+        lambda path: PLAYED.read(path.read_bytes(), path.name),
     ),
     "duty": Target(_specimens("duty.csv"), CSV, _set_up),
     "measured": Target(_specimens("measured.csv"), CSV, read_experiment),

@@ -22,11 +22,12 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.tabled import table_in
 from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, Machine, Roles
+from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine, Roles
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
@@ -129,7 +130,7 @@ def with_roles(system: System, roles: RolesTable, where: str, about: str = "") -
     driven = _driven(system, roles, where)
     if driven:
         parts = {DUTY: DRIVER, **parts}
-    elif parts.get(DUTY) != DRIVER:
+    elif parts.get(DUTY) not in (DRIVER, PLAYER):
         raise InputError(
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
@@ -167,6 +168,7 @@ def machine_of(system: System, controllers: Collection[str] = ()) -> Machine:
         step_size=proposed.step_size or 1.0,
         foreign=foreign,
         scaled={each.target: Conversion(each.factor, each.offset) for each in changed},
+        tables={n: table_in(system.components[n].fmu) for n, kind in parts.items() if kind == PLAYER},
     )
 
 

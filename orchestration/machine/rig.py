@@ -19,7 +19,7 @@ from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, Machine
+from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.model import System, Value
 
@@ -106,7 +106,7 @@ class Rig:
             if part is None:
                 continue
             simulated = part.rates is not None or part is HEAT_PATH or instance in self.foreign
-            if simulated or (self.in_loop and part.name != DRIVER):
+            if simulated or (self.in_loop and part.name not in (DRIVER, PLAYER)):
                 found[instance] = _with_values(part, self.machine.nominal.get(instance, {}))
         return found
 

@@ -74,6 +74,9 @@ class Scenario:
     file: Path | None = None
     remarks: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "machine", self.machine.driven_by(self.duty.tables))
+
     @property
     def stop_time(self) -> float:
         """Stop time in s, that of what drives the system."""

@@ -6,6 +6,7 @@ from itertools import accumulate
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
+from warmlink.fmus.component.table import Played
 from warmlink.fmus.packaging.native import joint_code, joint_step
 from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import (
@@ -35,7 +36,7 @@ def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     """
     plan = None if component.joint is None else WirePlan(component)
     groups, functions = _running(component, plan)
-    header = '#include "model.h"\n'
+    header = '#include "model.h"\n' + ('#include "model_table.h"\n' if component.tables else "")
     starting = header + functions_text(_starting(component, plan))
     derivatives = [each for each in functions if each.name().endswith("tangent")]
     running = header + functions_text(each for each in functions if each not in derivatives)
@@ -68,6 +69,8 @@ def _sizes_header(component: Component, arrays: bool) -> str:
         "CLOCKS": len(component.clocks),
         "ARRAYS": int(arrays),
         "EXCHANGES": int(bool(exchanged_states(component))),
+        "TABLES": len(component.tables),
+        "MOST_COLUMNS": max((len(each.columns) for each in component.tables), default=0),
     }
     return _header("Name and sizes of one component", sizes)
 
@@ -181,6 +184,7 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]], array
         ("double", "nominals", [repr(each.state.variable.nominal) for each in exchanged_states(component)]),
         ("int", "group_starts", accumulate(map(len, groups[:-1]), initial=0)),
         ("Clock", "clocks", clocks),
+        ("Played", "played", [_played(component, each) for each in component.tables]),
     )
     about = "/* Variables of one component in the order of their value references; generated. */\n"
     return about + '#include "model.h"\n' + "".join(_table(*table) for table in tables)
@@ -203,6 +207,13 @@ def _row(scalar: Scalar, arrays: bool, place: tuple[int, int] | None) -> str:
     flagged = " | ".join(name for name, holds in flags.items() if holds) or 0
     numbers = (float(value or 0) for value in values)
     cells = [*map(_string, texts), *numbers, kind, flagged, count, *(place or (0, 0))]
+    return f"{{{', '.join(map(str, cells))}}}"
+
+
+def _played(component: Component, played: Played) -> str:
+    part = played.name.rpartition(".")[0]
+    texts = (played.file, played.head.decode(), part and f".{part}")
+    cells = [*map(_string, texts), component.d.index[played.name], len(played.columns)]
     return f"{{{', '.join(map(str, cells))}}}"
 
 

@@ -18,7 +18,7 @@ from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.report.figures import LOOKS
 from warmlink.orchestration.report.live.content import Asked, WholeSystem, content
-from warmlink.orchestration.report.live.form import form
+from warmlink.orchestration.report.live.form import form, longest
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.overrides import settable
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -94,6 +94,7 @@ def _page(systems: Sequence[WholeSystem], asked: Asked) -> str:
         looks=LOOKS,
         content=printable_json(json.dumps(known, allow_nan=False)).replace("<", "\\u003c"),
         modules={one.scenario.controller.name: packed(one.module) for one in systems},
+        tables=[packed(each.until(longest(scenario)).content) for each in whole.tables],
         # As one script, without what the modules import from each other.
         script="\n".join(_MODULE_LINES.sub("", text) for text in texts),
         **form(scenario, whole),
