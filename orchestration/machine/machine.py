@@ -172,7 +172,7 @@ class Machine:
     @cached_property
     def driven(self) -> Mapping[str, str]:
         """Demand of a duty cycle, as `speed`, behind each input that one drives."""
-        drivers = set(self.called(DUTY))
+        drivers = {part for part, kind in self.parts.items() if kind in (DRIVER, PLAYER)}
         split = {target: source.rpartition(".") for target, source in self.fed.items()}
         return {target: demand for target, (part, _, demand) in split.items() if part in drivers}
 
