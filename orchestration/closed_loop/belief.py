@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 from warmlink.controllers.start_values import by_scalar, design_file
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.overrides import start_values
@@ -55,9 +57,9 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
         anew = _command(scenario, changed, law)
         if own & _facts(law, {}).keys():
             remedy = f"leave out the design that is given, or put that of this cell in its place: {anew}"
-            other = "if the cell is that other one, say so by its values, as --set or in a scenario"
-            return f"{said}; {remedy}; {other}", ideal
-        return f"{said}; design it anew: {anew}; then add --parameters {law}.ssv", ideal
+            other = f"say so by its values, as {argument('parameters')} or in a scenario"
+            return f"{said}; {remedy}; if the cell is that other one, {other}", ideal
+        return f"{said}; design it anew: {anew}; then add {_file_of(law)}", ideal
     if not changed or own - _NO_PART_OF_A_DESIGN:
         return None, False
     # What these laws go by is no temperature, or the rise of one since the start.
@@ -67,8 +69,12 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     return (
         f"the parameters of {law} suit the nominal cell; this one {told}; tune them, or use a "
         f"law that is designed for this cell: {_command(scenario, changed, SUBSTITUTE)}; then run with "
-        f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
+        f"{argument('controller', SUBSTITUTE)} {_file_of(SUBSTITUTE)}"
     ), False
+
+
+def _file_of(law: str) -> str:
+    return argument("parameters", Path(f"{law}.ssv"))
 
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:

@@ -18,7 +18,7 @@ from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu
 from warmlink.orchestration.report.reduction import remarks, write_report
 from warmlink.orchestration.scenarios.quantities import positive
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,8 +117,7 @@ def reduce(
         If the part cannot be read, used so, or reduced to the tolerance.
     """
     path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give a STEP file or a mesh")
+    demand_file(path, "give a STEP file or a mesh")
     if not heat_faces or not tool_point:
         needed = f"{argument('heat_faces')} and {argument('tool_point')}"
         raise InputError(f"{needed}: both are needed; {argument('list_faces')} shows the faces")

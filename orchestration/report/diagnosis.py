@@ -123,7 +123,7 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     return sections
 
 
-def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
+def _wrong_table(diagnosis: Diagnosis, wrong: Mapping[str, Wrong]) -> Table:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]

@@ -90,8 +90,8 @@ class Scores:
     `best` model's values what it does to a reading that nobody knows when between two rows the inputs leapt.
     """
 
-    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel], best: Fit) -> None:
-        self.problem = Problem(experiment)
+    def __init__(self, problem: Problem, noise: Sequence[NoiseModel], best: Fit) -> None:
+        self.problem = problem
         self.scales: list[Array] = []
         self._doubted: list[list[bool]] = []
         for run, z in enumerate(Carried(self.problem, best).values):

@@ -50,7 +50,7 @@ def said(
     decimal: str = "",
     replaced: Replacements | None = None,
 ) -> Said:
-    """What `--unit`, `--map` and `--decimal` say; raises InputError where one does not have its form."""
+    """What a command was told of columns; raises InputError where an entry does not have its form."""
     for text in names:
         if "=" not in text:
             raise InputError(

@@ -23,7 +23,7 @@ from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
 from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.scenarios.written import Table, read_table
-from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+from warmlink.orchestration.text_files import demand_file, measured_text, shown, tables_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -170,8 +170,7 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
     file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
-        if not is_file(source):
-            raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
+        demand_file(source, "give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
     cell = rig_of(CELL, replaced=told.replaced)
     run = read_run(source, cell, told=told)

@@ -180,5 +180,5 @@ def test_what_no_axis_can_have_is_refused() -> None:
     assert {"joint_resistance", "friction_level", "radiation"} <= set(possible_effects())
     with pytest.raises(InputError, match="'sensor_lag:tip_temperature' cannot be hidden in an axis"):
         hide_in_arm({"sensor_lag:tip_temperature": 60.0}, 2, store)
-    with pytest.raises(InputError, match="--axis 7: the arm has no such axis; choose 1 to 6"):
+    with pytest.raises(InputError, match="axis=7: the arm has no such axis; choose 1 to 6"):
         hide_in_arm({"radiation": 0.6}, 7, store)
