@@ -14,6 +14,7 @@ from pathlib import Path
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.files import whole_file
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, settle
 from warmlink.orchestration.shell import command as command_line
@@ -85,10 +86,13 @@ def results_folder(folder: Path, command: str) -> Iterator[Path]:
     kept_in, before = _earlier(folder, command, asked)
 
     with fresh_folder(folder, lambda: results_in(folder, command), kept_in) as work:
+        # First, so that a disk that fills up costs none of the results for it.
+        with suppress(OSError), whole_file(work / ASKED) as scratch:
+            scratch.write_text(f"{asked}\n", encoding="utf-8")
         yield work
-        written = any(work.iterdir())
-        if written:
-            (work / ASKED).write_text(f"{asked}\n", encoding="utf-8")
+        written = any(path.name != ASKED for path in work.iterdir())
+        if not written:
+            (work / ASKED).unlink(missing_ok=True)
     if kept_in and written:
         of = f" (of {before})" if before else ""
         remark(f"the results that were in {folder}{of} are kept in {folder / kept_in}")

@@ -33,7 +33,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.page import Section, Table, write_page
-from warmlink.orchestration.results import results_folder
+from warmlink.orchestration.results import ASKED, results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
@@ -253,7 +253,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:
             write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
-        names = [path.name for path in work.iterdir()]
+        names = [path.name for path in work.iterdir() if path.name != ASKED]
     return {name: folder / name for name in names}
 
 

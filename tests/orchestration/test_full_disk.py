@@ -56,7 +56,8 @@ def once(fail_at):
         except SystemExit as end:
             code = end.code
     made, counters[1] = counters[0], 1 << 60
-    files = {path.name: path.read_bytes().hex() for path in Path(folder).rglob("*") if path.is_file()}
+    within = [path for path in Path(folder).rglob("*") if path.is_file()]
+    files = {path.relative_to(folder).as_posix(): path.read_bytes().hex() for path in within}
     found = {"code": code, "out": out.getvalue(), "err": err.getvalue(), "files": files}
     print(json.dumps(found), flush=True)
     return made
@@ -199,7 +200,9 @@ def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
     whole, disturbed = at_every_write(
         library, tmp_path, *own, "--stop", "2 min", stride=stride, before=before
     )
-    new = comparable(whole["files"])
+    kept = {name: each for name, each in whole["files"].items() if name.startswith("earlier-1/")}
+    assert comparable({name.partition("/")[2]: each for name, each in kept.items()}) == old
+    new = comparable({name: each for name, each in whole["files"].items() if name not in kept})
     assert set(new) == set(old)
     assert all(new[name] != old[name] for name in new)
     assert len(disturbed) > 1
