@@ -25,7 +25,7 @@ from benchmarks.fuzz.mutate import (
     words,
     xml_values,
 )
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import MOST_SENTENCES, InputError, SeveralError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
@@ -82,6 +82,8 @@ class Target:
         """Read a file: `accepted`, `refused`, or what is wrong with how it went."""
         try:
             self.use(path)
+        except SeveralError as refusal:
+            return _sentences(str(refusal).split("\n"))
         except (InputError, SlaveError) as refusal:
             return _sentence(str(refusal))
         except AssertionError as fault:
@@ -89,6 +91,14 @@ class Target:
         except Exception as fault:  # the very thing that is looked for
             return f"{type(fault).__name__}: {fault}"[:300]
         return "accepted"
+
+
+def _sentences(told: list[str]) -> str:
+    """What is wrong with the lines of which each says a mistake; the last may say how many more there are."""
+    if len(told) > MOST_SENTENCES + 1:
+        return f"{len(told)} lines: {told[:3]}"
+    shown = told[:-1] if told[-1].endswith(" more") else told
+    return next((verdict for each in shown if (verdict := _sentence(each)) != "refused"), "refused")
 
 
 def _sentence(told: str) -> str:

@@ -19,7 +19,7 @@ from benchmarks.fuzz import mutate, worker
 from benchmarks.fuzz.nest import emptied, nest, strays
 from benchmarks.fuzz.targets import TARGETS, Target
 from benchmarks.fuzz.worker import findings, given
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, SeveralError, refusal
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 SEED = int(os.environ.get("WARMLINK_FUZZ_SEED", "1"))
@@ -111,6 +111,9 @@ def test_what_is_wrong_is_told_from_what_is_right(tmp_path: Path) -> None:
     # An InputError is one line whatever it is made of.
     assert judged(SlaveError("link", "error", 0.0, "two\nlines of it")).startswith("not one line")
     assert judged(InputError("no")).startswith("2 characters")
+    assert judged(refusal(f"scenario: entry {i} is missing" for i in range(30))) == "refused"
+    assert judged(refusal(["scenario: stop_time is missing", "no"])).startswith("2 characters")
+    assert judged(SeveralError(*["scenario: stop_time is missing"] * 30)).startswith("30 lines")
 
 
 def test_workers_try_every_input_and_keep_those_that_fail(tmp_path: Path) -> None:

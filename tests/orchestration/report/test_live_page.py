@@ -181,6 +181,9 @@ def test_the_command_computes_what_the_page_shows(browser: Browser, page: Path, 
 def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Browser, page: Path) -> None:
     script = """
         const sentences = [];
+        const until = async (seen) => {
+          for (let i = 0; i < 500 && !seen(); i++) await new Promise((passed) => setTimeout(passed, 20));
+        };
         const given = "time [s],speed [rad/s],elongation [um]\\n0,3,0\\n600,0,9\\n900,0,8\\n";
         const told = async (action) => {
           setTimeout(action);
@@ -196,12 +199,13 @@ def test_a_wrong_address_and_a_wrong_file_are_refused_in_a_sentence(browser: Bro
           dispatchEvent(new DragEvent("drop", { dataTransfer }));
         };
         for (const text of ["time [s]\\n0\\n", "time [h]\\n0\\n1e9\\n", "time [s]\\n0\\n0.2\\n"]) {
+          const before = document.getElementById("fault").textContent;
           drop(text);
-          await new Promise((drawn) => setTimeout(drawn, 300));
+          await until(() => document.getElementById("fault").textContent !== before);
           sentences.push(document.getElementById("fault").textContent);
         }
         drop(given);
-        await new Promise((drawn) => setTimeout(drawn, 300));
+        await until(() => document.querySelector(".dots")?.getAttribute("d"));
         const marks = document.querySelector(".dots").getAttribute("d").split("M").length - 1;
         const command = document.getElementById("command").textContent.split("\\n").at(-1);
         const result = { sentences, stop: Number(texts().stop), marks, command };
