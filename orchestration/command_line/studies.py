@@ -30,6 +30,7 @@ from warmlink.orchestration.shell import command
 if TYPE_CHECKING:
     from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
+    from warmlink.orchestration.studies.tune import Tuned
 
 WIDE = 240
 """Width in characters of the table where the output is not a terminal."""
@@ -169,7 +170,12 @@ def tune(
     folder = out or Path("out") / asked.name / "tune"
     refuse_others(folder, "tune")
     means = _means(fmus, jobs, scheduler, exact)
-    with interruptible(), tuned(asked, means, folder) as found, _results(folder, "tune") as target:
+
+    def keep(so_far: Tuned) -> None:
+        with _results(folder, "tune") as target:
+            so_far.write_csv(target / TRIALS)
+
+    with interruptible(), tuned(asked, means, folder, keep) as found, _results(folder, "tune") as target:
         found.write_csv(target / TRIALS)
         if found.best is not None:
             write_winner(asked, found.best.point, target)

@@ -192,8 +192,13 @@ def tune_study(
 
 
 @contextmanager
-def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]:
-    """Tune; the folder in which finished runs are kept is locked until the block ends."""
+def tuned(
+    study: Study, means: Means, out: str | Path | None, keep: Callable[[Tuned], None] | None = None
+) -> Iterator[Tuned]:
+    """Tune; the folder in which finished runs are kept is locked until the block ends.
+
+    By default the trials so far are kept in that folder.
+    """
     import_optuna()
 
     def note(leader: Judged | None) -> str:
@@ -208,7 +213,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
                 storage,
                 lambda done, leader: show(done / study.tune.trials, note(leader)),
                 joined=study.controller.component.name in work.fmus.rollouts,
-                keep=lambda found: found.write_csv(work.folder / TRIALS),
+                keep=keep or (lambda found: found.write_csv(work.folder / TRIALS)),
             )
         yield found
 

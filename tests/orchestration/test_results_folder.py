@@ -104,6 +104,21 @@ def test_results_of_another_command_line_are_kept(
     assert "joint_conductance" in Path("out/mine/earlier-2/command.txt").read_text()
 
 
+def test_the_trials_so_far_are_no_results_of_another_command_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("optuna")
+    link = '"link.conductivity" = { min = "150 W/(m*K)", max = "170 W/(m*K)" }\n'
+    Path("study.toml").write_text(STUDY + link)
+    tune = ["tune", "study.toml", "--no-report", "--out", "mine"]
+    assert "kept" not in told([*tune, "--trials", "1"], capsys, monkeypatch)
+    first = {path.name: path.read_bytes() for path in Path("mine").glob("*.*v")}
+    assert set(first) == {"trials.csv", "winner.ssv", "winner-link.ssv"}
+    assert "are kept in mine/earlier-1" in told([*tune, "--trials", "2"], capsys, monkeypatch)
+    assert {path.name: path.read_bytes() for path in Path("mine/earlier-1").glob("*.*v")} == first
+    assert not Path("mine/earlier-2").exists()
+
+
 def test_the_winner_of_another_instance_goes_with_the_study_that_had_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
