@@ -23,6 +23,7 @@ __all__ = ["library", "system"]  # fixtures
 pytestmark = [
     pytest.mark.platform,
     pytest.mark.slow,
+    pytest.mark.timeout(0 if ALL else 300),
     pytest.mark.skipif(sys.platform != "linux" or shutil.which("gcc") is None, reason="needs Linux and gcc"),
 ]
 
