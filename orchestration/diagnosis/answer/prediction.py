@@ -199,7 +199,8 @@ class Scores:
             step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
             for f, change in zip(own, step, strict=True):
                 slots = list(f.slots)
-                z[slots] = np.clip(z[slots] + change, f.lower, f.upper)
+                nothing = self.problem.neutral[run][slots] if f.added else 0.0
+                z[slots] = np.clip(z[slots] + change, nothing + f.lower, nothing + f.upper)
         return z
 
 
