@@ -27,8 +27,8 @@ from benchmarks.own_systems import (
 )
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.own import with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
+from warmlink.orchestration.machine.heat_paths import with_paths
 from warmlink.orchestration.system.model import System
 
 PATH = """
@@ -125,8 +125,8 @@ def trial(kind: str, seed: int, folder: Path, foreign: Callable[[], Path]) -> Tr
     strength = float(np.exp(random.uniform(np.log(of.low), np.log(of.high))))
     base: System = machine(foreign()) if of.foreign else chain()
     path = experiment(folder, base, of.columns, SPINDLE_CAUSES if of.foreign else CHAIN_CAUSES)
-    own = with_paths(base, read_causes(folder / "causes.toml").paths)
-    truth = with_values(own.system, {of.hidden[0]: {of.hidden[1]: strength}})
+    changed, _ = with_paths(base, read_causes(folder / "causes.toml").paths)
+    truth = with_values(changed, {of.hidden[0]: {of.hidden[1]: strength}})
     write_csv(measured(truth, of.columns, 0.05, seed), folder / "run.csv")
     (folder / "causes.toml").write_text(of.told, "utf-8")
     text = path.read_text("utf-8").replace("shipped = false", "")

@@ -17,10 +17,10 @@ from benchmarks.command import start
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.python.fmu import build_python_fmus
-from warmlink.orchestration.arm.blueprint import arm_blueprint
+from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import answer, answer_json
-from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 
 _LOOP = Path(__file__).with_suffix(".c")
 _NATIVE_STEPS, _PYTHON_STEPS = 50_000, 300
@@ -86,8 +86,8 @@ def _joined() -> Iterator[Entry]:
     """The warm-up cell with the law `lag`, and the arm's six motors and six links without anything else."""
     home = "warmlink.orchestration.system"
     yield Entry(WARMUP_CELL.joined(controller("lag")), home)
-    arm = arm_blueprint(compensated=False)
-    others = [name for name, kind in arm.components.items() if kind not in ("MotorHeatSource", "ThermalLink")]
+    arm = arm_chain(compensated=False)
+    others = [name for name, kind in arm.parts.items() if kind not in ("MotorHeatSource", "ThermalLink")]
     yield Entry(replace(arm.without(*others).joined(), name="ArmPlant"), home)
 
 

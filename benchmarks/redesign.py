@@ -31,9 +31,9 @@ from warmlink.orchestration.closed_loop.outcome import run
 from warmlink.orchestration.console import answer
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.own import with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.heat_paths import with_paths
 from warmlink.orchestration.studies.design import design
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import Value
@@ -122,10 +122,8 @@ def of_chain(folder: Path, conductance: float, seed: int) -> Redesign:
     base = system("Chain", kinds, (*CHAIN_WIRES, *LAW_WIRES), {"duty": chain().components["duty"].values})
     columns = {**INPUTS, **CHANNELS}
     experiment(folder, base, columns, FLANGE)
-    own = with_paths(base, read_causes(folder / "causes.toml").paths)
-    truth = with_values(
-        with_paths(base, {"flange": own.paths["flange"]}).system, _strength("flange", conductance)
-    )
+    flange = read_causes(folder / "causes.toml").paths["flange"]
+    truth = with_values(with_paths(base, {"flange": flange})[0], _strength("flange", conductance))
     write_csv(measured(truth, columns, 0.05, seed), folder / "run.csv")
     write_ssp(truth, folder / "real.ssp")
     return redesigned(folder, "system", SCENARIO, "observer")

@@ -10,17 +10,17 @@ import typer
 
 from benchmarks.command import start
 from warmlink.fmus.arm_kinematics.equations import AXES as SHIFT_AXES
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
+from warmlink.orchestration.arm.chain import arm_chain, arm_values
 from warmlink.orchestration.arm.program import OBSERVER, Program
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.machine import merged
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.compiled.loop import library
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
-from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.model import System
 
 AXES = (1, 2, 6, 12, 24)
@@ -93,12 +93,12 @@ def bench_scale(counts: Sequence[int] = AXES, axis_steps: int = AXIS_STEPS) -> I
 
 def _plain(count: int) -> System:
     """Motors and links of an arm alone, doing what its inspection program asks."""
-    blueprint = arm_blueprint(count, compensated=False)
-    files = FmuStore("native").files(set(blueprint.components.values()))
+    machine = arm_chain(count, compensated=False)
+    files = FmuStore("native").files(set(machine.parts.values()))
     program = load_scenario("six_axis_inspection").duty
     assert isinstance(program, Program)
     driven = replace(program, axes=count).start_values()
-    return blueprint.system(files, None, merged(arm_values(count), driven))
+    return machine.system(files, None, merged(arm_values(count), driven))
 
 
 def _timed(what: str, system: System, axes: int, steps: int, repeats: int) -> Scale:

@@ -17,11 +17,11 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, draw, load
 from warmlink.orchestration.studies.case import Case, case_of
 from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers, connected
 from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place_medium")
 
@@ -78,7 +78,7 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool, exact: boo
     if not 0 < hours < 1e7:
         raise InputError(f"--hours {hours:g}: not an amount of work; give a number above 0")
     cases = cases_of(hours, controller)
-    kinds = sorted(WARMUP_CELL.components_with(cases[0].law).values())
+    kinds = sorted(WARMUP_CELL.parts_with(cases[0].law).values())
     chosen = store(None, kinds, remark)
     fmus = FmuSet.read(chosen.kind, chosen.files(kinds, remark))
     if not exact:

@@ -29,6 +29,11 @@ def speaking_of_options(
         _options, _quoted = before
 
 
+def on_command_line() -> bool:
+    """Whether a command is at work, not a program that called a function."""
+    return _options is not None
+
+
 def argument(name: str, *value: object) -> str:
     """Name an argument, with its value where one is given, for a sentence of an error or a remark.
 

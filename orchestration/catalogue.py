@@ -108,8 +108,11 @@ def reduced_link_in(fmu: Path) -> Component | None:
 @cache
 def controllers() -> dict[str, Component]:
     """Compensating controllers by the name of their folder, as `lag`."""
-    own = [entry for entry in entries().values() if entry.home == "warmlink.controllers"]
-    return {entry.module.split(".")[-2]: entry.component for entry in own}
+    laws = [entry for entry in entries().values() if entry.law]
+    for entry in laws:
+        if entry.added:
+            _check_law(entry.component, f"{entry.module}:{entry.attribute}")
+    return {entry.law: entry.component for entry in laws}
 
 
 def controller(name: str) -> Component:
@@ -199,6 +202,10 @@ def _check(component: Component, place: str) -> None:
     """Check name and connectors, which are those of every compensator, and let the law take one step."""
     if component.name in entries():  # whose FMU would be taken for its own
         raise InputError(f"{place}: warmlink has a {component.name} of its own; rename yours")
+    _check_law(component, place)
+
+
+def _check_law(component: Component, place: str) -> None:
     for kind, wanted, held in (("input", INPUTS, component.u), ("output", OUTPUTS, component.y)):
         for name in (variable.name for variable in wanted if variable.name not in held.index):
             told = f"has no {kind} {name}; take warmlink.controllers.interface's {kind.upper()}S"

@@ -5,11 +5,15 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import re
 import signal
 import sys
+from ast import literal_eval
 from collections.abc import Callable, Sequence
+from functools import cache
 from importlib import import_module
 from inspect import cleandoc
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -18,6 +22,8 @@ if TYPE_CHECKING:
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.cache import remembered
+from warmlink.fmus.plugins import plugins
+from warmlink.orchestration import command_line
 from warmlink.orchestration.command_line.arguments import (
     Command,
     carry_out,
@@ -36,29 +42,8 @@ from warmlink.orchestration.console import (
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.threads import one_thread_from_the_start
 
-COMMANDS = {
-    "run": "run",
-    "live": "pages",
-    "build": "build",
-    "save": "build",
-    "plot": "pages",
-    "simulate": "simulate",
-    "compare": "studies",
-    "tune": "studies",
-    "sweep": "studies",
-    "design": "laws",
-    "export": "laws",
-    "check": "check",
-    "diagnose": "diagnose",
-    "hide": "diagnose",
-    "reduce": "reduce",
-    "reproduce": "pages",
-    "init": "init",
-    "schema": "init",
-    "list": "init",
-    "info": "init",
-}
-"""Module of each command; a function of the same name, or with a `_` after it, is the command."""
+COMMAND_LINE = Path(command_line.__file__).parent
+_LISTED = re.compile(r"^COMMANDS = (\(.*\))$", re.MULTILINE)
 
 HELP = "How far off a robot's tool point is while a link warms up, and how well a controller corrects it."
 
@@ -72,7 +57,7 @@ _HELP: tuple[list[str], ...] = (["--help"], [])
 def app(arguments: Sequence[str] | None = None, prog_name: str = "warmlink") -> None:
     """Run the command that the arguments name; by default those of the process."""
     given = sys.argv[1:] if arguments is None else [*arguments]
-    if given and given[0] in COMMANDS and COMPLETES not in os.environ:
+    if given and given[0] in ours() and COMPLETES not in os.environ:
         command = command_named(given[0])
         refuse_values_of_flags(command, given[1:])
         values = plain_values(command, given[1:])
@@ -98,12 +83,13 @@ def application(arguments: Sequence[str] = ("",)) -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     found.callback(invoke_without_command=True, help=HELP)(for_typer(_before_any_command))
-    named = [name for name in COMMANDS if [name] == list(arguments[:1])]
+    named = [name for name in ours() if [name] == list(arguments[:1])]
     if listed:
-        for name, sentence in remembered("outlines", (), _outlines).items():
+        added = {name: _outline(command_named(name)) for name in commands() if name not in ours()}
+        for name, sentence in (remembered("outlines", (), _outlines) | added).items():
             found.command(name, short_help=sentence)(lambda: None)
         return found
-    for name in named or COMMANDS:
+    for name in named or commands():
         found.command(name, cls=_with_help_as_flag())(for_typer(command_named(name)))
     return found
 
@@ -123,14 +109,39 @@ def _with_help_as_flag() -> type[typer.core.TyperCommand]:
 
 
 def _outlines() -> dict[str, str]:
-    """First sentence of each command."""
-    texts = {name: cleandoc(command_named(name).__doc__ or "") for name in COMMANDS}
-    return {name: text.partition("\n\n")[0].replace("\n", " ") for name, text in texts.items()}
+    """First sentence of each of warmlink's own commands."""
+    return {name: _outline(command_named(name)) for name in ours()}
+
+
+def _outline(command: Command) -> str:
+    return cleandoc(command.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
+
+
+@cache
+def ours() -> dict[str, str]:
+    """Module of each of warmlink's own commands, as the files in `command_line/` list them as `COMMANDS`."""
+    found: dict[str, str] = {}
+    for path in sorted(COMMAND_LINE.glob("*.py")):  # which are read, as to import all of them takes long
+        if listed := _LISTED.search(path.read_text("utf-8")):
+            found |= dict.fromkeys(literal_eval(listed[1]), path.stem)
+    return found
+
+
+def commands() -> list[str]:
+    """Names of all commands, those that other packages add too; InputError if two are alike."""
+    for each in plugins("commands"):
+        if each.name in ours():
+            raise each.refused("warmlink has a command of this name")
+    return [*ours(), *(each.name for each in plugins("commands"))]
 
 
 def command_named(name: str) -> Command:
-    """Function of a command."""
-    module = import_module(f"warmlink.orchestration.command_line.{COMMANDS[name]}")
+    """Function of a command: of the same name, or with a `_` after it."""
+    if name not in ours():
+        (added,) = (each for each in plugins("commands") if each.name == name)
+        made: Command = added.load()
+        return made
+    module = import_module(f"warmlink.orchestration.command_line.{ours()[name]}")
     found: Command = getattr(module, f"{name}_", None) or getattr(module, name)
     return found
 

@@ -34,7 +34,7 @@ FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
 Remark = Callable[[str], None]
 
 
-class AtWork:
+class BuildProgress:
     """Progress of so many things that are made, some at the same time: which, and how many are left."""
 
     def __init__(self, progress: Callable[..., None], total: int) -> None:
@@ -89,7 +89,7 @@ class FmuStore:
         InputError if native FMUs are asked for and nothing on this machine can compile them, NoRoomError if
         there is no room for them.
         """
-        wanted = {name: self.file(f"{name}.fmu") for name in names}
+        wanted = {name: self.file(_place(entries()[name])) for name in names}
         used(self.folder)
         # A computer that loses its power may leave files without their content, a disk flips bits.
         missing = [entries()[name] for name, path in wanted.items() if not whole(path)]
@@ -99,7 +99,10 @@ class FmuStore:
             ending = "s" if len(missing) > 1 else ""
             remark(f"building {len(missing)} {self.kind} FMU{ending}, once for this version")
         if missing:
-            self.build(missing, self.folder)
+            self.build([entry for entry in missing if not entry.added], self.folder)
+        for entry in missing:
+            if entry.added:
+                self.build([entry], self.folder / _place(entry).parent)
         return wanted
 
     def build(self, missing: Sequence[Entry], folder: Path) -> list[Path]:
@@ -110,7 +113,7 @@ class FmuStore:
         try:
             sweep(folder, WRITING)
             with progress_bar(f"Building {self.kind} FMUs") as progress:
-                at_work = AtWork(progress, len(missing))
+                at_work = BuildProgress(progress, len(missing))
                 if self.kind == "python":
                     built = build_python_fmus(missing, folder, at_work.done)
                 else:
@@ -121,6 +124,11 @@ class FmuStore:
         except OSError as fault:
             told = f"cannot be written ({fault.strerror}); free space there, or name another folder in"
             raise NoRoomError(f"{folder}: {told} {CACHE_VARIABLE}") from None
+
+
+def _place(entry: Entry) -> Path:
+    """Where a component's FMU is kept; that of another package's under the digest of its code."""
+    return Path(*(["added", entry.digest] if entry.added else []), f"{entry.component.name}.fmu")
 
 
 def fmu_files(components: str | Component | Iterable[str | Component]) -> dict[str, Path]:
@@ -142,6 +150,10 @@ def fmu_files(components: str | Component | Iterable[str | Component]) -> dict[s
     ------
     InputError
         If there is no component of a name, two have one name, or no compiler is found.
+
+    Examples
+    --------
+    >>> wl.fmu_files(["MotorHeatSource", "ThermalLink"])["ThermalLink"]
     """
     native, wanted = FmuStore("native"), dict[str, Entry]()
     for each in [components] if isinstance(components, str | Component) else components:
@@ -164,7 +176,7 @@ def _kept(native: FmuStore, entry: Entry) -> Path:
 
     name = f"{entry.component.name}.fmu"
     if entry == entries().get(entry.component.name):
-        return native.file(name)
+        return native.file(_place(entry))
     _, implementation = native_sources(entry.component, "2.0")
     described = model_description(opened(entry.component), implementation=implementation)
     contents = b"".join([described, *files_beside(entry).values()])

@@ -12,9 +12,8 @@ from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from warmlink.fmus.arguments import argument
+from warmlink.fmus.arguments import argument, on_command_line
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.files import whole_file
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, settle
 from warmlink.orchestration.shell import command as command_line
@@ -67,7 +66,7 @@ def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
     """Folder inside in which another command line's results are to be kept, and that line, or nothing."""
     before = ""
     with suppress(OSError, ValueError):
-        before = (folder / ASKED).read_text(encoding="utf-8").strip()
+        before = (folder / ASKED).read_text(encoding="utf-8")
     if before == asked or not results_in(folder, command):
         return "", ""
     numbers = (f"earlier-{number}" for number in count(1))
@@ -78,21 +77,23 @@ def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
 def results_folder(folder: Path, command: str) -> Iterator[Path]:
     """A fresh folder for the results of a command.
 
-    Results that the same command line wrote before go; those of another one are kept in a folder inside, as a
-    remark says. Raises as `refuse_others` and `fresh_folder`.
+    Results that the same command line wrote before go, and those of a program where a program calls; those
+    of another command line are kept in a folder inside, as a remark says. Raises as `refuse_others` and
+    `fresh_folder`.
     """
     refuse_others(folder, command)
-    asked = command_line("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT))
+    asked = ""
+    if on_command_line():
+        asked = command_line("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT)) + "\n"
     kept_in, before = _earlier(folder, command, asked)
 
     with fresh_folder(folder, lambda: results_in(folder, command), kept_in) as work:
-        # First, so that a disk that fills up costs none of the results for it.
-        with suppress(OSError), whole_file(work / ASKED) as scratch:
-            scratch.write_text(f"{asked}\n", encoding="utf-8")
+        if asked:  # at first, so that a full disk is told before anything is computed
+            (work / ASKED).write_text(asked, encoding="utf-8")
         yield work
         written = any(path.name != ASKED for path in work.iterdir())
         if not written:
             (work / ASKED).unlink(missing_ok=True)
     if kept_in and written:
-        of = f" (of {before})" if before else ""
+        of = f" (of {before.strip()})" if before else ""
         remark(f"the results that were in {folder}{of} are kept in {folder / kept_in}")

@@ -16,7 +16,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import Once
 from warmlink.orchestration.master.guard import Remark, guarded
 from warmlink.orchestration.master.recording.recorder import is_recorded
@@ -24,11 +24,11 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.description import Variable, read_description
+from warmlink.orchestration.system.description import FmuVariable, read_description
 from warmlink.orchestration.system.model import System
+from warmlink.orchestration.written.quantities import positive
 
 DEFAULT_STEPS = 500
 _ROUNDING = 1e-6
@@ -66,6 +66,11 @@ def simulate(
         If the file or something in it cannot be used, or a name is not known.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> result = wl.simulate("dist/WarmupCell.ssp", "1 h", parameters={"link.length": "400 mm"})
+    >>> result["link.elongation"].max()
     """
     chosen = algorithm(master)
     with temporary_folder() as work:
@@ -222,7 +227,7 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     return found
 
 
-def variables(system: System) -> dict[str, Variable]:
+def variables(system: System) -> dict[str, FmuVariable]:
     """Every variable of a system's FMUs, as `link.elongation`."""
     return {
         f"{name}.{variable.name}": variable

@@ -21,12 +21,17 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_folder(path: Path) -> bool:
+    """Whether there is such a folder; a name that no folder can have is none."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def absent(path: Path, remedy: str, sought: str = "file") -> InputError:
     """What to raise where a file is needed and there is none, or a folder."""
-    try:
-        there = "is a folder" if path.is_dir() else f"no such {sought}"
-    except (OSError, ValueError):
-        there = f"no such {sought}"
+    there = "is a folder" if is_folder(path) else f"no such {sought}"
     return InputError(f"{shortened(str(path))}: {there}; {remedy}")
 
 

@@ -171,6 +171,32 @@ def test_names_to_choose_from_are_listed_in_one_place() -> None:
         assert not found, f"{path.relative_to(ROOT)}: {found[0]}"
 
 
+def test_no_code_asks_which_machine_it_has() -> None:
+    """Machines differ in data: their names stand with the data, and nothing is compared with them."""
+    library = ROOT / "orchestration" / "machine" / "library"
+    names = {path.stem for path in library.glob("*.toml")}
+    assert names
+    homes = {"orchestration/machine/__init__.py", "orchestration/arm/chain.py"}
+    for path in SOURCES:
+        if path.relative_to(ROOT).as_posix() in homes:
+            continue
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            told = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)} asks which machine it has"
+            assert not (isinstance(node, ast.Constant) and node.value in names), told
+            sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else []
+            assert not any(isinstance(side, ast.Name) and side.id == "WARMUP_CELL" for side in sides), told
+
+
+def test_each_class_has_a_name_of_its_own() -> None:
+    """A reader who meets a name in a trace, or asks for it, finds one thing."""
+    found = defaultdict(list)
+    for path in SOURCES:
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(str(path.relative_to(ROOT)))
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
 def test_help_loads_nothing_heavy() -> None:
     script = (
         "import sys, warmlink.orchestration.cli as cli\n"

@@ -21,14 +21,14 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.assembly import Assembly, assemble
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import Slave
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.scenarios.scenario import Scenario, changed
-from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.written.quantities import positive
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def closed_loop(scenario: Scenario, target: Target) -> Loop:
             ]
             there = _simulated(replace(assembly, slaves=slaves), scenario)
     fmu = _simulated(assemble(system), scenario)
-    correction, score = f"{COMPENSATOR}.correction", scenario.setup.roles.score
+    correction, score = f"{COMPENSATOR}.correction", scenario.machine.roles.score
     return Loop(
         code,
         board.cost,

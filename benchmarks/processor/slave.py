@@ -32,7 +32,7 @@ class OnProcessor:
         self.accepts_nan, self.remarks = fmu.accepts_nan, fmu.remarks
         # A processor cannot be set back.
         self.capabilities = replace(fmu.capabilities, get_set_state=False, serialize_state=False)
-        self.setup, self.enter_initialization, self.terminate = (
+        self.machine, self.enter_initialization, self.terminate = (
             fmu.setup,
             fmu.enter_initialization,
             fmu.terminate,

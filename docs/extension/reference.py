@@ -51,7 +51,7 @@ def _options_as_code(text: str) -> str:
 def formats() -> dict[str, str]:
     """A page for each kind of file that people write, from its JSON Schema."""
     from warmlink.orchestration.command_line.init import KINDS, TEMPLATES, kinds
-    from warmlink.orchestration.scenarios.written import json_schema
+    from warmlink.orchestration.written.tables import json_schema
 
     found = {}
     for kind, table in kinds().items():

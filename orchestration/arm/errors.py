@@ -11,10 +11,10 @@ import numpy as np
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.arm_kinematics.equations import AXES, COORDINATES
-from warmlink.orchestration.arm.blueprint import POSES, axes, axis_name, joint_angles
+from warmlink.orchestration.arm.chain import POSES, axes, axis_name, joint_angles
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.system.shipped import COMPENSATOR
 
 
 def sensitivities(angles: Array) -> Array:

@@ -26,21 +26,21 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.pose_sequence.equations import POSES
-from warmlink.orchestration.arm import blueprint
-from warmlink.orchestration.arm.blueprint import axis, axis_name
+from warmlink.orchestration.arm import chain
+from warmlink.orchestration.arm.chain import axis, axis_name
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.catalogue import shipped
+from warmlink.orchestration.machine.machine import COMPENSATOR, Machine, Roles, Sensors
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment
 from warmlink.orchestration.scenarios.duties.duty_files import SHORTEST_DRAWN, Row, RowsTables, durations
-from warmlink.orchestration.scenarios.entries import Quantities, Quantity, Whole
-from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
-from warmlink.orchestration.scenarios.setup import Roles, Sensors, Setup
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.system.model import StartValues, Value
-from warmlink.orchestration.system.shipped import COMPENSATOR
+from warmlink.orchestration.written.entries import Quantities, Quantity, Whole
+from warmlink.orchestration.written.expression import Expression
+from warmlink.orchestration.written.tables import Table, read_table
 
 CONTROLLER, TOLERANCE = "observer", 30e-6
 """What the arm's scenarios have unless they say otherwise; the tolerance in m."""
@@ -84,7 +84,7 @@ class Program(Drive):
         for i, (hold, angles) in enumerate([*self.poses, *[unused] * (POSES - len(self.poses))], start=1):
             poses[f"duration[{i}]"] = hold
             poses |= {f"joint_{joint}[{i}]": angle for joint, angle in enumerate(angles, start=1)}
-        return {**driven, blueprint.POSES: poses}
+        return {**driven, chain.POSES: poses}
 
 
 @dataclass(frozen=True)
@@ -153,14 +153,14 @@ class PoseTable(Table):
         angles, place = self.joints, "joints"
         if self.point is not None:
             x, y, z = self.point
-            angles, place = blueprint.reaching_angles(x, y, z, self.pitch, self.roll)[0].tolist(), "point"
+            angles, place = chain.reaching_angles(x, y, z, self.pitch, self.roll)[0].tolist(), "point"
             if not np.all(np.isfinite(angles)):
                 at = ", ".join(f"{1e3 * each:g}" for each in (x, y, z))
                 raise InputError(
                     f"{where}.point: ({at}) mm at this pitch is out of the arm's reach; choose another"
                 )
         assert angles is not None
-        (beyond,) = blueprint.beyond_limits(np.array([angles]))
+        (beyond,) = chain.beyond_limits(np.array([angles]))
         for i in np.flatnonzero(beyond).tolist():
             joint, turn = axis(i + 1), np.degrees(angles[i])
             raise InputError(
@@ -226,18 +226,23 @@ def designs(law: str, sensors: Sensors, count: int = AXES) -> StartValues | None
 
 
 @cache
-def arm(count: int = AXES) -> Setup:
+def arm(count: int = AXES) -> Machine:
     """The arm, or one of another number of axes."""
     elongations = tuple(f"{axis_name(i)}.link.elongation" for i in range(1, count + 1))
-    score = Expression(f"{blueprint.KINEMATICS}.error_norm")
-    without = Expression(f"{blueprint.KINEMATICS}.uncompensated_error_norm", "uncompensated")
-    return Setup(
-        blueprint.arm_blueprint(count),
-        Roles(score, without, elongations),
-        blueprint.arm_values(count),
-        SENSORS,
-        partial(designs, count=count),
+    score = Expression(f"{chain.KINEMATICS}.error_norm")
+    without = Expression(f"{chain.KINEMATICS}.uncompensated_error_norm", "uncompensated")
+    return replace(
+        chain.arm_chain(count),
+        roles=Roles(score, without, elongations),
+        nominal=chain.arm_values(count),
+        sensors=SENSORS,
+        designs=partial(designs, count=count),
+        program=scenario_of,
         detail=_detail,
+        laws=DESIGNED,
+        mismatches=(NOMINAL,),
+        sections="warmlink.orchestration.report.arm:sections",
+        showcase="six_axis_shift",
     )
 
 

@@ -4,29 +4,28 @@ A scenario file either names a shipped duty cycle, `duty = "shift_with_breaks"`,
 the form of the duty cycle files. Every duty cycle can also be run as a scenario, with the default settings.
 `system` names another system than the warm-up cell: `SixAxisArm`, whose segments have six values each
 (`arm/program.py`), or the path of an SSP, for which `[roles]` says which inputs are driven, what is scored
-and which instance is the controller (`scenarios/setup.py`).
+and which instance is the controller (`machine/read.py`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.arm.blueprint import NAME as ARM
-from warmlink.orchestration.arm.blueprint import PROGRAMS, program_names
+from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
+from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
-from warmlink.orchestration.scenarios.entries import Quantity, Text
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
-from warmlink.orchestration.scenarios.setup import CELL, RolesTable, own_setup
-from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import absent, is_file, read_text, tables_of
+from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text
+from warmlink.orchestration.written.tables import read_table
 
 LIBRARY = Path(__file__).parent / "library"
 
@@ -36,6 +35,8 @@ class ScenarioFile(DutyTables, Settings):
     """A scenario: a system, what drives it, what is scored, and how it is run."""
 
     duty: Annotated[str | None, Text("shift_with_breaks")] = None
+    linear: Annotated[tuple[str, ...], Names("ambient_temperature")] = ()
+    columns: Mapping[str, Annotated[str, OneOf(duty_files.COLUMNS)]] = field(default_factory=dict)
     stop_time: Annotated[float | None, Quantity("s", positive=True)] = None
     roles: RolesTable | None = None
 
@@ -44,17 +45,22 @@ class ScenarioFile(DutyTables, Settings):
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
+            for key in ("linear", "columns"):
+                if getattr(self, key):
+                    told = f'{key}: is of a recorded duty; name one, as duty = "shift.csv"'
+                    raise InputError(f"{told}, or leave it out")
             return
         for key in ("segment", "random", "repeat"):
             if getattr(self, key):
                 raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
-    def drive(self, name: str, folder: Path) -> Duty:
+    def drive(self, name: str, folder: Path) -> Duty | Recorded:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
             return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
-        found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
+        source = str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty
+        found = duty_files.load(source, self.linear, self.columns)
         return found if self.stop_time is None else found.until(self.stop_time)
 
 
@@ -63,7 +69,7 @@ _OTHERS = {
     ".fmu": ("an FMU", "check"),
     ".ssv": ("a parameter set", "run", "--parameters"),
 }
-"""What a file that is no scenario is, and the command that reads it, by the file's ending."""
+"""Files of other types by their ending: what each is, and the command that reads it."""
 
 
 def scenario_names() -> list[str]:
@@ -73,11 +79,11 @@ def scenario_names() -> list[str]:
 
 def names_on(system: str) -> list[str]:
     """Names of the scenarios in which controllers can be compared, by the system's name."""
-    return program_names() if system == ARM else duty_files.names()
+    return sorted(path.stem for path in (LIBRARY / system).glob("*.toml")) or duty_files.names()
 
 
 def _shipped() -> dict[str, Path]:
-    return {path.stem: path for folder in (LIBRARY, PROGRAMS) for path in folder.glob("*.toml")}
+    return {path.stem: path for path in LIBRARY.rglob("*.toml")}
 
 
 def load_scenario(name: str) -> Scenario:
@@ -89,9 +95,11 @@ def load_scenario(name: str) -> Scenario:
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
-        read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
+        read = read_scenario(
+            path.stem, read_text(path, "give an existing .toml, .csv or .parquet"), path.parent
+        )
         return replace(read, file=path)
-    if path.suffix == ".csv" or name in duty_files.names():
+    if path.suffix in duty_files.RECORDED_IN or name in duty_files.names():
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
     if path.suffix in _OTHERS and is_file(path):
@@ -106,10 +114,11 @@ def driven(cell: Scenario, duty: Scenario) -> Scenario:
 
     Raises InputError if the two are scenarios of different systems.
     """
-    if (cell.setup.name == ARM) != (duty.setup.name == ARM):
+    takes = {each.machine.name if each.machine.program else "" for each in (cell, duty)}
+    if len(takes) > 1:
         raise InputError(
-            f"{duty.name}: is made for {duty.setup.name}, but {cell.name} is a scenario of "
-            f"{cell.setup.name}; choose another duty cycle"
+            f"{duty.name}: is made for {duty.machine.name}, but {cell.name} is a scenario of "
+            f"{cell.machine.name}; choose another duty cycle"
         )
     return replace(cell, name=duty.name, title=duty.title, about=duty.about, duty=duty.duty)
 
@@ -124,22 +133,14 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
 
     Raises InputError if the file contains no scenario.
     """
-    if table.get("system") == ARM:
-        from warmlink.orchestration.arm.program import scenario_of
-
-        return scenario_of(table, name, folder)
+    called = str(table.get("system"))
+    if called in machines() and (program := machine_named(called).program):
+        scenario: Scenario = program(table, name, folder)
+        return scenario
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
-    setup = CELL
-    if read.system.endswith(".ssp"):
-        setup = own_setup(folder / read.system, read.roles, name)
-    elif read.system != CELL.name:
-        raise InputError(
-            f"{name}: system: {instead(read.system, (CELL.name, ARM), 'or give the path of an SSP')}"
-        )
-    elif read.roles is not None:
-        raise InputError(f"{name}: roles: {read.system} is shipped with its roles; leave the table out")
+    machine = machine_in(NamedMachine(read.system, read.roles, name, folder))
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason
-    return read.applied(Scenario(name, title, about, drive, setup), folder)
+    return read.applied(Scenario(name, title, about, drive, machine), folder)

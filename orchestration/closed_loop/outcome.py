@@ -23,20 +23,22 @@ from warmlink.orchestration.closed_loop.metrics import (
     conduct,
     error_metrics,
     reduction_percent,
+    shown_percent,
 )
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
-from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import together
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
-from warmlink.orchestration.scenarios.quantities import positive, refuse_bare
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.simulation import in_turns, largest_step
+from warmlink.orchestration.written.quantities import positive, refuse_bare
 
 if TYPE_CHECKING:
     import pandas
@@ -77,12 +79,12 @@ class ClosedLoop(Answer):
     @property
     def error(self) -> Array:
         """Error of the tool point in m at the communication points."""
-        return np.asarray(self.scenario.setup.roles.score.value(self.result.__getitem__))
+        return np.asarray(self.scenario.machine.roles.score.value(self.result.__getitem__))
 
     @property
     def uncompensated_error(self) -> Array:
         """Error of the tool point in m at the communication points, without a controller."""
-        return np.asarray(self.scenario.setup.roles.uncompensated.value(self.result.__getitem__))
+        return np.asarray(self.scenario.machine.roles.uncompensated.value(self.result.__getitem__))
 
     @cached_property
     def uncompensated(self) -> ErrorMetrics:
@@ -97,8 +99,10 @@ class ClosedLoop(Answer):
     @cached_property
     def conduct(self) -> Conduct:
         """What the controllers say of their error, and how they move the tool point."""
-        setup, found = self.scenario.setup, self.result
-        ready, corrections = ([found[name] for name in names] for names in (setup.claims, setup.corrections))
+        machine, found = self.scenario.machine, self.result
+        ready, corrections = (
+            [found[name] for name in names] for names in (machine.claims, machine.corrections)
+        )
         return conduct(self.time, self.error, ready, corrections, self.scenario.tolerance)
 
     @property
@@ -125,7 +129,7 @@ class ClosedLoop(Answer):
         return tuple(each for each in told if each)
 
     @property
-    def table(self) -> Table:
+    def table(self) -> RecordTable:
         """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
         table = self.result.table
         errors = {"error": self.error, "uncompensated_error": self.uncompensated_error}
@@ -145,7 +149,11 @@ class ClosedLoop(Answer):
         before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
         coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
         within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
-        gain = "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}"
+        gain = (
+            ""
+            if removed is None
+            else f"{shown_percent(abs(removed))} {'removed' if removed >= 0 else 'worse'}"
+        )
         rows = [
             ("", NO_CONTROLLER, self.controller, ""),
             ("largest error", _micrometres(before.max_abs_um), _micrometres(after.max_abs_um), gain),
@@ -161,12 +169,12 @@ class ClosedLoop(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Content of `metrics.json`."""
-        scenario, detail = self.scenario, self.scenario.setup.detail
+        scenario, detail = self.scenario, self.scenario.machine.detail
         more = {} if detail is None else detail(self.result)
         coupling, discretisation = self.coupling_error_um, self.discretisation_error_um
         return {
             "scenario": scenario.name,
-            "system": scenario.setup.name,
+            "system": scenario.machine.name,
             "controller": self.controller,
             "mismatches": list(scenario.mismatches),
             "fmus": self.fmus,
@@ -226,7 +234,7 @@ def run_scenario(
     component refuses a value, and SlaveError if the run failed before its first communication point.
     """
     began = time.perf_counter()
-    system, plant = scenario.system(scenario.files(fmus)), scenario.setup.roles.plant
+    system, plant = scenario.system(scenario.files(fmus)), scenario.machine.roles.plant
     told, ideal = judged(scenario)
     most, ran = scenario.coupling_tolerance, scenario
     if most is not None:
@@ -240,7 +248,7 @@ def run_scenario(
         found = attempted(chosen, {} if most is None else dict.fromkeys(plant, most), plant, turns)
     if found.algorithm is not chosen:
         ran = replace(ran, master=FOLLOWING)
-    known = Declared(scenario.declared, scenario.setup.blueprint.fed, scenario.values())
+    known = Declared(scenario.declared, scenario.machine.fed, scenario.values())
     found = found.looked_at(lambda result: within_bands(result, known))
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began
     coupling = 1e6 * largest if np.isfinite(largest) else None
@@ -281,6 +289,12 @@ def run(
         If a name does not exist, or a value is refused.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> outcome = wl.run("stop_and_go", "lag", mismatches=["noisy_sensors"])
+    >>> print(outcome)
+    >>> outcome.to_frame()["error [m]"].abs().max()
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     if isinstance(tolerance, str):

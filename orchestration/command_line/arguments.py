@@ -79,7 +79,7 @@ _NAMES = {
     "controller": "catalogue:controllers",
     "law": "catalogue:controllers",
     "mismatch": "scenarios.mismatch:names",
-    "master": "master.algorithms.table:ALGORITHMS",
+    "master": "master.algorithms.named:masters",
 }
 """Where the names are that the shell proposes, by the names of parameters."""
 

@@ -9,6 +9,8 @@ from warmlink.orchestration.command_line.arguments import advise, values_given
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.shell import command
 
+COMMANDS = ("build", "save")
+
 
 def build(
     names: list[str] | None = None,

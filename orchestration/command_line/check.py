@@ -6,6 +6,8 @@ from pathlib import Path
 
 from warmlink.orchestration.console import FAILED, answer, answer_json, print_table
 
+COMMANDS = ("check",)
+
 _SIGNS = {
     "pass": ("pass", "green"),
     "fail": ("FAIL", "red"),

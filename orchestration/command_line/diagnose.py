@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from warmlink.orchestration.diagnosis.data.experiment import Experiment
 
 
+COMMANDS = ("diagnose", "hide")
+
+
 def diagnose(
     data: list[Path],
     *,
@@ -26,6 +29,7 @@ def diagnose(
     set_: list[str] | None = None,
     scenario: str | None = None,
     noise: list[str] | None = None,
+    accuracy: list[str] | None = None,
     unit: list[str] | None = None,
     map_: list[str] | None = None,
     decimal: str = "",
@@ -49,9 +53,11 @@ def diagnose(
         "ambient_temperature=22 degC" or pad_temperature=off. Repeatable.
     set_ : Parameter of your cell that differs from the nominal one, for example --set "link.length=800 mm".
         Repeatable.
-    scenario : Scenario file (TOML) whose [parameters] describe your cell; --set changes them further.
+    scenario : Scenario file (TOML) of your machine, with its [parameters]; --set changes them further.
     noise : Standard deviation of the noise of a column, for example --noise "tip_temperature=0.1 K".
         Repeatable.
+    accuracy : Error that matters to you, for example --accuracy "0.5 K" for all temperatures or
+        --accuracy "elongation=2 um". A model below it is adequate, however small the noise. Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for all
         columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.
     map_ : Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" ignores the
@@ -62,10 +68,12 @@ def diagnose(
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
+    from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
-    from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+    from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
+    from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.system.replacement import Replacements
 
     folder = out or Path("out") / "+".join(path.stem for path in data) / "diagnose"
@@ -76,7 +84,7 @@ def diagnose(
         run = f"{whole_arm[0]}: a run of the whole arm"
         if len(data) > 1:
             raise InputError(f"{run} cannot be combined with others; diagnose it by itself")
-        if any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace)):
+        if any((assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace)):
             raise InputError(
                 f"{run} has every input and is compared with the shipped arm; "
                 "leave out all options but --out, --check and --json"
@@ -84,12 +92,14 @@ def diagnose(
 
     def measured() -> Experiment:
         """The measurements, with the options that describe them."""
-        given = {**(parameters_of(scenario) if scenario else {}), **settings_given(set_)}
+        machine, known = of_scenario(scenario) if scenario else (DEFAULT, {})
+        given = {**known, **settings_given(set_)}
         parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
         own = [name for name in map_ or () if parts and name.startswith(parts)]
         columns = [name for name in map_ or () if name not in own]
-        told = said(unit or [], columns, decimal, Replacements.given(replace, own))
+        told = said(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        experiment = with_accuracy(experiment, accuracy or [])
         return calibrating(experiment) if calibrate_only else experiment
 
     if check:
@@ -140,6 +150,7 @@ def _in_words(run: dict[str, Any]) -> str:
 def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
+    from warmlink.orchestration.diagnosis.answer.ladder import table_of
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
     from warmlink.orchestration.fmu_store import store
@@ -161,7 +172,10 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         with spinner("Writing the report"):
             files = write_diagnosis(found, folder, store(None, needed, remark))
     if not json:
-        word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
+        headings, rows = table_of(found)
+        if rows:
+            print_table("", headings, rows, texts=1, width=160)
+        word = {"uncorrected": "unchanged", "calibrated": "calibrated"}.get(found.delivered, "extended")
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
@@ -243,9 +257,8 @@ def hide(
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     hours = made["time [s]"].iloc[-1] / 3600
-    answer(
-        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
-    )
+    answer(f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed})")
+    answer(f"effects  {len(EFFECTS)} can be hidden; warmlink list names them")
 
 
 def _strength(given: str) -> tuple[str, float]:

@@ -14,6 +14,8 @@ from warmlink.orchestration.console import answer, answer_json, print_table
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.shell import command, quoted
 
+COMMANDS = ("init", "schema", "list", "info")
+
 WIDE = 200
 """Width in characters of a table where the output is not a terminal."""
 
@@ -34,12 +36,16 @@ def init(kind: str, *, out: Path = Path()) -> None:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
     begins, *names = KINDS[kind]
     paths = [out / name for name in names]
-    for path in paths:
-        if path.exists():
-            raise InputError(f"{path}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
         for path in paths:
-            WRITERS[path.suffix](work / path.name)
+            written = work / path.name
+            WRITERS[path.suffix](written)
+            if path.exists():
+                # A cell's schema is a scenario's, which may lie there.
+                same = path.suffix == ".json" and path.is_file()
+                if not same or path.read_bytes() != written.read_bytes():
+                    raise InputError(f"{path}: exists already; remove it, or choose another --out")
+                written.unlink()
     answer("\n".join(map(str, paths)))
     answer(f"try  {begins} {quoted(paths[0])}{':MyLaw' if kind == 'law' else ''}")
 
@@ -57,7 +63,7 @@ def _schema(path: Path) -> None:
 
 
 def _schema_of(kind: str) -> dict[str, Any]:
-    from warmlink.orchestration.scenarios.written import json_schema
+    from warmlink.orchestration.written.tables import json_schema
 
     if kind not in _READ_INTO:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, _READ_INTO)}")
@@ -136,7 +142,7 @@ def list_(what: list[str] | None = None, *, json: bool = False) -> None:
     if what and len(what) == 1:
         _describe(what[0], json)
         return
-    found = _interface(what) if what else remembered("names", (), _descriptions)
+    found = _interface(what) if what else _all_names()
     if json:
         answer_json(found)
         return
@@ -190,25 +196,30 @@ def _interface(what: list[str]) -> dict[str, dict[str, str]]:
     }
 
 
+def _all_names() -> dict[str, dict[str, str]]:
+    """What `_descriptions` gives, which takes a second to find; other packages may change what they add."""
+    from warmlink.fmus.plugins import installed
+
+    return _descriptions() if installed() else remembered("names", (), _descriptions)
+
+
 def _descriptions() -> dict[str, dict[str, str]]:
     """One line about each thing, by its kind and its name."""
-    from warmlink.orchestration.arm.blueprint import ABOUT as ARM_ABOUT
-    from warmlink.orchestration.arm.blueprint import NAME as ARM
     from warmlink.orchestration.catalogue import components, controllers
     from warmlink.orchestration.closed_loop.load import load_scenario, scenario_names
     from warmlink.orchestration.diagnosis.practice.effects import about_effects
-    from warmlink.orchestration.master.algorithms.table import ALGORITHMS, about
+    from warmlink.orchestration.machine.shipped import machines
+    from warmlink.orchestration.master.algorithms.named import about, masters
     from warmlink.orchestration.scenarios import mismatch
     from warmlink.orchestration.studies import study
-    from warmlink.orchestration.system.shipped import SHIPPED
 
     return {
         "scenarios": {name: load_scenario(name).title for name in scenario_names()},
         "controllers": {name: law.description for name, law in controllers().items()},
-        "systems": {**{name: blueprint.about for name, blueprint in SHIPPED.items()}, ARM: ARM_ABOUT},
+        "systems": machines(),
         "components": {name: component.description for name, component in components().items()},
         "mismatches": {name: mismatch.load(name).about for name in mismatch.names()},
         "studies": {name: study.load_study(name).title for name in study.names()},
         "effects to hide": about_effects(),
-        "masters": {name: about(name) for name in ALGORITHMS},
+        "masters": {name: about(name) for name in masters()},
     }

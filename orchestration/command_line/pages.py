@@ -10,6 +10,8 @@ from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.files import fresh_file, locked_folder
 from warmlink.orchestration.results import refuse_others, results_folder
 
+COMMANDS = ("live", "plot", "reproduce")
+
 PICTURES = (".svg", ".png", ".pdf")
 
 

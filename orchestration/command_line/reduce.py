@@ -11,6 +11,8 @@ from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import demand_file
 
+COMMANDS = ("reduce",)
+
 
 def reduce(
     part: Path,
@@ -127,7 +129,7 @@ def _write_example(part: Path) -> None:
 def _list(part: Path, unit: str | None, mesh_size: str | None, json: bool) -> None:
     from warmlink.orchestration.reduction.solid import read_solid
     from warmlink.orchestration.report.reduction import in_mm, write_faces
-    from warmlink.orchestration.scenarios.quantities import positive
+    from warmlink.orchestration.written.quantities import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
     demand_file(part, "give a STEP file or a mesh")

@@ -12,6 +12,8 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, remark
 from warmlink.orchestration.files import locked_folder, write_files
 from warmlink.orchestration.results import refuse_others, results_folder, results_in
 
+COMMANDS = ("run",)
+
 LIVE_PAGE = "live.html"
 
 if TYPE_CHECKING:
@@ -64,8 +66,8 @@ def run(
     from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import ERRORS, refuse_unmatched, series_writers
+    from warmlink.orchestration.scenarios.replaced import with_replaced
     from warmlink.orchestration.scenarios.scenario import changed
-    from warmlink.orchestration.scenarios.setup import with_replaced
     from warmlink.orchestration.system.replacement import Replacements
 
     given, wrong, kind = arguments.values_given(parameters, set_), mismatch or (), kind_named(fmus)

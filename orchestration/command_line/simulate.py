@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.master.slaves.isolation import Isolation
     from warmlink.orchestration.system.model import System
 
+COMMANDS = ("simulate",)
+
 DEFAULT_CHECKPOINT = 3600
 WIDTH = 160
 MOST_SHOWN = 12
@@ -92,7 +94,8 @@ def simulate(
         every output.
     quiet : Print no table.
     """
-    from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+    from warmlink.orchestration.master.algorithms import FOLLOWING
+    from warmlink.orchestration.master.algorithms.named import algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import Attempt, attempted
     from warmlink.orchestration.master.guard import guarded
@@ -233,7 +236,7 @@ def _late(system: System, unseen: Sequence[str]) -> list[str]:
 def _isolation(isolate: bool, time_limit: str | None, memory_limit: str | None) -> Isolation | None:
     """Limits of each FMU's own process; None without --isolate."""
     from warmlink.orchestration.master.slaves.isolation import Isolation
-    from warmlink.orchestration.scenarios.quantities import positive
+    from warmlink.orchestration.written.quantities import positive
 
     limits = {}
     for name, text, unit in (("time", time_limit, "s"), ("memory", memory_limit, "B")):
@@ -301,9 +304,10 @@ def _print_table(summary: dict[str, Any], head: str, watched: Sequence[str] | No
 
 def _print_rest(summary: dict[str, Any]) -> None:
     for balance in summary["heat_balances"]:
+        unit = f" {balance['unit']}" if balance["unit"] else ""
         answer(
-            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "
-            f"of which {_cell(balance['lost'])} did not reach {balance['received']}"
+            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])}{unit}, "
+            f"of which {_cell(balance['lost'])}{unit} did not reach {balance['received']}"
         )
     if summary["largest_lag_s"]:
         answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")

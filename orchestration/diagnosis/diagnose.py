@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -16,22 +17,23 @@ from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
-from warmlink.orchestration.diagnosis.data.rig import Rig
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess, fitted_part
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.practice.hide import demand_columns, write_csv
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, stretch, unseen
 from warmlink.orchestration.scenarios.duties.duty import length
-from warmlink.orchestration.scenarios.quantities import heading
 from warmlink.orchestration.threads import one_thread
+from warmlink.orchestration.written.quantities import heading
 
 _ASSESSED, _HELD_OUT = 0.8, 0.85
 """Shares of the work that are usually done after the search and after the held-out rows."""
 
 _ANSWER = {
     "columns that may be something else": "doubts",
+    "models beside plain fits": "ladder",
     "heat that is missing": "missing_heat",
     "compensation by the model": "feed_forward",
     "compensation by an observer": "observer",
@@ -118,7 +120,8 @@ def _scenario(proposed: Proposed, rig: Rig, known: Mapping[str, float]) -> str:
     cycle, rounds = proposed.cycle
     why = proposed.why.replace("\\", "").replace('"""', "")
     both = "Run it on the machine, and diagnose both: warmlink diagnose RUN.csv NEXT.csv"
-    lines = ['title = "The next experiment"', f'reason = """\n{why}\n{both}\n"""']
+    lines = [] if rig.source is None else [f"system = {json.dumps(str(rig.source.resolve()))}"]
+    lines += ['title = "The next experiment"', f'reason = """\n{why}\n{both}\n"""']
     lines.append(f'stop_time = "{length(proposed.duty):.10g} s"')
     lines += ["repeat = true"] if rounds > 1 else []
     begins = np.cumsum([0.0, *(segment.duration for segment in cycle)])

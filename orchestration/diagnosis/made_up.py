@@ -59,6 +59,11 @@ def hide_effects(
     ------
     InputError
         If there is no such effect, or something else of a name.
+
+    Examples
+    --------
+    >>> measured = wl.hide({"joint_resistance": 0.3}, seed=1)
+    >>> wl.diagnose(measured)
     """
     import pandas
 
@@ -108,7 +113,7 @@ def _in_arm(strengths: Mapping[str, float], axis: int, seed: int, noise: str) ->
     from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm
     from warmlink.orchestration.fmu_store import store
 
-    fmus = store(None, sorted({*arm().blueprint.kinds, controller("none").name}), remark)
+    fmus = store(None, sorted({*arm().kinds, controller("none").name}), remark)
     return hide_in_arm(strengths, axis, fmus, noise=NOISES[noise], seed=seed)
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.catalogue import Entry
@@ -17,7 +18,8 @@ from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
-from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.fmu_store import BuildProgress
+from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
 
@@ -26,14 +28,10 @@ KINDS = ("native", "python", "all")
 _VERSIONS: Mapping[str, FmiVersion] = {"3": "3.0", "2": "2.0"}
 """Versions of FMI in the order of building, so that systems hold FMUs of FMI 2.0 where there are both."""
 
-ARM = "SixAxisArm"
 SHOWN_CONTROLLER = "lag"
 """Controller in the shipped WarmupCell.ssp; any FMU with the same connectors can replace it."""
 
-SHOWN_ARM_SCENARIO = "six_axis_shift"
-"""Scenario that the shipped SixAxisArm.ssp runs by default."""
-
-JOINED_HOME = "warmlink.orchestration.system.shipped"
+JOINED_HOME = "warmlink.orchestration.machine.machine"
 """Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
 
 
@@ -66,6 +64,10 @@ def build(
     ------
     InputError
         If a name, the kind, a version or a platform does not exist, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> wl.build("ThermalLink", fmus="native", fmi=2)
     """
     named, version = several(names), None if fmi is None else str(fmi)
     if fmus not in KINDS:
@@ -115,9 +117,9 @@ class _Chosen:
 def _chosen(names: Sequence[str]) -> _Chosen:
     """What is built for the names that are given; InputError if there is none of a name."""
     from warmlink.orchestration.catalogue import controller, controllers, entries
-    from warmlink.orchestration.system.shipped import SHIPPED
+    from warmlink.orchestration.machine.shipped import machine_named, machines
 
-    systems = [*SHIPPED, ARM]
+    systems = machines()
     known = [*entries(), *systems, *controllers()]
     for name in names:
         if name not in known:
@@ -125,11 +127,14 @@ def _chosen(names: Sequence[str]) -> _Chosen:
     full = {controllers()[name].name if name in controllers() else name for name in names}
     wanted = [name for name in systems if not names or name in full]
     for system in wanted:
-        if system == ARM:
-            full |= load_scenario(SHOWN_ARM_SCENARIO).kinds
-        else:
-            full |= {*SHIPPED[system].components_with(controller(SHOWN_CONTROLLER).name).values()}
+        machine = machine_named(system)
+        law = shown.controller.component if (shown := _showcase(machine)) else controller(SHOWN_CONTROLLER)
+        full |= {*machine.parts_with(law.name).values()}
     return _Chosen([name for name in entries() if not names or name in full], wanted)
+
+
+def _showcase(machine: Machine) -> Scenario | None:
+    return load_scenario(machine.showcase) if machine.showcase else None
 
 
 @dataclass(frozen=True)
@@ -145,27 +150,20 @@ class _Making:
 
     def shipped(self, chosen: _Chosen) -> list[Path]:
         """Build shipped components and systems, and give their files."""
-        from warmlink.orchestration.arm.blueprint import write_arm
         from warmlink.orchestration.catalogue import controller
-        from warmlink.orchestration.system.shipped import SHIPPED, WARMUP_CELL
-        from warmlink.orchestration.system.write import write_ssp
+        from warmlink.orchestration.machine.files import write_machine
+        from warmlink.orchestration.machine.shipped import machine_named
 
         built, law = self._components(chosen.components), controller(SHOWN_CONTROLLER)
         fmus = {path.stem: path for path in built}
         whole: list[Component] = []
         for name in chosen.systems:
-            if name == ARM:
-                arm = load_scenario(SHOWN_ARM_SCENARIO)
-                built += write_arm(arm.system(fmus), self.out)
-                whole.append(arm.joined())
-                continue
-            blueprint = SHIPPED[name]
-            built.append(self.out / f"{name}.ssp")
-            write_ssp(blueprint.system(fmus, law.name, blueprint.shown_drive), built[-1])
-            if blueprint.ports:
-                built.append(self.out / f"{name}-ports.ssp")
-                write_ssp(blueprint.system(fmus, law.name), built[-1], blueprint.ports)
-            whole += [blueprint.joined(law)] if blueprint is WARMUP_CELL else []
+            machine = machine_named(name)
+            shown = _showcase(machine)
+            system = shown.system(fmus) if shown else machine.system(fmus, law.name, machine.shown)
+            built += write_machine(system, machine.ports, self.out)
+            if machine.controllers:
+                whole.append(shown.joined() if shown else machine.joined(law))
         return built + self._joined([self._flagged(each) for each in whole])
 
     def own(self, scenario: Scenario) -> list[Path]:
@@ -174,13 +172,16 @@ class _Making:
         from warmlink.orchestration.fmu_store import FmuStore
         from warmlink.orchestration.system.write import write_ssp
 
-        built = self._components([name for name in entries() if name in scenario.kinds])
+        names = [name for name in entries() if name in scenario.kinds]
+        built = self._components(
+            names, {each.name: each for each in scenario.declared.values() if each.tables}
+        )
         fmus = {path.stem: path for path in built}
         store = FmuStore("python" if self.kind == "python" else "native")
         built.append(self.out / f"{scenario.name}.ssp")
         write_ssp(scenario.system({**fmus, **scenario.controller.files(store)}), built[-1])
         # As one component, called as the scenario is; none where others' FMUs are in it.
-        apart = scenario.setup.blueprint.never_joined
+        apart = scenario.machine.never_joined
         name = re.sub(r"\W", "_", scenario.name)
         return built + self._joined([] if apart else [replace(scenario.joined(), name=name)])
 
@@ -189,16 +190,19 @@ class _Making:
 
         return flagged(component) if self.flags else component
 
-    def _components(self, names: Sequence[str]) -> list[Path]:
+    def _components(
+        self, names: Sequence[str], playing: Mapping[str, Component] = MappingProxyType({})
+    ) -> list[Path]:
+        """Build components by name; those that are `playing` tables of their own with these."""
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
         from warmlink.orchestration.catalogue import entries
 
-        chosen = [entries()[name] for name in names]
-        chosen = [replace(each, component=self._flagged(each.component)) for each in chosen]
+        known = ((entries()[name], playing.get(name, entries()[name].component)) for name in names)
+        chosen = [replace(entry, component=self._flagged(component)) for entry, component in known]
         built: list[Path] = []
         if self.kind != "native":
             with progress_bar("Python FMUs") as progress:
-                at_work = AtWork(progress, len(chosen))
+                at_work = BuildProgress(progress, len(chosen))
                 for each in chosen:
                     at_work.begun(each.component.name)
                     built += build_python_fmus([each], self.out / "python", at_work.done)
@@ -216,7 +220,7 @@ def _build_native(components: Sequence[Entry], how: _Making) -> list[Path]:
     chosen = platforms_named(how.platforms)
     built: list[Path] = []
     with progress_bar("native FMUs") as progress:
-        at_work = AtWork(progress, len(components) * len(how.versions))
+        at_work = BuildProgress(progress, len(components) * len(how.versions))
         for version in how.versions:
             folder = how.out / "native" / f"fmi{version[0]}"
             built += build_native_fmus(

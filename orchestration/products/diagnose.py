@@ -15,10 +15,12 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import Said
-from warmlink.orchestration.diagnosis.data.inputs import parameters_of, with_noise
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 
@@ -89,6 +91,7 @@ def diagnose(
     parameters: Mapping[str, str] = MappingProxyType({}),
     scenario: str | Path | None = None,
     noise: Mapping[str, str] = MappingProxyType({}),
+    accuracy: str | Mapping[str, str] = MappingProxyType({}),
     units: Mapping[str, str] = MappingProxyType({}),
     names: Mapping[str, str] = MappingProxyType({}),
     decimal: str = "",
@@ -97,12 +100,14 @@ def diagnose(
 
     Parameters
     ----------
-    sources : files or DataFrames measured on one warm-up cell, with columns as `tip_temperature [degC]`; or
-        an experiment (TOML)
+    sources : files or DataFrames measured on one machine, a warm-up cell unless `scenario` says otherwise,
+        with columns as `tip_temperature [degC]`; or an experiment (TOML)
     assume : inputs that were not logged, as `{"torque": 0, "ambient_temperature": "22 degC"}`
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
-    scenario : a scenario (TOML) of the cell as it is known
+    scenario : a scenario (TOML) of the machine as it is known, which need not be a warm-up cell
     noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
+    accuracy : error that matters, `"0.5 K"` for all temperatures, or by column or variable; a model below it
+        is adequate, however small the noise
     units : those that headers lack, `"degC"` under `T_base`
     names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
     decimal : decimal mark, "point" or "comma", if a file could be read either way
@@ -111,14 +116,21 @@ def diagnose(
     ------
     InputError
         If a source, or something in it, cannot be used.
+
+    Examples
+    --------
+    >>> found = wl.diagnose("run.csv")
+    >>> print(found.verdict, found.causes)
+    >>> found.write("found")
     """
-    known = {} if scenario is None else parameters_of(str(scenario))
+    machine, known = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        told = Said(units, names=names, decimal=decimal)
+        told = Said(units, names=names, decimal=decimal, machine=machine)
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
-        found = Found(diagnose_experiment(experiment, progress))
+        wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
+        found = Found(diagnose_experiment(with_accuracy(experiment, wanted), progress))
         work_out(found.diagnosis, progress)
     for each in found.diagnosis.remarks:
         remark(each)

@@ -14,8 +14,8 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder
+from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
-from warmlink.orchestration.system.shipped import COMPENSATOR
 
 
 @dataclass(frozen=True, repr=False)
@@ -60,6 +60,10 @@ def export(
     ------
     InputError
         If there is no such law, it computes nothing at a sample, or the design is not for it.
+
+    Examples
+    --------
+    >>> wl.export("observer", "observer.ssv", precision="single").write("plc")
     """
     found = controller_named(law)
     name, component = found.name, found.component

@@ -17,8 +17,8 @@ from warmlink.orchestration.reduction.elements import Use
 from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu
 from warmlink.orchestration.report.reduction import remarks, write_report
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.text_files import demand_file
+from warmlink.orchestration.written.quantities import positive
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,6 +115,11 @@ def reduce(
     ------
     InputError
         If the part cannot be read, used so, or reduced to the tolerance.
+
+    Examples
+    --------
+    >>> part = wl.reduce("bracket.step", "0, 0, 0 mm", "330, 0, 0 mm")
+    >>> part.write_fmu("MyLink.fmu")
     """
     path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
     demand_file(path, "give a STEP file or a mesh")

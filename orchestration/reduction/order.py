@@ -29,8 +29,8 @@ from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import symmetric_factor
 from warmlink.orchestration.reduction.elements import Heat
-from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.scenarios.scenario import materials
+from warmlink.orchestration.written.quantities import quantity
 
 RATES = np.geomspace(2e-5, 16.0, 9)
 """1/s, at which responses are taken: from half a day to well below the second after which bounds hold."""
@@ -148,7 +148,7 @@ class Tried(NamedTuple):
     worst: int
 
 
-class Responses:
+class PartResponses:
     """Step responses of a part in its span, and the error of what it is reduced to within a range."""
 
     def __init__(self, heat: Heat, within: Range) -> None:

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
-from warmlink.orchestration.scenarios.entries import Number, Text, Values
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
-from warmlink.orchestration.scenarios.written import Table, read_table
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.text_files import is_file, read_toml
+from warmlink.orchestration.written.entries import Number, Text, Values
+from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.machine.machine import Machine
     from warmlink.orchestration.scenarios.scenario import Scenario
-    from warmlink.orchestration.scenarios.setup import Setup
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -89,15 +89,15 @@ class Mismatch:
         if self in scenario.differences and (self.scale or self.parameters):
             told = f"the mismatch {self.name} is there already; it counts once"
             return replace(scenario, remarks=tuple(dict.fromkeys((*scenario.remarks, told))))
-        where, components, setup = f"mismatch {self.name}", scenario.declared, scenario.setup
+        where, components, machine = f"mismatch {self.name}", scenario.declared, scenario.machine
         changed = dict(scenario.parameters)
         for name, value in self.parameters.items():
-            changed |= dict.fromkeys(_corresponding(name, setup), value)
+            changed |= dict.fromkeys(_corresponding(name, machine), value)
         for name, factor in self.scale.items():
-            for full in _corresponding(name, setup):
+            for full in _corresponding(name, machine):
                 instance, _, variable = full.rpartition(".")
                 declared = scalar(full, components, where).start or 0.0
-                base = float(setup.values.get(instance, {}).get(variable, declared))
+                base = float(machine.nominal.get(instance, {}).get(variable, declared))
                 if full in changed:
                     base = start_value(full, changed[full], components, where)
                 changed[full] = factor * base
@@ -106,12 +106,12 @@ class Mismatch:
         return replace(scenario, parameters=changed, differences=done, believed=believed)
 
 
-def _corresponding(name: str, setup: Setup) -> list[str]:
+def _corresponding(name: str, machine: Machine) -> list[str]:
     """Variables of a system that a name of the warm-up cell stands for."""
     instance, _, variable = name.rpartition(".")
-    if instance in setup.blueprint.components or instance not in WARMUP_CELL.components:
+    if instance in machine.parts or instance not in WARMUP_CELL.parts:
         return [name]
-    return [f"{each}.{variable}" for each in setup.blueprint.called(instance)]
+    return [f"{each}.{variable}" for each in machine.called(instance)]
 
 
 def together(mismatches: Sequence[Mismatch]) -> list[str]:

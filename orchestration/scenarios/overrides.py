@@ -10,14 +10,11 @@ from warmlink.fmus.component import Component, Output, Scalar, limits
 from warmlink.fmus.component.variables import VariableType
 from warmlink.fmus.errors import InputError, refusal
 from warmlink.fmus.names import instead
-from warmlink.orchestration.scenarios.quantities import bare, converter, quantity
+from warmlink.orchestration.machine.machine import COMPENSATOR, DUTY
 from warmlink.orchestration.system.model import Value
-from warmlink.orchestration.system.shipped import COMPENSATOR
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 from warmlink.orchestration.system.units import meaning
-
-DUTY = "duty"
-"""Instance that drives a system, alone or in each of an arm's axes."""
+from warmlink.orchestration.written.quantities import bare, converter, quantity
 
 _TYPES: Mapping[VariableType, type[float | int | bool]] = {"Real": float, "Integer": int, "Boolean": bool}
 

@@ -13,17 +13,17 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.machine import AS_THEY_ARE, Machine, Sensors, merged
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties.duty import Drive
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Values
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.overrides import given_values, refuse_fed, start_values
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, CELL, Sensors, Setup, merged
-from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import StartValues, System, Value
-from warmlink.orchestration.system.shipped import Blueprint
 from warmlink.orchestration.text_files import is_file, read_toml
+from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text, Values
+from warmlink.orchestration.written.tables import Table
 
 MATERIALS = Path(__file__).parent / "materials.toml"
 _WORDS = ("about", "source", "family")
@@ -61,7 +61,7 @@ class Scenario:
     title: str
     about: str
     duty: Drive
-    setup: Setup = CELL
+    machine: Machine = WARMUP_CELL
     step_size: float = DEFAULT_STEP
     master: str = DEFAULT_MASTER
     controller: Controller = field(default_factory=lambda: shipped(DEFAULT_CONTROLLER))
@@ -73,6 +73,9 @@ class Scenario:
     believed: dict[str, str | float] | None = None
     file: Path | None = None
     remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "machine", self.machine.driven_by(self.duty.tables))
 
     @property
     def stop_time(self) -> float:
@@ -95,29 +98,29 @@ class Scenario:
     def in_use(self) -> Sensors:
         """Thermometers that the controllers use."""
         said = {name: value for name, value in vars(self.sensors).items() if value is not None}
-        return replace(self.setup.sensors, **said)
+        return replace(self.machine.sensors, **said)
 
     @property
     def design(self) -> StartValues | None:
         """Parameters of the controllers for this system; None if the law has no design for it."""
-        if self.setup.designs is None:
+        if self.machine.designs is None:
             return {}
-        return self.setup.designs(self.controller.name, self.in_use)
+        return self.machine.designs(self.controller.name, self.in_use)
 
     @property
     def kinds(self) -> set[str]:
         """Names of warmlink's components that the system needs."""
-        return self.setup.blueprint.kinds | self.controller.kinds
+        return self.machine.kinds | self.controller.kinds
 
     @property
     def declared(self) -> dict[str, Component]:
         """Declaration of each instance that is a component of warmlink."""
-        return self.setup.blueprint.declared(self.controller.component)
+        return self.machine.declared(self.controller.component)
 
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
-        return {**files, **self.setup.blueprint.foreign, **self.controller.files(store)}
+        return {**files, **self.machine.foreign, **self.controller.files(store)}
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
@@ -131,14 +134,14 @@ class Scenario:
         self._check_driven(given, driven)
         self._check_fed(given)
         chosen = merged(
-            self.setup.values,
-            {} if noise is None else self.setup.noisy(noise),
+            self.machine.nominal,
+            {} if noise is None else self.machine.noisy(noise),
             self.design or {},
             given,
             driven,
         )
         if "tolerance" in self.controller.component.p.index:
-            for instance in self.setup.controllers:
+            for instance in self.machine.controllers:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
 
@@ -156,11 +159,15 @@ class Scenario:
         """Refuse a start value of an input that a wire feeds, which would have no effect."""
         for instance, values in given.items():
             for name in values:
-                refuse_fed(f"{instance}.{name}", self.setup.blueprint.fed, self.name)
+                refuse_fed(f"{instance}.{name}", self.machine.fed, self.name)
 
     def _check_extent(self) -> None:
         """Refuse a run that is too long, or of more communication points than fit into memory."""
-        stop, step, most = self.stop_time, self.step_size, MOST_POINTS // max(1, len(self.setup.controllers))
+        stop, step, most = (
+            self.stop_time,
+            self.step_size,
+            MOST_POINTS // max(1, len(self.machine.controllers)),
+        )
         if stop > LONGEST:
             raise InputError(
                 f"{self.name}: the stop time {stop:g} s is more than a year ({LONGEST:g} s), in which every "
@@ -174,19 +181,19 @@ class Scenario:
             )
 
     @property
-    def _blueprint(self) -> Blueprint:
-        return replace(self.setup.blueprint, stop_time=self.stop_time, step_size=self.step_size)
+    def _timed(self) -> Machine:
+        return replace(self.machine, stop_time=self.stop_time, step_size=self.step_size)
 
     def system(self, fmus: Mapping[str, Path]) -> System:
         """The system with its FMUs, which `files` returned; raises as `values`."""
-        return self._blueprint.system(fmus, self.controller.component.name, self.values())
+        return self._timed.system(fmus, self.controller.component.name, self.values())
 
     @property
     def made_from(self) -> tuple[object, ...]:
         """What its joined system is made of, its start values apart."""
-        held = self.setup.blueprint
+        held = self.machine
         law = self.controller.name, self.controller.digest
-        return held.name, dict(held.components), held.wires, dict(held.scaled), *law
+        return held.name, dict(held.parts), held.wires, dict(held.scaled), *law
 
     def joined(self, values: StartValues | None = None) -> Component:
         """The system joined into one component, with start values: by default those of the scenario.
@@ -195,7 +202,7 @@ class Scenario:
         `values`.
         """
         chosen = self.values() if values is None else values
-        return self._blueprint.joined(self.controller.component, chosen)
+        return self._timed.joined(self.controller.component, chosen)
 
 
 def changed(
@@ -218,7 +225,8 @@ def changed(
 def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
     """The scenario with start values that whoever designs for it knows; its mismatches come on top."""
     known = scenario.as_believed
-    asked = replace(known, parameters={**known.parameters, **given})
+    named = {full: value for name, value in given.items() for full in scenario.machine.addressed(name)}
+    asked = replace(known, parameters={**known.parameters, **named})
     for each in scenario.differences:
         asked = each.applied(asked)
     return asked
@@ -235,7 +243,7 @@ def materials() -> dict[str, dict[str, str]]:
 class Settings(Table):
     """What any scenario file may say."""
 
-    system: Annotated[str, Text(CELL.name)] = CELL.name
+    system: Annotated[str, Text(WARMUP_CELL.name)] = WARMUP_CELL.name
     title: Annotated[str | None, Text()] = None
     about: Annotated[str | None, Text()] = None
     step_size: Annotated[float | None, Quantity("s", positive=True)] = None

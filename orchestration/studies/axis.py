@@ -9,11 +9,11 @@ from typing import Annotated
 
 from warmlink.fmus.component import limits
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.entries import Flag, Value
 from warmlink.orchestration.scenarios.overrides import refuse_fed, scalar, start_value
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import StartValues
+from warmlink.orchestration.written.entries import Flag, Value
+from warmlink.orchestration.written.tables import Table
 
 
 @dataclass(frozen=True)
@@ -95,9 +95,10 @@ def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValue
     InputError where it, or a bound, does not fit the component, or it is an input that a wire feeds.
     """
     components = scenario.declared
+    asked, name = name, scenario.machine.addressed(name)[0]
     found = scalar(name, components, where)
     place, unit = f"{where}: {name}", found.variable.unit
-    refuse_fed(name, scenario.setup.blueprint.fed, where)
+    refuse_fed(name, scenario.machine.fed, where)
     written = (table.min, table.max) if table.values is None else table.values
     values = [start_value(name, each, components, where) for each in written if each is not None]
     low, high = min(values), max(values)
@@ -114,4 +115,4 @@ def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValue
     choice = () if table.values is None else tuple(dict.fromkeys(values))
     integer, (instance, _, variable) = found.variable.type != "Real", name.rpartition(".")
     shipped = float(known.get(instance, {}).get(variable, found.start or 0.0))
-    return Axis(name, unit, low, high, table.log, integer, choice, shipped)
+    return Axis(asked, unit, low, high, table.log, integer, choice, shipped)

@@ -15,18 +15,19 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.metrics import ErrorMetrics, conduct, error_metrics
 from warmlink.orchestration.closed_loop.outcome import discretisation_um
+from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.error_budget import coupling_error, whole_error
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.entries import Number, OneOf
 from warmlink.orchestration.scenarios.plausible import Declared, left, ours, tight
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import CELL, Setup
-from warmlink.orchestration.scenarios.written import Table
 from warmlink.orchestration.system.model import Value
+from warmlink.orchestration.written.entries import Number, OneOf
+from warmlink.orchestration.written.tables import Table
 
 WARM_UP_GRID_S = 60.0
 """Time between the moments at which the end of a warm-up is tried, in s."""
@@ -49,7 +50,7 @@ class Case:
     master: str
     tolerance: float
     with_budget: bool = False
-    setup: Setup = CELL
+    machine: Machine = WARMUP_CELL
 
     @property
     def hours(self) -> float:
@@ -59,9 +60,11 @@ class Case:
     @property
     def digest(self) -> str:
         """Digest of what the run's figures depend on, the FMUs apart."""
-        facts = {name: value for name, value in vars(self).items() if name not in ("label", "setup")}
-        held, roles = replace(self.setup.blueprint, foreign={}), self.setup.roles
-        facts |= {"blueprint": asdict(held), "plant": roles.plant}
+        facts = {name: value for name, value in vars(self).items() if name not in ("label", "machine")}
+        machine, roles = self.machine, self.machine.roles
+        facts |= {"machine": machine.name, "parts": dict(machine.parts), "wires": machine.wires}
+        facts |= {"scaled": {end: asdict(each) for end, each in machine.scaled.items()}, "plant": roles.plant}
+        facts |= {"tables": {name: table.digest for name, table in machine.tables.items()}}
         facts |= {"score": roles.score.text, "uncompensated": roles.uncompensated.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
@@ -111,7 +114,7 @@ def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = F
     CommunicationPoints.between(0.0, scenario.stop_time, scenario.step_size)
     return Case(
         label=label,
-        setup=replace(scenario.setup, designs=None, detail=None),
+        machine=replace(scenario.machine, designs=None, program=None, detail=None),
         law=scenario.controller.component.name,
         values=scenario.values(),
         stop_time=scenario.stop_time,
@@ -127,10 +130,10 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
 
     KeyboardInterrupt where Ctrl-C comes meanwhile.
     """
-    system = case.setup.blueprint.system(fmus, case.law, case.values)
+    system = case.machine.system(fmus, case.law, case.values)
 
     def simulated(step: float, by: Algorithm) -> Result:
-        record = recorded(case.setup)
+        record = recorded(case.machine)
         ended = simulate(system, case.stop_time, step, by, record=record, balances=(), unpacked=unpacked)
         if ended.reason is not None and ended.error is None:  # nothing else stops a run without an error
             raise KeyboardInterrupt
@@ -143,12 +146,12 @@ def run_case(case: Case, fmus: Mapping[str, Path], unpacked: Path | None = None)
     return figures(case, result, fine)
 
 
-def recorded(setup: Setup) -> tuple[str, ...]:
+def recorded(machine: Machine) -> tuple[str, ...]:
     """Variables that the figures are computed from."""
-    roles = setup.roles
-    estimates = [f"{link}.discretisation_error" for link in setup.blueprint.called("link")]
-    scored = (*roles.score.variables, *roles.uncompensated.variables, *setup.corrections, *setup.claims)
-    watched = tight(ours(setup.blueprint.components))
+    roles = machine.roles
+    estimates = [f"{link}.discretisation_error" for link in machine.called("link")]
+    scored = (*roles.score.variables, *roles.uncompensated.variables, *machine.corrections, *machine.claims)
+    watched = tight(ours(machine.parts))
     return tuple(dict.fromkeys((*scored, *estimates, *roles.plant, *watched)))
 
 
@@ -157,17 +160,18 @@ def figures(case: Case, result: Result, fine: Result | None = None) -> Outcome:
 
     A run in which a variable leaves its plausible band gives none, so that nothing is ranked by it.
     """
-    setup, time = case.setup, result.times
-    implausible = left(
-        result.table, Declared(ours(setup.blueprint.components), setup.blueprint.fed, case.values)
-    )
+    machine, time = case.machine, result.times
+    implausible = left(result.table, Declared(ours(machine.parts), machine.fed, case.values))
     if implausible is not None or result.reason is not None:
         return Outcome(stopped="; then ".join(told for told in (implausible, result.reason) if told))
     error, without = (
-        np.asarray(each.value(result.__getitem__)) for each in (setup.roles.score, setup.roles.uncompensated)
+        np.asarray(each.value(result.__getitem__))
+        for each in (machine.roles.score, machine.roles.uncompensated)
     )
     errors, spans = error_metrics(time, error, case.tolerance), np.diff(time)
-    claims, corrections = ([result[name] for name in names] for names in (setup.claims, setup.corrections))
+    claims, corrections = (
+        [result[name] for name in names] for names in (machine.claims, machine.corrections)
+    )
     rates = [np.max(np.abs(np.diff(each)) / spans, initial=0.0) for each in corrections]
     return Outcome(
         max_abs_um=errors.max_abs_um,
@@ -189,7 +193,7 @@ def _coupling_um(case: Case, result: Result, fine: Result, errors: ErrorMetrics)
 
     A controller can make more of the growth's error, as where a thermometer rounds: the figures show it.
     """
-    roles, order = case.setup.roles, algorithm(case.master).order
+    roles, order = case.machine.roles, algorithm(case.master).order
     finer = error_metrics(result.times, np.asarray(roles.score.value(fine.__getitem__))[::2], case.tolerance)
     moved = (whole_error(order) * abs(getattr(errors, name) - getattr(finer, name)) for name in COMPARED)
     return max(1e6 * max(coupling_error(result, fine, order, roles.plant).values(), default=0.0), *moved)

@@ -17,17 +17,17 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, several
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import NAME as ARM
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.closed_loop.load import driven, load_scenario, names_on
 from warmlink.orchestration.closed_loop.metrics import CONDUCT
 from warmlink.orchestration.console import Answer
+from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named, machines
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
 from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario, believing
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.workers import Workers
@@ -39,8 +39,7 @@ DEFAULT_MISMATCHES = (
     *(NOMINAL, "thermal_high", "thermal_low", "insulated", "ventilated"),
     *("draw_1", "draw_2", "noisy_sensors", "camera_absent"),
 )
-SYSTEMS = {CELL.name: DEFAULT_MISMATCHES, ARM: (NOMINAL,)}
-"""Systems that can be compared, each with its default mismatches."""
+"""Mismatches under which controllers are compared on a machine that names none."""
 COLUMNS = (
     *("controller", "duty_cycle", "mismatch", "max_abs_um", "p95_abs_um"),
     *("time_to_tolerance_s", "removed_percent", "equal_within_um", *CONDUCT),
@@ -100,12 +99,12 @@ def plan(
     scenarios = [believing(replace(duty, controller=law), given[law.name]) for law in laws for duty in duties]
     for each in scenarios:
         if each.design is None:
-            raise InputError(f"{each.controller.name}: has no design for {each.setup.name}; leave it out")
+            raise InputError(f"{each.controller.name}: has no design for {each.machine.name}; leave it out")
     return Plan(tuple(scenarios), tuple(mismatches))
 
 
 def plan_on(
-    system: str = CELL.name,
+    system: str = WARMUP_CELL.name,
     controllers: Sequence[str] | str | None = None,
     duty_cycles: Sequence[str | Path] | str | Path | None = None,
     mismatches: Sequence[str | Path] | str | Path | None = None,
@@ -113,28 +112,20 @@ def plan_on(
     scenario: str | Path | None = None,
     more: Sequence[str] = (),
 ) -> Plan:
-    """What to compare, by names and files; what is None is all that is usual for the system.
+    """What to compare, by names and files; None selects the machine's defaults.
 
-    The system is that of a scenario, with its parameters and sensors, where one is given, and its own duty
+    The machine is that of a scenario, with its parameters and sensors, where one is given, and its own duty
     cycle is the usual one; `more` are controllers beside the others. InputError if there is none of a name,
     or as `plan`.
     """
     cell = None if scenario is None else load_scenario(str(scenario))
-    if cell is not None:
-        system = ARM if cell.setup.name == ARM else CELL.name
-    if system not in SYSTEMS:
-        raise InputError(
-            f"{argument('system', system)}: no such system to compare on; {instead(system, SYSTEMS)}"
-        )
+    machine = _compared_on(system) if cell is None else cell.machine
     if controllers is None:
-        controllers = list(catalogue.controllers())
-        if system == ARM:
-            from warmlink.orchestration.arm.program import DESIGNED
-
-            controllers = list(DESIGNED)
+        controllers = machine.laws or list(catalogue.controllers())
     if duty_cycles is None:
         duty_cycles = names_on(system) if scenario is None else [str(scenario)]
-    mismatches = SYSTEMS[system] if mismatches is None else mismatches
+    if mismatches is None:
+        mismatches = machine.mismatches or DEFAULT_MISMATCHES
     for name, names in (("duty_cycles", duty_cycles), ("mismatches", mismatches)):
         if not names:
             raise InputError(f"{argument(name)}: names none; give some, or leave it out for the usual ones")
@@ -145,6 +136,14 @@ def plan_on(
         [load_mismatch(name) for name in several(mismatches)],
         sets,
     )
+
+
+def _compared_on(system: str) -> Machine:
+    known = [each for each in machines() if machine_named(each).controllers]
+    if system not in known:
+        told = instead(system, known)
+        raise InputError(f"{argument('system', system)}: no such system to compare on; {told}")
+    return machine_named(system)
 
 
 @dataclass(frozen=True)
@@ -246,7 +245,7 @@ def compare(
     duty_cycles: Sequence[str | Path] | str | Path | None = None,
     mismatches: Sequence[str | Path] | str | Path | None = None,
     *,
-    system: str = CELL.name,
+    system: str = WARMUP_CELL.name,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
     means: Means = USUAL,
@@ -269,6 +268,10 @@ def compare(
     ------
     InputError
         If there is none of a name, or a value is refused.
+
+    Examples
+    --------
+    >>> print(wl.compare(["lag", "observer"], ["stop_and_go"], ["thermal_high"]))
     """
     given = given_values(parameters)
     sets = [StartValueSet("parameters", given)] if given else []

@@ -25,22 +25,29 @@ from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.machine import AS_THEY_ARE, COMPENSATOR, Machine
+from warmlink.orchestration.machine.plant import plant_of
+from warmlink.orchestration.machine.shipped import machine_named, machines
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
-from warmlink.orchestration.scenarios.quantities import positive
-from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, Scenario, changed
-from warmlink.orchestration.scenarios.setup import AS_THEY_ARE, Setup, with_replaced
-from warmlink.orchestration.studies.plants import plant_in, plant_of, with_values
+from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
+from warmlink.orchestration.scenarios.replaced import with_replaced
+from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
+from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
-from warmlink.orchestration.system.shipped import COMPENSATOR, SHIPPED, WARMUP_CELL
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
+    import pandas
+
     from warmlink.controllers.design.reduction import ReducedPlant
 
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
@@ -83,7 +90,7 @@ class Designed(Answer):
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
         units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
         held = {
-            name: Parameter(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
+            name: SsvValue(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
             for name, value in by_scalar(self.values).items()
         }
         try:
@@ -120,7 +127,7 @@ class Designed(Answer):
 
 
 def design(
-    system: str | Path = WARMUP_CELL.name,
+    system: str | Path = DEFAULT,
     law: str = "observer",
     sensors: Sequence[str] | str | None = None,
     *,
@@ -129,8 +136,10 @@ def design(
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
     replaced: Replacements = NOTHING_REPLACED,
-) -> Designed:
-    """Compute a controller's gains for a system.
+    data: Sources | str | Path | pandas.DataFrame | None = None,
+    told: Said = NOTHING_SAID,
+) -> Designed | LearntLaw:
+    """Compute a controller's gains for a system, or learn them from measured logs.
 
     Parameters
     ----------
@@ -144,21 +153,33 @@ def design(
     sample_time : time between two corrections, in s
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
+    data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
+        them; the model of the system, if it is not the nominal cell, then helps where little was measured
+    told : units and names of the logs' columns
 
     Raises
     ------
     InputError
         If there is no such law, sensor or system, or a value is out of range.
+
+    Examples
+    --------
+    >>> designed = wl.design("WarmupCell", "observer", ["base", "tip"], parameters={"link.length": "400 mm"})
+    >>> designed.write("observer.ssv")
+    >>> wl.run("stop_and_go", "observer", parameters="observer.ssv")
     """
-    if law not in PLANT_FACTS:
-        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(
             f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
         )
+    if data is not None:
+        stds = sensor_std, camera_std
+        return _learnt(data, system, law, sensors, stds, sample_time, parameters, told)
+    if law not in PLANT_FACTS:
+        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     scenario = None
     if str(system).endswith(".toml") or replaced.fmus:
-        read = load_scenario(DEFAULT_SCENARIO if system == WARMUP_CELL.name else str(system))
+        read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
     known = AS_THEY_ARE if scenario is None else scenario.in_use
     sensors = known.used or SENSORS if sensors is None else several(sensors)
@@ -168,11 +189,11 @@ def design(
         raise InputError(
             f"{argument('sample_time', sample_time)}: is too short; give at least {SHORTEST_SAMPLE_TIME:g} s"
         )
-    held = None if scenario is None else scenario.setup.blueprint
+    held = None if scenario is None else scenario.machine
     foreign = law == "regression" and held is not None and held.foreign.keys() - held.reduced.keys()
     plant = None if foreign else _plant(str(system), parameters) if scenario is None else plant_in(scenario)
     if scenario is not None and plant is not None:
-        _refuse_unread(scenario.setup, sensors, plant.read)
+        _refuse_unread(scenario.machine, sensors, plant.read)
     if law == "regression":
         if scenario is None or plant is not None:
             facts = {"reference_temperature": no_growth(plant or cell_plant())}
@@ -186,19 +207,58 @@ def design(
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
 
 
+def _learnt(
+    data: Sources | str | Path | pandas.DataFrame,
+    system: str | Path,
+    law: str,
+    sensors: Sequence[str] | str | None,
+    stds: tuple[str | float | None, str | float | None],
+    sample_time: str | float,
+    parameters: Mapping[str, str | float],
+    told: Said,
+) -> LearntLaw:
+    """The law learnt from logs; a system other than the nominal cell is a model of the machine.
+
+    `stds` are those of a thermometer and of the camera.
+    """
+    plant = None
+    if str(system).endswith(".toml"):
+        plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
+    elif system != DEFAULT or parameters:
+        plant = _plant(str(system), parameters)
+    names = None if sensors is None else several(sensors)
+    noise, camera = (
+        None if std is None else positive(std, unit, argument(name))
+        for std, unit, name in zip(stds, ("K", "m"), ("sensor_std", "camera_std"), strict=True)
+    )
+    sources = data if isinstance(data, Sequence) and not isinstance(data, str) else [data]
+    return learnt_law(
+        sources,
+        law,
+        names,
+        sensor_std=noise,
+        camera_std=camera,
+        sample_time=sample_time,
+        plant=plant,
+        told=told,
+    )
+
+
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
     """Motor and link of a system, other parameters given."""
-    if system == WARMUP_CELL.name:
-        return with_values(cell_plant(), given)
-    if system in SHIPPED:
-        raise InputError(
-            f"{system}: has no motor with a link; design for {WARMUP_CELL.name} or an .ssp of your own"
-        )
+    if system in machines():
+        machine = machine_named(system)
+        if not (machine.called("motor") and machine.called("link")):
+            raise InputError(
+                f"{system}: has no motor with a link; design for {DEFAULT} or an .ssp of your own"
+            )
+        declared = machine.declared(catalogue.controller(NO_CONTROLLER))
+        return with_values(plant_of(machine, declared, machine.nominal), given)
     with temporary_folder() as work:
         read = read_system(Path(system), work)
         for told in read.remarks:
             remark(told)
-        return with_values(plant_of(read), given)
+        return with_values(cell_plant_in(read), given)
 
 
 def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
@@ -206,15 +266,15 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
 
     InputError where it reads none of a sensor that it is to go by, or the run fails.
     """
-    setup = scenario.setup
-    (controller, *_) = setup.controllers
-    fed = {target for _, target in setup.blueprint.wires}
+    machine = scenario.machine
+    (controller, *_) = machine.controllers
+    fed = {target for _, target in machine.wires}
     read = [name for name in SENSED if f"{controller}.{name}" in fed]
-    _refuse_unread(setup, sensors, read)
+    _refuse_unread(machine, sensors, read)
     quiet = replace(scenario.as_believed, sensors=replace(scenario.in_use, noise=0.0))
     system = quiet.system(quiet.files(store(None, sorted(quiet.kinds), remark)))
-    record = [*(f"{controller}.{name}" for name in read), *setup.roles.uncompensated.variables]
-    with progress_bar(f"A run of {setup.name} to fit the regression to") as show:
+    record = [*(f"{controller}.{name}" for name in read), *machine.roles.uncompensated.variables]
+    with progress_bar(f"A run of {machine.name} to fit the regression to") as show:
         run = simulate(
             system,
             quiet.stop_time,
@@ -224,21 +284,20 @@ def _run_of(scenario: Scenario, sensors: Sequence[str]) -> TrainingRun:
             progress=lambda done, count: show(done / count),
         )
     if run.reason is not None:
-        raise InputError(f"{setup.name}: {run.reason}")
+        raise InputError(f"{machine.name}: {run.reason}")
     still = np.full(run.times.size, ROOM_TEMPERATURE)
     temperatures = [run[f"{controller}.{name}"] if name in read else still for name in SENSED]
-    return TrainingRun(np.column_stack(temperatures), setup.roles.uncompensated.value(run.__getitem__))
+    return TrainingRun(np.column_stack(temperatures), machine.roles.uncompensated.value(run.__getitem__))
 
 
-def _refuse_unread(setup: Setup, sensors: Sequence[str], read: Collection[str]) -> None:
+def _refuse_unread(machine: Machine, sensors: Sequence[str], read: Collection[str]) -> None:
     """Raise InputError where a controller reads none of a sensor that it is to go by, or no temperature."""
-    (controller, *_) = setup.controllers
+    (controller, *_) = machine.controllers
     if not read:
         raise InputError(
-            f"{setup.name}: feeds no thermometer to {controller}; wire one to it, as base_temperature"
+            f"{machine.name}: feeds no thermometer to {controller}; wire one to it, as base_temperature"
         )
     for name in sensors:
         if f"{name.removesuffix('_temperature')}_temperature" not in read:
-            raise InputError(
-                f"{argument('sensors')}: {setup.name} feeds no {name} to {controller}; {instead(name, read)}"
-            )
+            told = f"{machine.name} feeds no {name} to {controller}; {instead(name, read)}"
+            raise InputError(f"{argument('sensors')}: {told}")

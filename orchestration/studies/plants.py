@@ -5,70 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from warmlink.controllers.design.plant import Plant, cell_plant
-from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.component import Parameter as Declared
-from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
-from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
+from warmlink.orchestration.machine.plant import plant_of
 from warmlink.orchestration.scenarios.overrides import scalar, start_values
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System, Value
 
 
-def plant_of(system: System) -> Plant:
+def cell_plant_in(system: System) -> Plant:
     """What differs from nominal in a system's one motor and one link, in SI units; InputError otherwise."""
     return cell_plant(*(_differing(each, _values_in(system, each)) for each in (MOTOR, LINK)))
 
 
 def plant_in(scenario: Scenario) -> Plant:
-    """Motors and links of a scenario's system, and what its controller sees of them.
-
-    InputError where it has none of ours, others act among them, a connection scales what it carries, or the
-    score is no weighted sum of what they grow by.
-    """
-    setup = scenario.setup
-    declared = scenario.declared
-    motors, links = setup.blueprint.called("motor"), setup.blueprint.called("link")
-    if not motors or not links:
-        raise InputError(f"{setup.name}: a design needs motors and links of warmlink's, and it has none")
-    paths = (name for name, kind in setup.blueprint.components.items() if kind == HEAT_PATH.name)
-    plant = [*motors, *links, *paths]
-    if setup.blueprint.scaled:
-        raise InputError(
-            f"{setup.name}: {setup.blueprint.never_joined}, which no model of a design knows; take "
-            f"{argument('law', 'regression')}, which learns from a run"
-        )
-    wires = {target: source for source, target in setup.blueprint.wires}
-    among = [(s, t) for t, s in wires.items() if {s.rpartition(".")[0], t.rpartition(".")[0]} <= {*plant}]
-    joined = join(setup.name, {name: declared[name] for name in plant}, among)
-    values = scenario.as_believed.values()
-    given = {
-        f"{name}.{variable}": float(value)
-        for name in plant
-        for variable, value in values.get(name, {}).items()
-        if f"{name}.{variable}" in joined.p.index
-    }
-    (controller, *_) = setup.controllers
-    read = {name: _read_at(f"{controller}.{name}", wires, set(plant)) for name in SENSED}
-    found = {name: variable for name, variable in read.items() if variable is not None}
-    growth = setup.roles.score.without(setup.corrections).weights()
-    return Plant(joined, given, tuple(motors), tuple(links), found, growth)
-
-
-def _read_at(name: str, wires: Mapping[str, str], plant: set[str]) -> str | None:
-    """Variable of the plant that an input reads, through thermometers; None where it reads none."""
-    while name in wires:
-        name = wires[name]
-        if name.rpartition(".")[0] in plant:
-            return name
-        # A thermometer's reading is of the temperature of the same channel.
-        name = name.replace(".reading[", ".temperature[")
-    return None
+    """Motors and links of a scenario's machine as a designer knows them; raises as `plant_of`."""
+    return plant_of(scenario.machine, scenario.declared, scenario.as_believed.values())
 
 
 def with_values(plant: Plant, given: Mapping[str, str | float]) -> Plant:

@@ -14,15 +14,15 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.catalogue import Controller, controller_named
 from warmlink.orchestration.closed_loop.load import driven, load_scenario
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.scenarios import mismatch as mismatches
-from warmlink.orchestration.scenarios.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario, believing
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
 from warmlink.orchestration.text_files import absent, is_file, read_toml, shown
+from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text, Whole
+from warmlink.orchestration.written.tables import Table, read_table
 
 LIBRARY = Path(__file__).parent / "library"
 

@@ -12,7 +12,7 @@ from benchmarks.compatibility import OUTSIDE, Seen, agreement, page, seen
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 
 
@@ -46,7 +46,7 @@ def test_a_folder_without_a_build_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("OMSimulator") is None, reason="OMSimulator is not installed")
 def test_omsimulator_runs_the_cell(tmp_path: Path) -> None:
     law = controller("lag").name
-    files = FmuStore("native").files(WARMUP_CELL.components_with(law).values())
+    files = FmuStore("native").files(WARMUP_CELL.parts_with(law).values())
     write_ssp(WARMUP_CELL.system(files, law), tmp_path / "WarmupCell.ssp")
     command = ["OMSimulator", str(tmp_path / "WarmupCell.ssp"), "--stopTime=10"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)

@@ -17,14 +17,14 @@ import warmlink as wl
 from tests.documented import DOCS, blocks, reference, results, texts
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.catalogue import catalogue as components
-from warmlink.orchestration.cli import COMMANDS, application
+from warmlink.orchestration.cli import application, ours
 from warmlink.orchestration.command_line.init import KINDS, kinds
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
-from warmlink.orchestration.diagnosis.data.rig import rig
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.recorded import RECORDED
-from warmlink.orchestration.scenarios.written import json_schema
 from warmlink.orchestration.studies.compare import COLUMNS
 from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.written.tables import json_schema
 
 API = DOCS / "reference" / "api.md"
 
@@ -70,7 +70,7 @@ def test_every_column_of_a_comparison_is_described() -> None:
 
 def test_every_command_option_and_cause_is_there() -> None:
     page = reference.commands()
-    assert re.findall(r"^## warmlink (\S+)$", page, re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^## warmlink (\S+)$", page, re.MULTILINE) == list(ours())
     assert page.count("`--out ") >= 10
     for cause in catalogue():
         assert f"| `{cause.name}` | {cause.sentence} |" in reference.causes()

@@ -17,12 +17,12 @@ import pytest
 import warmlink as wl
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import NAME as ARM
+from warmlink.orchestration.arm.chain import NAME as ARM
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.scenarios.quantities import positive
 from warmlink.orchestration.system.write import write_ssp
+from warmlink.orchestration.written.quantities import positive
 
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
 (SCRIPT,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)

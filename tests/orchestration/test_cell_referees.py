@@ -11,11 +11,11 @@ from tests.referees import Variables, ecos, libcosim
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
 STEPS = 600
@@ -34,7 +34,7 @@ TOLERANCE = np.array([1e-9, 1e-9, 1e-9, 1e-6, 1e-6])
 def cell(request: pytest.FixtureRequest) -> System:
     """Stop and go, so that speeds change on the way, with a controller in the loop."""
     law = controller("lag")
-    files = FmuStore(request.param).files(WARMUP_CELL.components_with(law.name).values())
+    files = FmuStore(request.param).files(WARMUP_CELL.parts_with(law.name).values())
     duty = load_scenario("stop_and_go").duty.component_parameters
     duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return WARMUP_CELL.system(files, law.name, {"duty": duty})

@@ -16,9 +16,9 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import (
-    Component,
     Connection,
     DefaultExperiment,
+    FmuPart,
     System,
 )
 from warmlink.orchestration.system.write import write_ssp
@@ -121,7 +121,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
         fmu = build_trivial_fmu(folder)
     except InputError as fault:
         pytest.skip(str(fault))
-    parts = {"a": Component("a", fmu), "b": Component("b", fmu)}
+    parts = {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu)}
     wires = (Connection("a", "y", "b", "u"),)
     write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 300.0, 1.0)), folder / "two.ssp")
     return folder / "two.ssp"
@@ -133,7 +133,8 @@ def test_simulate(library: Path, system: Path, tmp_path: Path) -> None:
     assert len(disturbed) >= 4
     for each in disturbed:
         check(whole, each, ("results.csv", "results.parquet"))
-        assert "a.y" in each["out"]  # the answer is given nevertheless
+    assert disturbed[0]["code"] == 2  # before anything is computed
+    assert all("a.y" in each["out"] for each in disturbed[1:])  # the answer is given nevertheless
 
 
 @pytest.mark.slow
@@ -169,7 +170,8 @@ def test_run(library: Path, tmp_path: Path) -> None:
             )  # it holds the wall time
     for each in disturbed:
         check(whole, each, names)
-        assert "largest error" in each["out"]
+    assert disturbed[0]["code"] == 2  # before anything is computed
+    assert all("largest error" in each["out"] for each in disturbed[1:])
 
 
 def comparable(files: dict[str, str]) -> dict[str, str]:
@@ -200,10 +202,12 @@ def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
     whole, disturbed = at_every_write(
         library, tmp_path, *own, "--stop", "2 min", stride=stride, before=before
     )
-    kept = {name: each for name, each in whole["files"].items() if name.startswith("earlier-1/")}
-    assert comparable({name.partition("/")[2]: each for name, each in kept.items()}) == old
-    new = comparable({name: each for name, each in whole["files"].items() if name not in kept})
+    found = comparable(whole["files"])
+    new = {name: content for name, content in found.items() if "/" not in name}
+    kept = {name.partition("/")[2]: each for name, each in whole["files"].items() if "/" in name}
+    assert comparable(kept) == old
     assert set(new) == set(old)
+    assert {name for name in found if "/" in name} == {f"earlier-1/{name}" for name in old}
     assert all(new[name] != old[name] for name in new)
     assert len(disturbed) > 1
     for each in disturbed:

@@ -92,7 +92,7 @@ def test_old_results_are_whole_or_new_ones(library: Path, system: Path, tmp_path
     run = [sys.executable, "-m", "warmlink.orchestration.cli", *own]
     subprocess.run([*run, "--stop", "1 min", "--out", str(before)], check=True, capture_output=True)
     done = subprocess.run(
-        [*begin, str(library), str(before), str(folder), "1" if ALL else "9", *own, "--stop", "2 min"],
+        [*begin, str(library), str(before), str(folder), "1" if ALL else "13", *own, "--stop", "2 min"],
         cwd=tmp_path,
         env={**os.environ, "LD_PRELOAD": str(library), "FULL_DISK": str(folder)},
         capture_output=True,

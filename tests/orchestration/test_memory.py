@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 
 # Private memory: pages of the files that values were streamed to are not counted, for they can be dropped
@@ -75,7 +75,7 @@ print("KIB", peak - before)
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     law = catalogue.controller("lag")
     try:
-        files = FmuStore("native").files(WARMUP_CELL.components_with(law.name).values())
+        files = FmuStore("native").files(WARMUP_CELL.parts_with(law.name).values())
     except InputError as fault:
         pytest.skip(str(fault))
     path = tmp_path_factory.mktemp("cell") / "cell.ssp"

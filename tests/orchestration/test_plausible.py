@@ -17,10 +17,10 @@ from warmlink.orchestration.cli import app
 from warmlink.orchestration.closed_loop.load import load_scenario, names_on
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.console import FAILED
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.studies.at_work import Means
 from warmlink.orchestration.studies.compare import compare
 
@@ -38,9 +38,9 @@ def hot(folder: Path, torque: float, stop: str = "1 h") -> ClosedLoop:
     return wl.run(str(duty(folder, torque, stop)))
 
 
-def table(name: str, values: list[float]) -> Table:
+def table(name: str, values: list[float]) -> RecordTable:
     points = CommunicationPoints.between(0.0, len(values) - 1.0, 1.0)
-    return Table((name,), {name: "K"}, points, np.array(values)[:, None])
+    return RecordTable((name,), {name: "K"}, points, np.array(values)[:, None])
 
 
 def looked_at(values: list[float]) -> Result:
@@ -81,7 +81,7 @@ def test_every_temperature_and_growth_of_a_plant_has_a_band_and_what_instruments
     assert bands["LagCompensator.correction"] is None
 
 
-@pytest.mark.parametrize("name", names_on(CELL.name))
+@pytest.mark.parametrize("name", names_on(WARMUP_CELL.name))
 def test_no_shipped_duty_cycle_leaves_a_band(name: str) -> None:
     outcome = wl.run(name, step="10 s")
     assert outcome.cut_short is None
@@ -150,7 +150,7 @@ def test_a_case_that_leaves_its_band_is_marked_and_never_the_best(exact: bool, t
 def test_the_check_takes_less_than_a_hundredth_of_the_run() -> None:
     outcome = wl.run("stop_and_go")
     scenario = load_scenario("stop_and_go")
-    known = Declared(scenario.declared, scenario.setup.blueprint.fed, scenario.values())
+    known = Declared(scenario.declared, scenario.machine.fed, scenario.values())
     began = time.process_time()
     for _ in range(10):
         within_bands(outcome.result, known)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration import progress
-from warmlink.orchestration.cli import COMMANDS, command_named
+from warmlink.orchestration.cli import command_named, ours
 from warmlink.orchestration.command_line.arguments import carry_out
 from warmlink.orchestration.progress import progress_bar, spinner, stretch, without_progress_lines
 
@@ -133,7 +133,7 @@ SHORT = {"save", "plot", "export", "info", "init", "schema", "list"}
 """Commands that are done before anybody waits."""
 
 
-@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - SHORT))
+@pytest.mark.parametrize("name", sorted(ours().keys() - SHORT))
 def test_each_long_command_shows_its_progress(name: str) -> None:
     """The command, or a function that it calls, opens a progress and tells it something."""
     assert any(map(_tells, _reached(command_named(name)))), name

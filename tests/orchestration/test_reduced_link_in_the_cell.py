@@ -13,7 +13,7 @@ from warmlink.fmus.files import write_archive
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.reduced_link.equations import STORED, stored
 from warmlink.orchestration.catalogue import reduced_link_in
-from warmlink.orchestration.diagnosis.data.own import rig_of
+from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.studies.design import design
 from warmlink.orchestration.system.replacement import Replacements
 

@@ -13,12 +13,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.init import list_
-from warmlink.orchestration.diagnosis.data.own import rig_of
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import with_replaced
 from warmlink.orchestration.system import replacement
 from warmlink.orchestration.system.replacement import Replacements
 

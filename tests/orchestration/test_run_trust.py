@@ -18,7 +18,8 @@ from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import design_file
 from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.system.shipped import COMPENSATOR, WARMUP_CELL
+from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 
 MY_LAW = Path(__file__).parent / "studies" / "my_law.py"
 STEEL = ["--set", "link.length=800 mm", "--set", "link.tip_position=790 mm", "--set", "link.conductivity=50"]

@@ -13,19 +13,18 @@ from pydantic import TypeAdapter
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import PROGRAMS
 from warmlink.orchestration.closed_loop import load
 from warmlink.orchestration.command_line.init import kinds, schema
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.written import MEANINGS, json_schema, read_table
 from warmlink.orchestration.studies import study
 from warmlink.orchestration.text_files import read_toml
+from warmlink.orchestration.written.tables import MEANINGS, json_schema, read_table
 
 HOUSE = Path(catalogue.__file__).parent
 FOLDERS = {
     "scenario": load.LIBRARY,
-    "program": PROGRAMS,
+    "program": load.LIBRARY / "SixAxisArm",
     "duty": duty_files.LIBRARY,
     "study": study.LIBRARY,
     "mismatch": mismatch.LIBRARY,

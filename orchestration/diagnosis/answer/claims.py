@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.answer.separation import problem_with, run_of
+from warmlink.orchestration.diagnosis.answer.growth import Growth, growth_of
+from warmlink.orchestration.diagnosis.answer.separation import drives, problem_with, run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
-from warmlink.orchestration.diagnosis.data.rig import ELONGATION
 from warmlink.orchestration.diagnosis.fit.fitted import Carried, Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
@@ -65,41 +66,61 @@ class Claim:
 
 
 def claims(
-    experiment: Experiment, assessment: Assessment, models: Sequence[Fit], left: Wrong | None
+    experiment: Experiment, assessment: Assessment, models: Sequence[Fit], left: Mapping[str, Wrong]
 ) -> tuple[Claim, ...]:
-    """Foresee the standard duty cycles; none but for a warm-up cell whose elongation was read.
+    """Foresee the standard duty cycles.
 
     The band adds up what is uncertain in the numbers, what wanders, the one further cause below the noise
     that would matter most, how far models that explain the data alike are apart, and the share of the
     elongation that the model left unexplained in the run. The first of the models is the one
-    to use; the others cannot be told from it. `left` are errors of its elongation.
+    to use; the others cannot be told from it. `left` are the errors of its readings by column name.
+
+    Raises InputError if the growth that a controller should take out was not read, or no duty cycle drives
+    the machine.
     """
-    if not experiment.rig.is_cell or left is None:
-        return ()
+    rig = experiment.rig
+    grown_in = growth_of(assessment.problem)
+    if not drives((), rig):
+        raise InputError(
+            f"{rig.name}: no duty cycle drives its speed or torque, so none can be foreseen; name the inputs "
+            'as speed and torque under [roles], in a file that the experiment names: system = "machine.toml"'
+        )
     variables = tuple(names_of(experiment.columns))
     duties = {name: duty_files.load(name).unrolled() for name in DUTIES}
-    runs = [replace(run_of(duty, variables, 1.0, _SPACING), name=name) for name, duty in duties.items()]
+    runs = [replace(run_of(duty, rig, variables, 1.0, _SPACING), name=name) for name, duty in duties.items()]
     problem, before_them = problem_with(experiment, runs)
-    measured = np.concatenate(
-        [run.readings[ELONGATION] for run in experiment.runs if ELONGATION in run.readings]
-    )
-    share = float(np.sqrt(max(left.rmse**2 - left.noise**2, 0.0) / np.nanmean(measured**2)))
+    share = _unexplained(experiment, grown_in, left)
     # What is wrong with logs and instruments is wrong in no other duty cycle.
     carried = [Carried(problem, fit, plant_only=True) for fit in (*models, assessment.null)]
     chosen = carried[0]
-    channel = problem.variables.index(ELONGATION)
+    grown_in = growth_of(problem)
     further = Neighbours(models[0], assessment.search.items, ()).unnoticed()
     unnoticed = [off for item, off in further if item.cause.kind == "plant"]
     found = []
     for run, name in enumerate(DUTIES, start=before_them):
-        grown, *alike, before = (model.predict(run)[0][:, channel] for model in carried)
+        grown, *alike, before = (grown_in(model.predict(run)[0]) for model in carried)
         # Of further causes that the data do not show, the one that matters most here.
-        moved = [chosen.by(run, list(off))[:, channel] @ np.array(list(off.values())) for off in unnoticed]
+        moved = [grown_in(chosen.by(run, list(off))) @ np.array(list(off.values())) for off in unnoticed]
         worst = np.max([np.zeros(grown.size), *(each**2 for each in moved)], axis=0)
-        variance = chosen.variance(run)[:, channel] + worst
+        variance = chosen.variance(run, grown_in) + worst
         variance += (share * grown) ** 2
-        variance += chosen.wandering(run, assessment.fitter.wander)[:, channel]
+        variance += chosen.wandering(run, assessment.fitter.wander, grown_in)
         apart = [np.abs(grown - other) for other in alike]
         band = np.max([_SIGMAS * np.sqrt(variance), *apart], axis=0)
         found.append(Claim(name, problem.data[run].time, grown, before, band))
     return tuple(found)
+
+
+def _unexplained(experiment: Experiment, growth: Growth, left: Mapping[str, Wrong]) -> float:
+    """Share of the measured growth that a model leaves unexplained, by its errors by column name."""
+    names = names_of(experiment.columns)
+    errors = [left[names[variable]] for variable in growth.variables if names[variable] in left]
+    beyond = sum(
+        abs(weight) * np.sqrt(max(each.rmse**2 - each.noise**2, 0.0))
+        for weight, each in zip(growth.weights, errors, strict=False)
+    )
+    read = [run.readings for run in experiment.runs if set(growth.variables) <= run.readings.keys()]
+    measured = np.concatenate(
+        [sum(w * each[v] for w, v in zip(growth.weights, growth.variables, strict=True)) for each in read]
+    )
+    return float(beyond / np.sqrt(np.nanmean(measured**2)))

@@ -12,10 +12,10 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.rig import SCALE
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
+from warmlink.orchestration.machine.rig import SCALE
 from warmlink.orchestration.system.units import parse_unit
 
 _BETTER = 3.0

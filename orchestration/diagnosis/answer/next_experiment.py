@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.separation import (
-    DUTIES,
     ONE_AT_A_TIME,
+    WITHOUT_PAD,
     Foreseen,
     chances,
+    drives,
+    duties_of,
     indistinguishable,
     problem_with,
     run_of,
@@ -92,11 +94,12 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
     if not assessment.rivals:
         return None
     members = (assessment.best, *assessment.rivals[:MOST_RIVALS])
-    if not experiment.rig.is_cell:
+    feasible = duties_of(experiment.rig)
+    if not feasible:
         return _another_run(assessment, members, experiment)
     design = _Design(assessment, experiment, members)
-    table = np.array([design.separations(duty) for duty in DUTIES])
-    most = np.sqrt([_feasible(duty)[-1] for duty in DUTIES])
+    table = np.array([design.separations(duty) for duty in feasible])
+    most = np.sqrt([_feasible(duty)[-1] for duty in feasible])
     never = np.max(table * most[:, None, None], axis=0) < ALIKE
     pairs = list(combinations(range(len(members)), 2))
     alike = [(members[i].key, members[j].key) for i, j in pairs if never[i, j] or never[j, i]]
@@ -106,9 +109,9 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
         items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
         told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
         check = next(iter(items.values())).cause.check
-        return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, written)
+        return Proposed((), f"No duty cycle of up to a day tells {told}. {check}", 0.0, 0.0, written)
     table[:, never] = np.inf
-    duty, separations, chance = _surest(design, table, never)
+    duty, separations, chance = _surest(design, feasible, table, never)
     among = separations[:, : len(members)]
     nearest = float(np.minimum(among, among.T).min())
     best, *others = (fit.key for fit in members)
@@ -121,21 +124,28 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
 
 
 def _one_at_a_time(experiment: Experiment) -> Proposed | None:
-    """A duty cycle in which what warms the cell up comes one at a time; None for a system without a motor."""
-    if experiment.rig.name != "WarmupCell":
+    """A duty cycle in which what warms a machine up comes one at a time; None if nothing drives it."""
+    duty: tuple[Segment, ...] = ONE_AT_A_TIME
+    rig, heated = experiment.rig, "load, then is heated by a pad"
+    if not drives(duty, rig):
+        duty, heated = WITHOUT_PAD, "load"
+    if not drives(duty, rig):
         return None
     why = (
-        f"In {length(ONE_AT_A_TIME) / 3600:.1f} hours the motor turns fast without load, then slowly under "
-        "load, then is heated by a pad, with rests between, so that what no cause explains shows with one of "
+        f"In {length(duty) / 3600:.1f} hours the motor turns fast without load, then slowly under "
+        f"{heated}, with rests between, so that what no cause explains shows with one of "
         "them, or with none."
     )
     inputs = next(run for run in experiment.runs if not run.heldout).inputs
-    speed, torque = (np.abs(inputs.get(f"motor.{name}", np.zeros(1))) for name in ("speed", "torque"))
+    speed, torque = (
+        np.abs(inputs.get(next(iter(rig.demanded.get(name, ())), ""), np.zeros(1)))
+        for name in ("speed", "torque")
+    )
     if speed.size == torque.size and speed.std() > 0 and torque.std() > 0:
         together = float(np.corrcoef(speed, torque)[0, 1])
         if together > _TOGETHER:
             why += f" In this run speed and torque change together (correlation {together:.2f})."
-    return Proposed(ONE_AT_A_TIME, why, None, None)
+    return Proposed(duty, why, None, None)
 
 
 class _Design:
@@ -165,7 +175,7 @@ class _Design:
         share = min(measured.fit_until / float(measured.time[-1]), 1.0)
         spacing = float(np.median(np.diff(problem.data[0].time)))
         interval = max(spacing, share * length(duty) / MOST_ROWS)
-        run = run_of(duty, problem.variables, share, interval)
+        run = run_of(duty, self._experiment.rig, problem.variables, share, interval)
         # The mean over an interval scatters less than a row does.
         known = problem.averaging
         here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
@@ -192,7 +202,7 @@ def _feasible(duty: Sequence[Segment]) -> list[int]:
 
 
 def _surest(
-    design: _Design, table: Array, never: NDArray[np.bool_]
+    design: _Design, duties: Sequence[tuple[Segment, ...]], table: Array, never: NDArray[np.bool_]
 ) -> tuple[tuple[Segment, ...], Array, float]:
     """Duty cycle that is sure soonest, else the one that comes closest; its separations, and the chance.
 
@@ -200,13 +210,13 @@ def _surest(
     """
     found = []
     for which, separations in enumerate(table):
-        for rounds in _feasible(DUTIES[which]):
+        for rounds in _feasible(duties[which]):
             chance = design.chance(separations * np.sqrt(rounds))
             if chance >= SURE:
                 break
-        found.append((max(SURE - chance, 0.0), rounds * length(DUTIES[which]), which, rounds))
+        found.append((max(SURE - chance, 0.0), rounds * length(duties[which]), which, rounds))
     *_, which, least = min(found)
-    cycle = DUTIES[which]
+    cycle = duties[which]
     for rounds in (n for n in _feasible(cycle) if n >= least):
         separations = np.where(never, np.inf, design.separations(cycle * rounds))
         chance = design.chance(separations)

@@ -24,6 +24,7 @@ from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 Titles = frozenset[str]
@@ -49,6 +50,9 @@ _HOT_FAST = Segment.with_pad(2700, ROOM_TEMPERATURE + 60, 4.5, 2.5)
 ONE_AT_A_TIME = (_FAST, _REST, _HEAVY, _REST, _PAD, _REST)
 """Fast without load, slow under load, and heated by a pad, with rests between."""
 
+WITHOUT_PAD = ONE_AT_A_TIME[:4]
+"""The same for a machine without a pad."""
+
 DUTIES: tuple[tuple[Segment, ...], ...] = (
     (_REST, _BOTH, _LONG_REST, _FAST),
     ONE_AT_A_TIME,
@@ -70,6 +74,17 @@ DUTIES: tuple[tuple[Segment, ...], ...] = (
 """Feasible duty cycles of one to three hours."""
 
 
+def duties_of(rig: Rig) -> tuple[tuple[Segment, ...], ...]:
+    """Feasible duty cycles of what a machine is driven by; none if neither speed nor torque."""
+    return tuple(duty for duty in DUTIES if drives(duty, rig)) if drives((_FAST, _HEAVY), rig) else ()
+
+
+def drives(duty: Sequence[Segment], rig: Rig) -> bool:
+    """Whether a duty cycle drives a machine, which has the pads that the cycle needs."""
+    moved = "speed" in rig.demanded or "torque" in rig.demanded
+    return moved and ("pad_temperature" in rig.demanded or all(np.isnan(each.pad) for each in duty))
+
+
 def problem_with(experiment: Experiment, runs: Iterable[Run]) -> tuple[Problem, int]:
     """A problem whose last runs were not made, with the labels of the first that was; how many stand before.
 
@@ -81,10 +96,11 @@ def problem_with(experiment: Experiment, runs: Iterable[Run]) -> tuple[Problem, 
     return Problem(replace(experiment, runs=every, initial_measured=False)), len(labelled)
 
 
-def run_of(duty: Sequence[Segment], variables: Sequence[str], share: float, interval: float) -> Run:
+def run_of(duty: Sequence[Segment], rig: Rig, variables: Sequence[str], share: float, interval: float) -> Run:
     """Run over the first share of a duty cycle, with a row for each interval in s; its readings are 0."""
     time = np.arange(0.0, share * length(duty) + interval / 2, interval)
-    inputs = {f"motor.{name}": values for name, values in demands_at(duty, time).items()}
+    demands = demands_at(duty, time)
+    inputs = {end: values for name, values in demands.items() for end in rig.demanded.get(name, ())}
     return Run("next", time, inputs, {v: np.zeros(time.size) for v in variables})
 
 

@@ -12,7 +12,7 @@ from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration import catalogue
-from warmlink.orchestration.arm.blueprint import axis_name
+from warmlink.orchestration.arm.chain import axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import AMBIENT, DEMANDS, MEASURED, header_of

@@ -22,17 +22,19 @@ import numpy as np
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.arm_kinematics.equations import AXES
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import axis, axis_name
+from warmlink.orchestration.arm.chain import axis, axis_name
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import HELD_OUT_SHARE, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps, read_run
-from warmlink.orchestration.diagnosis.data.rig import CELL, ELONGATION, rig
 from warmlink.orchestration.diagnosis.data.signals import row_noise
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.text_files import is_file, measured_text
 
 AMBIENT = "ambient_temperature [degC]"
 DEMANDS = {"speed [rad/s]": "motor.speed", "torque [N.m]": "motor.torque"}
-MEASURED = {f"{name} [degC]": rig(CELL).columns[name] for name in SENSED} | {"elongation [um]": ELONGATION}
+_COLUMNS = rig(DEFAULT).columns
+MEASURED = {f"{name} [degC]": _COLUMNS[name] for name in SENSED} | {"elongation [um]": _COLUMNS["elongation"]}
 """Variables of an axis by header; in the file it begins with the axis, `axis3.tip_temperature [degC]`."""
 
 HALF_WIDTH = 60.0
@@ -66,7 +68,7 @@ def arm_experiments(path: Path) -> dict[int, Experiment]:
     runs = {}
     for i in range(1, AXES + 1):
         own = {header_of(i, header): name for header, name in (DEMANDS | MEASURED).items()}
-        runs[i] = read_run(path, rig(CELL), {AMBIENT: "motor.ambient_temperature", **own})
+        runs[i] = read_run(path, rig(DEFAULT), {AMBIENT: "motor.ambient_temperature", **own})
     changes = []
     for run in runs.values():
         moves = [np.diff(run.inputs[name]) != 0 for name in DEMANDS.values()]
@@ -107,7 +109,7 @@ def _experiment(number: int, runs: Mapping[int, Run], changes: Array) -> Experim
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     name = f"{axis_name(number)}, {this.name}"
     run = replace(run, name=name, inputs=inputs, scatter=scatter, fit_until=until, columns=tuple(columns))
-    return Experiment(name, rig(CELL), (run,), run.measured, known)
+    return Experiment(name, rig(DEFAULT), (run,), run.measured, known)
 
 
 def smoothed(time: Array, values: Array, changes: Array) -> Array:

@@ -7,9 +7,10 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from warmlink.orchestration.scenarios.entries import Flag, Names, Number, OneOf, Text
-from warmlink.orchestration.scenarios.written import Table, read_table
+from warmlink.fmus.plugins import plugins
 from warmlink.orchestration.text_files import read_toml
+from warmlink.orchestration.written.entries import Flag, Names, Number, OneOf, Text
+from warmlink.orchestration.written.tables import Table, read_table
 
 _Instrument = Literal["temperature sensor", "camera", "reading", "declared reading"]
 Kind = Literal["plant", "input", "place", _Instrument, "record", "simulation"]
@@ -36,6 +37,7 @@ class Cause(Table):
     each_run : whether every run has a value of its own
     covers : causes whose joint effect this one has, so that none of them is sought beside it
     covariate : input whose column the cause needs
+    usual : whether a plain calibration of a machine, which looks for no cause, fits it
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
     """
@@ -56,14 +58,24 @@ class Cause(Table):
     each_run: Annotated[bool, Flag()] = False
     covers: Annotated[tuple[str, ...], Names("coulomb_friction")] = ()
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
+    usual: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"
 
 
 @cache
 def catalogue() -> tuple[Cause, ...]:
-    """Every cause declared in this folder, by name."""
-    return tuple(read_cause(path) for path in sorted(Path(__file__).parent.glob("*.toml")))
+    """Every cause declared in this folder, by name, and those that other packages add.
+
+    Raises InputError if a file of a package declares none, or has the name of another cause.
+    """
+    found = {path.stem: read_cause(path) for path in sorted(Path(__file__).parent.glob("*.toml"))}
+    for each in plugins("causes"):
+        for path in sorted(Path(each.load().__file__).parent.glob("*.toml")):
+            if path.stem in found:
+                raise each.refused(f"another cause is called {path.stem}")
+            found[path.stem] = read_cause(path)
+    return tuple(found.values())
 
 
 def read_cause(path: Path) -> Cause:

@@ -1,1 +1,1 @@
-"""Measured data: read, checked, thinned, and the system that it was measured on."""
+"""Measured data: read, checked, thinned, and what is known of the experiment."""

@@ -10,7 +10,8 @@ from typing import Any
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.diagnosis.data.rig import Rig
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged import layout
 from warmlink.orchestration.scenarios.logged.layout import TIME, converts, name_and_unit, plain
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
@@ -32,6 +33,7 @@ class Said:
     names : name of a column or variable by header; "" leaves the column out
     decimal : "point", "comma", or "" for what the file shows
     replaced : FMUs in place of parts of the system
+    machine : what bare measurements were made on: a shipped machine, or a file with an SSP and its roles
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
@@ -39,6 +41,7 @@ class Said:
     names: Mapping[str, str] = field(default_factory=dict)
     decimal: str = ""
     replaced: Replacements | None = None
+    machine: str = DEFAULT
 
 
 NOTHING_SAID = Said()
@@ -49,6 +52,7 @@ def said(
     names: Sequence[str] = (),
     decimal: str = "",
     replaced: Replacements | None = None,
+    machine: str = DEFAULT,
 ) -> Said:
     """What a command was told of columns; raises InputError where an entry does not have its form."""
     for text in names:
@@ -59,7 +63,7 @@ def said(
     common = [text.strip() for text in units if "=" not in text]
     of_columns = _stripped(text.partition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
-    return Said(of_columns, common, meant, decimal, replaced)
+    return Said(of_columns, common, meant, decimal, replaced, machine)
 
 
 def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:

@@ -18,12 +18,13 @@ from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
-from warmlink.orchestration.diagnosis.data.own import rig_of
-from warmlink.orchestration.diagnosis.data.rig import CELL, Rig
-from warmlink.orchestration.scenarios.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.scenarios.written import Table, read_table
 from warmlink.orchestration.text_files import demand_file, measured_text, shown, tables_of
+from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
+from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +38,7 @@ NOMINAL, MEASURED = "nominal", "measured"
 """What the states start from: the declared start values, or the first minute of measurements."""
 
 
-class Label(Entry):
+class Label(Setting):
     """The value of a label: a text, or a number that is taken for one."""
 
     def _read(self, value: Any) -> str:
@@ -83,7 +84,7 @@ class CausesTable(Table):
 class ExperimentFile(Table):
     """An experiment: the runs on one system, what is known, and what is calibrated."""
 
-    system: Annotated[str, Text("WarmupCell")]
+    system: Annotated[str, Text(DEFAULT)]
     run: tuple[RunTable, ...]
     title: Annotated[str | None, Text()] = None
     initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
@@ -93,6 +94,7 @@ class ExperimentFile(Table):
     calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
     causes: CausesTable = field(default_factory=CausesTable)
     noise: Values = field(default_factory=dict)
+    accuracy: Values = field(default_factory=dict)
     in_loop: Annotated[bool, Flag()] = False
 
     def __post_init__(self) -> None:
@@ -121,6 +123,7 @@ class Experiment:
     known : value by variable, for all runs
     cause_labels : labels by which a cause's parameters may differ from run to run
     noise : 1 sigma by output, where it is given
+    accuracy : error by output below which a model is good enough, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
     declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
@@ -140,6 +143,7 @@ class Experiment:
     declared: tuple[Cause, ...] = ()
     with_shipped: bool = True
     only_calibrated: bool = False
+    accuracy: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def catalogue(self) -> tuple[Cause, ...]:
@@ -164,15 +168,15 @@ def calibrating(experiment: Experiment) -> Experiment:
 
 
 def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
-    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of the warm-up cell.
+    """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of one machine.
 
-    `told` are units and names of columns that the user gave. InputError is raised for what does not fit, with
-    file, row and column or with the table and key.
+    `told` are the machine, and units and names of columns, that the user gave. InputError is raised for what
+    does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         demand_file(source, "give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
-    cell = rig_of(CELL, replaced=told.replaced)
+    cell = rig_of(told.machine, replaced=told.replaced)
     run = read_run(source, cell, told=told)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
@@ -217,12 +221,14 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
     return replace(first, title=title, runs=tuple(runs), columns=tuple(columns.values()))
 
 
-def noise_of(rig: Rig, variable: str, text: str | float, where: str) -> float:
-    """Standard deviation in SI of an output's noise, as written; raises InputError where it is none."""
-    noise = to_si(text, rig.scalar(variable, where), where, difference=True)
-    if not noise > 0:
-        raise InputError(f"{where}: {text!r} is not a standard deviation above 0")
-    return noise
+def noise_of(
+    rig: Rig, variable: str, text: str | float, where: str, what: str = "a standard deviation"
+) -> float:
+    """Size in SI of an output's noise, or of `what` else, as written; raises InputError where it is none."""
+    size = to_si(text, rig.scalar(variable, where), where, difference=True)
+    if not size > 0:
+        raise InputError(f"{where}: {text!r} is not {what} above 0")
+    return size
 
 
 class _Reader:
@@ -235,7 +241,7 @@ class _Reader:
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
         rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
         # Where a heat path was put before an input, its own input is meant.
-        self.moved = rig.own.moved if rig.own else {}
+        self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []
@@ -271,6 +277,10 @@ class _Reader:
             tuple(f"{run.name}: adapt = {run.adapt:g} s {told}" for run in idle),
             declared=tuple(declared),
             with_shipped=file.causes.shipped,
+            accuracy={
+                n: noise_of(rig, n, text, f"{self.name}: accuracy.{n}", "an error")
+                for n, text in file.accuracy.items()
+            },
         )
 
     def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:

@@ -14,9 +14,9 @@ from warmlink.fmus.names import instead, listed
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_of
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import Rig, rig
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import start_value, to_si
-from warmlink.orchestration.scenarios.setup import CELL
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 OFF = "off"
@@ -28,19 +28,20 @@ _AMBIENT = "ambient_temperature"
 """Surrounds a run, and drives none."""
 
 
-def parameters_of(scenario: str) -> dict[str, str]:
-    """Values with units, by variable, that a scenario gives for parameters of the cell's motor and link.
+def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
+    """The machine of a scenario, and values with units by variable, of parameters of its plant.
 
-    InputError is raised where there is no such scenario, or it is one of another system.
+    InputError is raised where there is no such scenario, or its machine has no single plant.
     """
     loaded = load_scenario(scenario)
-    if loaded.setup is not CELL:
+    if loaded.machine.program:
         raise InputError(
             f"{argument('scenario', scenario)}: is of another system than the warm-up cell; "
-            "give an experiment (TOML)"
+            f"{loaded.machine.name} is diagnosed from runs of its own"
         )
-    plant = rig("WarmupCell").parameters
-    return {name: str(value) for name, value in loaded.parameters.items() if name in plant}
+    machine = loaded.machine.name if loaded.file is None else str(loaded.file)
+    plant = rig_of(machine).parameters
+    return machine, {name: str(value) for name, value in loaded.parameters.items() if name in plant}
 
 
 def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:

@@ -24,7 +24,7 @@ from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_she
 if TYPE_CHECKING:
     import pandas as pd
 
-    from warmlink.orchestration.diagnosis.data.rig import Rig
+    from warmlink.orchestration.machine.rig import Rig
 
 FEWEST_ROWS = 20
 """Rows with a reading; fewer say nothing about noise."""

@@ -12,11 +12,11 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run, names_of
-from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.offers import freed_by
 from warmlink.orchestration.diagnosis.model.instruments import channel_of, neutral
 from warmlink.orchestration.diagnosis.model.simulation import initial_values, input_table, start_values
+from warmlink.orchestration.machine.rig import OFFSET
 
 _INNER = ("plant", "input", "place")
 """Kinds of causes that change the simulation itself, not only what is read from it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -246,6 +246,15 @@ def followed_input(fitter: Fitter, fit: Fit) -> Followed | None:
     return found if found is not None and found.chance < UNEXPLAINED else None
 
 
+Weighed = Callable[[Array], Array]
+"""Function that makes fewer outputs of a table with an axis of outputs, the second, or leaves them."""
+
+
+def same(table: Array) -> Array:
+    """The table as it is."""
+    return table
+
+
 class Carried:
     """A fitted model carried over to a problem with other runs.
 
@@ -286,16 +295,19 @@ class Carried:
         wanted = [self._there.get(f.key, replace(f, runs=())) for f in numbers]
         return by_number(self.predict(run)[1], wanted, run, self.freed)
 
-    def variance(self, run: int) -> Array:
-        """Of a run's readings, for how uncertain the fitted numbers are, shape (rows, outputs)."""
-        columns = self.by(run, self.fit.freed) @ root_of(self.fit.covariance())
+    def variance(self, run: int, weighed: Weighed = same) -> Array:
+        """Of a run's readings, for how uncertain the fitted numbers are, shape (rows, outputs).
+
+        `weighed` adds up outputs of the readings' derivatives, shape (rows, outputs, numbers).
+        """
+        columns = weighed(self.by(run, self.fit.freed)) @ root_of(self.fit.covariance())
         return np.asarray(np.sum(columns**2, axis=-1))
 
-    def wandering(self, run: int, wander: Wander) -> Array:
+    def wandering(self, run: int, wander: Wander, weighed: Weighed = same) -> Array:
         """Variance of a run's readings for what wanders beside its log, shape (rows, outputs)."""
         if wander.still:
-            return np.zeros(self.predict(run)[0].shape)
-        columns = self._responses.columns[run] @ self._responses.root(run, wander)
+            return np.zeros(weighed(self.predict(run)[0]).shape)
+        columns = weighed(self._responses.columns[run]) @ self._responses.root(run, wander)
         return np.asarray(np.sum(columns**2, axis=-1))
 
     @cached_property

@@ -10,7 +10,6 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import OFFSET
 from warmlink.orchestration.diagnosis.data.thinning import ROW, Averaging
 from warmlink.orchestration.diagnosis.fit.algebra import root_of
 from warmlink.orchestration.diagnosis.fit.candidates import Candidates
@@ -27,6 +26,7 @@ from warmlink.orchestration.diagnosis.model.simulation import (
     parts_before,
 )
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
+from warmlink.orchestration.machine.rig import OFFSET
 
 _SPACING, _MOST_NODES = 120.0, 120
 """s between the nodes of a broken line that stands for scatter, at least, and its stretches at most."""

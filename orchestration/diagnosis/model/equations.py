@@ -21,7 +21,7 @@ from warmlink.fmus.packaging.cache import kept, kept_before
 from warmlink.fmus.packaging.native.library import loaded, made_here
 from warmlink.fmus.thermal_link.equations import sensor_positions
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, Rig
+from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, Rig
 
 _BESIDE = 1e-6
 """m from a node at which a sensor is placed: on the node itself the course has a kink."""

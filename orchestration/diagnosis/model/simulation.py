@@ -14,9 +14,9 @@ from warmlink.fmus.motor_heat_source.equations import PAD_POWER, PAD_TEMPERATURE
 from warmlink.fmus.thermal_link.equations import SENSORS, sensor_positions
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run, over_steps
-from warmlink.orchestration.diagnosis.data.rig import SCALE, Rig
 from warmlink.orchestration.diagnosis.data.start import at_start
 from warmlink.orchestration.diagnosis.model.integrator import Courses
+from warmlink.orchestration.machine.rig import SCALE, Rig
 
 PAD_OFF = 0
 
@@ -26,7 +26,7 @@ class NotSimulatedError(InputError):
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class SimulatedRun:
     """True outputs at times, shape (times, outputs), before any instrument reads them, and their slopes.
 
     `by_slot` are derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none are requested.
@@ -58,7 +58,7 @@ class Simulation(ABC):
         """Points between steps in s, rising."""
 
     @abstractmethod
-    def __call__(self, z: Array, times: Array) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> SimulatedRun:
         """Simulate with values of the slots in SI, shape (slots,); times in s within the run, rising."""
 
     @abstractmethod
@@ -66,7 +66,7 @@ class Simulation(ABC):
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
 
     @abstractmethod
-    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> SimulatedRun:
         """What each part of the time before a row adds, if the inputs of the row act from then on.
 
         It stands in place of the derivatives by slot, shape (times, outputs, rows * parts); of the parts of a
@@ -82,12 +82,14 @@ class Simulation(ABC):
         return start_values(self.rig, self.slots, self._known, self._table)
 
     def current(self, times: Array) -> Array:
-        """Motor current in A as logged at times in s, shape (times,); 0 without a motor of ours."""
-        inputs, name = self.rig.externals, "motor.torque_constant"
-        if self.rig.in_loop or "motor.current" not in inputs:
+        """Current in A of the first motor as logged at times in s, shape (times,); 0 without one of ours."""
+        inputs = self.rig.externals
+        driven = [motor for motor in self.rig.called("motor") if f"{motor}.current" in inputs]
+        if self.rig.in_loop or not driven:
             return np.zeros(times.size)
+        name = f"{driven[0]}.torque_constant"
         constant = self._known.get(name, self.rig.variables[name].start)
-        current, torque = (self._table[inputs.index(f"motor.{each}")] for each in ("current", "torque"))
+        current, torque = (self._table[inputs.index(f"{driven[0]}.{each}")] for each in ("current", "torque"))
         return np.asarray((current + torque / constant)[self.run.row_at(times)])
 
     def ambient(self, times: Array) -> Array:

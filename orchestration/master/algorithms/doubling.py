@@ -10,7 +10,9 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.master.algorithms import FOLLOWING
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
+from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
 from warmlink.orchestration.master.algorithms.structure import exchanged
 from warmlink.orchestration.master.communication import CommunicationPoints
@@ -181,3 +183,12 @@ def _exchanged(network: Network) -> dict[str, float]:
         for k, p in exchanged(network)[0]
     }
     return {name: SHARE_OF_NOMINAL * nominal(source) for name, source in sources.items()}
+
+
+MASTERS = {
+    FOLLOWING: (
+        StepDoubling(InterfaceNewton()),
+        "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
+    )
+}
+"""Master algorithms by name, and what each does."""

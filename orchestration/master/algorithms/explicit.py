@@ -85,3 +85,14 @@ class ScheduledStepper(Stepper):
                 self.network.step(k, time, step_size)
             else:
                 exchange(k)
+
+
+MASTERS = {
+    "jacobi": (Jacobi(), "all slaves step at once with held inputs, as libcosim and Ecos do it"),
+    "jacobi_settled": (
+        Jacobi(settled=True),
+        "Jacobi whose outputs with direct feedthrough are read again after the exchange",
+    ),
+    "gauss_seidel": (GaussSeidel(), "slaves step one after the other, each with the newest values"),
+}
+"""Master algorithms by name, and what each does."""

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import of_cell
-from warmlink.orchestration.scenarios.quantities import converter, heading
 from warmlink.orchestration.system.units import SPELLINGS, Conversion, parse_unit, spelled
 from warmlink.orchestration.text_files import shown
+from warmlink.orchestration.written.quantities import converter, heading
 
 TIME = "time"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from warmlink.fmus.packaging.python.fmu import bundle
-from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.written.expression import Expression
 
 
 @pytest.fixture

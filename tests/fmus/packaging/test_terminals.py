@@ -10,7 +10,7 @@ from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Input, Output, Terminal
 from warmlink.fmus.packaging.beside import terminals_files
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.system.shipped import WARMUP_CELL
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 
 COMPONENTS = {entry.component.name: entry.component for entry in catalogue()}
 LAW = controller("lag")
@@ -35,7 +35,7 @@ def test_terminals_are_valid_and_name_variables(component: Component, arrays: bo
 
 
 def terminal(instance: str, name: str) -> Terminal:
-    component = COMPONENTS[WARMUP_CELL.components_with(LAW.name)[instance]]
+    component = COMPONENTS[WARMUP_CELL.parts_with(LAW.name)[instance]]
     return next(each for each in component.terminals if each.name == name)
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values
+from warmlink.orchestration.arm.chain import arm_chain, arm_values
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore, store
-from warmlink.orchestration.scenarios.setup import merged
+from warmlink.orchestration.machine.machine import merged
 from warmlink.orchestration.system.model import System, Value
 
 Values = dict[str, dict[str, Value]]
@@ -20,7 +20,7 @@ MakeArm = Callable[..., System]
 
 @pytest.fixture(scope="session")
 def fmu_store() -> FmuStore:
-    kinds = set(arm_blueprint(compensated=False).components.values())
+    kinds = set(arm_chain(compensated=False).parts.values())
     return store(None, sorted(kinds), lambda text: None)
 
 
@@ -29,10 +29,10 @@ def plain_arm(fmu_store: FmuStore) -> MakeArm:
     """Function that makes an arm without compensators, under a program."""
 
     def make(program: Program, count: int = 6, cut: bool = False, values: Values | None = None) -> System:
-        blueprint = arm_blueprint(count, compensated=False)
-        files = fmu_store.files(set(blueprint.components.values()))
+        machine = arm_chain(count, compensated=False)
+        files = fmu_store.files(set(machine.parts.values()))
         driven = replace(program, axes=count).start_values()
-        return blueprint.system(files, None, merged(arm_values(count, cut), driven, values or {}))
+        return machine.system(files, None, merged(arm_values(count, cut), driven, values or {}))
 
     return make
 

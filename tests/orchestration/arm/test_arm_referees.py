@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from tests.referees import Variables, ecos, libcosim
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, without_dots, write_arm
+from warmlink.orchestration.arm.chain import arm_chain, arm_values
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import without_dots, write_machine
+from warmlink.orchestration.machine.machine import merged
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.setup import merged
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.write import PARAMETER_SET
@@ -43,14 +44,14 @@ FEEDTHROUGH = slice(0, 2)
 def arm() -> System:
     program = load_program("six_axis_iso_9283")
     values = merged(arm_values(), program.start_values())
-    blueprint, law = arm_blueprint(), controller("lag").name
-    files = FmuStore("python").files(set(blueprint.components_with(law).values()))
-    return blueprint.system(files, law, values)
+    machine, law = arm_chain(), controller("lag").name
+    files = FmuStore("python").files(set(machine.parts_with(law).values()))
+    return machine.system(files, law, values)
 
 
 @pytest.fixture(scope="module")
 def flat(arm: System, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_arm(arm, tmp_path_factory.mktemp("arm"))[1]
+    return write_machine(arm, None, tmp_path_factory.mktemp("arm"))[1]
 
 
 @pytest.fixture(scope="module")

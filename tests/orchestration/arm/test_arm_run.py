@@ -14,18 +14,18 @@ import pytest
 from tests.documented import undescribed
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import arm_values, program_names
+from warmlink.orchestration.arm.chain import arm_values
 from warmlink.orchestration.arm.errors import ArmErrors, sensitivities, workspace
 from warmlink.orchestration.arm.program import DESIGNED
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.closed_loop.load import load_scenario, names_on, read_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.machine import Sensors
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.scenarios.setup import Sensors
 from warmlink.orchestration.studies.compare import plan, run_comparison, write_csv
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
@@ -46,7 +46,7 @@ def outcome(fmu_store: FmuStore) -> ClosedLoop:
     return run_scenario(scenario, fmu_store)
 
 
-@pytest.mark.parametrize("name", program_names())
+@pytest.mark.parametrize("name", names_on("SixAxisArm"))
 def test_observers_remove_nine_tenths_in_every_program(name: str, fmu_store: FmuStore) -> None:
     """From a cold start, one thermometer for each joint with 0.1 K of noise; below 30 um throughout.
 
@@ -97,7 +97,7 @@ def test_the_map_shows_the_error_at_its_points() -> None:
     reached = np.argwhere(np.isfinite(error))
     assert 10 < len(reached) < 81
     row, column = reached[len(reached) // 2]
-    from warmlink.orchestration.arm.blueprint import joint_angles
+    from warmlink.orchestration.arm.chain import joint_angles
 
     # Turned by the waist the error is as long, wherever it points.
     for turn in (0.0, 1.0):
@@ -108,7 +108,8 @@ def test_the_map_shows_the_error_at_its_points() -> None:
 
 
 def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> None:
-    from warmlink.orchestration.report.closed_loop import moments, write_report
+    from warmlink.orchestration.report.arm import moments
+    from warmlink.orchestration.report.closed_loop import write_report
 
     write_report(outcome, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text("utf-8")

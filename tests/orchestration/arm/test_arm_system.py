@@ -12,17 +12,18 @@ from benchmarks.rollout import demand_table
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source import equations as motor_equations
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.arm.blueprint import arm_blueprint, arm_values, axes, axis, axis_name, write_arm
+from warmlink.orchestration.arm.chain import arm_chain, arm_values, axes, axis, axis_name
 from warmlink.orchestration.arm.program import Program
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import write_machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import DefaultExperiment
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 from .conftest import MakeArm, load_program
 
@@ -47,7 +48,7 @@ def test_with_the_chain_cut_a_moving_axis_is_the_warm_up_cell(
     found = simulate(arm, 600.0, 1.0, Jacobi())
 
     none = controller("none").name
-    kinds = WARMUP_CELL.components_with(none)
+    kinds = WARMUP_CELL.parts_with(none)
     values = {
         "duty": inspection.start_values()[f"axis{moving}.duty"],
         "motor": {**axis(moving).motor, "neighbour_conductance": 0.0},
@@ -133,7 +134,7 @@ def test_nested_and_flat_ssp_hold_the_same_arm(
     plain_arm: MakeArm, inspection: Program, tmp_path: Path
 ) -> None:
     arm = replace(plain_arm(inspection), default_experiment=DefaultExperiment(0.0, 60.0, 1.0))
-    nested, flat, _ = write_arm(arm, tmp_path)
+    nested, flat, _ = write_machine(arm, arm_chain(compensated=False).ports, tmp_path)
     assert (nested.name, flat.name) == ("SixAxisArm.ssp", "SixAxisArm-flat.ssp")
     read = read_system(nested, tmp_path / "nested")
     other = read_system(flat, tmp_path / "flat")
@@ -162,7 +163,7 @@ def test_arms_of_any_length(count: int, plain_arm: MakeArm, inspection: Program)
 
 def test_an_arm_has_at_least_one_axis() -> None:
     with pytest.raises(InputError, match="give an arm at least 1 axis"):
-        arm_blueprint(0)
+        arm_chain(0)
 
 
 def test_the_geometry_is_the_kinematics_own() -> None:

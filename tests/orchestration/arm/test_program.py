@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from warmlink.fmus.arm_kinematics.component import COMPONENT as KINEMATICS
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arm.blueprint import axes, joint_angles, program_names
+from warmlink.orchestration.arm.chain import axes, joint_angles
 from warmlink.orchestration.arm.program import Program, ProgramFile
-from warmlink.orchestration.closed_loop.load import of_tables
-from warmlink.orchestration.scenarios.written import read_table
+from warmlink.orchestration.closed_loop.load import names_on, of_tables
+from warmlink.orchestration.written.tables import read_table
 
 from .conftest import load_program
 
@@ -48,7 +48,7 @@ def test_what_is_out_of_reach_has_no_angles() -> None:
     assert np.all(np.isfinite(joint_angles(0.45, 0.0, 0.15, -np.pi / 2)))
 
 
-@pytest.mark.parametrize("name", program_names())
+@pytest.mark.parametrize("name", names_on("SixAxisArm"))
 def test_every_program_fits_the_components_and_the_limits(name: str) -> None:
     program = load_program(name)
     assert program.title
@@ -74,7 +74,7 @@ def test_the_programs_that_were_asked_for_are_there() -> None:
         "random_jobs",
         "shift",
     )
-    assert set(program_names()) == {f"six_axis_{kind}" for kind in kinds}
+    assert set(names_on("SixAxisArm")) == {f"six_axis_{kind}" for kind in kinds}
 
 
 def test_random_jobs_repeat_with_their_seed() -> None:

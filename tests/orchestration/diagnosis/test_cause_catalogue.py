@@ -8,8 +8,8 @@ from warmlink.fmus.drift_camera.component import COMPONENT as CAMERA
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue, read_cause
-from warmlink.orchestration.diagnosis.data.rig import OFFSET, PLACE, SCALE, rig
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, DRIFT
+from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, rig
 
 CAUSES = Path(__file__).parents[3] / "orchestration" / "diagnosis" / "causes"
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from warmlink.orchestration.diagnosis.answer.extension import Compensated, observer
+from warmlink.orchestration.diagnosis.answer.compensated import Compensated, observer
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem

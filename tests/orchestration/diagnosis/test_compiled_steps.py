@@ -11,12 +11,12 @@ from tests.orchestration.diagnosis.loggers import Logger, logged_run
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.native.compile import PLATFORMS, compilers
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model import equations as module
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.steps import SEARCH
+from warmlink.orchestration.machine.rig import rig
 
 SLOTS = ("link.emissivity", "motor.coulomb_friction", "link.ambient_temperature", "motor.ambient_temperature")
 OUTPUTS = ("motor.shaft_temperature", "link.tip_temperature")

@@ -8,7 +8,6 @@ import pytest
 from warmlink.orchestration.diagnosis.answer import separation
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, Readings
@@ -16,6 +15,7 @@ from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.model.steps import CHECK_CELLS, FINAL, SEARCH, Resolution, leaps
 from warmlink.orchestration.diagnosis.practice.hidden import Truth, simulate
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.duty import NO_PAD, Segment
 
 OUTPUTS = (
@@ -35,7 +35,7 @@ def freed() -> list[str]:
 
 
 def run_of(duty: tuple[Segment, ...], interval: float = 10.0) -> Run:
-    return separation.run_of(duty, [], 1.0, interval)
+    return separation.run_of(duty, rig("WarmupCell"), [], 1.0, interval)
 
 
 def forward(run: Run, resolution: Resolution, slots: list[str] | None = None) -> Forward:

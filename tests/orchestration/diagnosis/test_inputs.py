@@ -15,11 +15,11 @@ from warmlink.orchestration.diagnosis.data.columns import said
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.practice.hide import STILL, hide, write_csv
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.report.diagnosis import write_diagnosis
 from warmlink.orchestration.scenarios.duties.duty import Segment
 

@@ -9,12 +9,12 @@ import pytest
 from warmlink.orchestration.diagnosis.answer.entries import errors_in_noise
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.diagnosis.model.steps import leaps
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, REAL, WHITE, Noise, hide, write_csv
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 UNEVEN = [

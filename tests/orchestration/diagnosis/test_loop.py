@@ -28,10 +28,10 @@ from benchmarks.own_systems import (
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, calibrating
-from warmlink.orchestration.diagnosis.data.own import with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model import driven, loop
+from warmlink.orchestration.machine.heat_paths import with_paths
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import DefaultExperiment
@@ -76,8 +76,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A run of a cell with a hidden tube."""
     monkeypatch.setattr(driven, "_pool", Here)
     (tmp_path / "causes.toml").write_text(CAUSES, "utf-8")
-    own = with_paths(cell(), read_causes(tmp_path / "causes.toml").paths)
-    truth = with_values(own.system, {"tube": {"conductance": 0.1}})
+    changed, _ = with_paths(cell(), read_causes(tmp_path / "causes.toml").paths)
+    truth = with_values(changed, {"tube": {"conductance": 0.1}})
     write_csv(measured(truth, COLUMNS, 0.05, 1), tmp_path / "run.csv")
     return tmp_path
 
@@ -199,9 +199,7 @@ def test_the_compiled_loop_reads_the_log_as_the_plain_one(
 def test_a_part_that_nobody_knows_is_simulated_in_a_loop(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, _: "Link" not in fmu.name
-    )
+    monkeypatch.setattr("warmlink.orchestration.machine.read.is_ours", lambda fmu, _: "Link" not in fmu.name)
     found = Problem(said(folder, CALIBRATED))
     rig = found.experiment.rig
     assert rig.in_loop

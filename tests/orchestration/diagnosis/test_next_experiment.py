@@ -13,10 +13,10 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.next_experiment import LONGEST, Proposed, next_experiment
 from warmlink.orchestration.diagnosis.answer.separation import DUTIES, chances, indistinguishable, run_of
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment, read_runs, together
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import DUTY, SCENARIO, write_next
 from warmlink.orchestration.diagnosis.fit.verdict import assess
 from warmlink.orchestration.diagnosis.practice.hide import STILL, duty_of, hide, write_csv
+from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at, length
 
 
@@ -37,7 +37,7 @@ def test_a_chance_is_that_of_the_nearest_rival() -> None:
 
 
 def test_a_duty_cycle_becomes_a_run_held_from_row_to_row() -> None:
-    run = run_of(DUTIES[4], ["link.elongation"], 0.7, 10.0)
+    run = run_of(DUTIES[4], rig("WarmupCell"), ["link.elongation"], 0.7, 10.0)
     assert run.time[-1] == pytest.approx(0.7 * length(DUTIES[4]))
     assert run.inputs["motor.pad_temperature"][0] == DUTIES[4][0].pad_temperature
     assert np.isnan(run.inputs["motor.pad_temperature"][151])

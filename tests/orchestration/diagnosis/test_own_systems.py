@@ -30,9 +30,9 @@ from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
-from warmlink.orchestration.diagnosis.data.own import rig_of_own, with_paths
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.heat_paths import rig_in, with_paths
 from warmlink.orchestration.system.assemble import read_system
 
 FLANGE = """
@@ -69,8 +69,8 @@ between = ["0 s", "10 min"]
 @pytest.mark.slow
 def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: Path) -> None:
     path = experiment(tmp_path, chain(), {**INPUTS, **CHANNELS}, FLANGE + OTHERS)
-    own = with_paths(chain(), read_causes(tmp_path / "causes.toml").paths)
-    truth = with_values(own.system, {"flange": {"conductance": 0.3}})
+    changed, _ = with_paths(chain(), read_causes(tmp_path / "causes.toml").paths)
+    truth = with_values(changed, {"flange": {"conductance": 0.3}})
     columns = measured(truth, {**INPUTS, **CHANNELS}, 0.05, 1)
     write_csv(columns, tmp_path / "run.csv")
 
@@ -93,7 +93,7 @@ def test_a_hidden_conductance_is_named_and_the_extended_system_has_it(tmp_path: 
 
 
 def test_inputs_stand_before_a_path_that_is_put_before_them() -> None:
-    rig = rig_of_own(with_paths(chain(), {}))
+    rig = rig_in(chain())
     assert rig.component.u.names == rig.externals
     assert rig.component.p.names == rig.parameters
     assert rig.fed_with("motor1.speed") == ("motor1.speed", "link1.speed", "motor2.speed", "link2.speed")

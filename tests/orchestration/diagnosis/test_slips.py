@@ -12,10 +12,10 @@ from warmlink.orchestration.diagnosis.answer.slips import Slips, slips
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import read_run
-from warmlink.orchestration.diagnosis.data.rig import rig
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.machine.rig import rig
 
 Columns = dict[str, np.ndarray]
 SPEED, TORQUE, PAD = "speed [rad/s]", "torque [N.m]", "pad_temperature [degC]"

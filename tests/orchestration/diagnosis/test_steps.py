@@ -7,11 +7,10 @@ import pytest
 
 from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade
 from tests.orchestration.diagnosis.loggers import HALF, Logger, logged_file, logged_run
-from warmlink.orchestration.arm.blueprint import axis
+from warmlink.orchestration.arm.chain import axis
 from warmlink.orchestration.diagnosis.answer.separation import run_of
 from warmlink.orchestration.diagnosis.data.experiment import calibrating, read_experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.rig import PLACE, rig
 from warmlink.orchestration.diagnosis.fit import problem as made_ready
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -20,6 +19,7 @@ from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
 from warmlink.orchestration.diagnosis.model.steps import FINAL, SEARCH, Levels, Resolution
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.machine.rig import PLACE, rig
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 BASE_AND_SHAFT = ("link.base_temperature", "motor.shaft_temperature")
@@ -82,7 +82,7 @@ def test_the_ends_of_a_link_are_right_between_steps_too() -> None:
     known |= {f"link.{name}": value for name, value in wrist.link.items()}
     random = np.random.default_rng(0)
     jobs = [Segment(float(random.integers(5, 200)), *random.uniform(0.0, (1.9, 1.0))) for _ in range(8)]
-    run = run_of(jobs, [], 1.0, 5.0)
+    run = run_of(jobs, rig("WarmupCell"), [], 1.0, 5.0)
     slots = ["link.emissivity", *(f"{PLACE}:link.sensor_position[{i}]" for i in (1, 3))]
     outputs = ("link.base_temperature", "link.tip_temperature")
     ends = Equations(rig("WarmupCell", CELLS), slots, outputs)
@@ -97,9 +97,8 @@ def test_the_ends_of_a_link_are_right_between_steps_too() -> None:
 def test_between_steps_the_ends_of_a_link_are_as_right_as_its_middle(
     resolution: Resolution, most: float
 ) -> None:
-    run = run_of(
-        (Segment(900, 3.43, 2.5), Segment.with_pad(1500, 330.0), Segment(600, 0.0, 4.0)), [], 1.0, 3.0
-    )
+    duty = Segment(900, 3.43, 2.5), Segment.with_pad(1500, 330.0), Segment(600, 0.0, 4.0)
+    run = run_of(duty, rig("WarmupCell"), [], 1.0, 3.0)
     known = {"link.length": 0.3, "link.base_position": 0.0, "link.tip_position": 0.3}
     ends = Equations(
         rig("WarmupCell", resolution.cells), [], ("link.base_temperature", "link.tip_temperature")

@@ -43,10 +43,11 @@ def test_every_key_with_every_wrong_type_gives_a_sentence_or_is_read(
 ) -> None:
     refused = 0
     for text in WRONG:
-        sentence = refusal_of(written(tmp_path, changed(COMPLETE, path, Raw(text))))
-        assert "\n" not in sentence
-        assert len(sentence) < 700
-        refused += sentence != ""
+        refusal = refusal_of(written(tmp_path, changed(COMPLETE, path, Raw(text))))
+        for sentence in refusal.splitlines():  # of each mistake
+            assert len(sentence) > 20 or sentence.endswith(" more")
+            assert len(sentence) < 700
+        refused += refusal != ""
     assert refused >= 4
 
 

@@ -12,6 +12,7 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.orchestration.catalogue import controller, entries
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
@@ -20,13 +21,12 @@ from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 from .pairs import interrupt_at
 
 ELONGATION = "link.elongation"
 LAW = controller("lag").name
-KINDS = set(WARMUP_CELL.components_with(LAW).values())
+KINDS = set(WARMUP_CELL.parts_with(LAW).values())
 
 
 def cell_of(files: dict[str, Path]) -> System:

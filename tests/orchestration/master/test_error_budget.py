@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from warmlink.orchestration.master.algorithms import FOLLOWING
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
-from warmlink.orchestration.master.algorithms.table import FOLLOWING, algorithm
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted, coupling_error, unseen_in
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate

@@ -19,12 +19,12 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.replacement import Replacements
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
 ORDER = 13
@@ -49,7 +49,7 @@ def link(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def cell(link: Path) -> System:
     """Stop and go, so that speeds change on the way, with a controller in the loop."""
     law = controller("lag")
-    files = FmuStore("native").files(WARMUP_CELL.components_with(law.name).values())
+    files = FmuStore("native").files(WARMUP_CELL.parts_with(law.name).values())
     duty = load_scenario("stop_and_go").duty.component_parameters
     duty |= {"duration[1]": 200.0, "duration[2]": 150.0}
     return Replacements({"link": link}, {}).in_system(WARMUP_CELL.system(files, law.name, {"duty": duty}))

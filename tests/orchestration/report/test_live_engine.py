@@ -11,13 +11,15 @@ from tests.node import node
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
+from warmlink.fmus.recorded_duty.component import duty_table, playing
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.report.live.page import packed
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 pytestmark = pytest.mark.platform
 
@@ -63,7 +65,7 @@ def test_the_cell_gives_the_native_numbers_at_every_step(tmp_path: Path) -> None
         **{f"sensors.noise[{i}]": 0.1 for i in range(1, 9)},
     }
     watched = [s.name for s in whole.scalars() if s.reference >= whole.p.size + whole.u.size]
-    (fmu,) = build_native_fmus([Entry(whole, "warmlink.orchestration.system.shipped")], tmp_path)
+    (fmu,) = build_native_fmus([Entry(whole, "warmlink.orchestration.machine.machine")], tmp_path)
     system = System("Alone", {"whole": component("whole", fmu, values)}, (), DefaultExperiment(0, 7200, 1))
     native = simulate(system, 7200.0, 1.0)
     given = job(whole, 7200, watched, values)
@@ -77,3 +79,29 @@ def test_a_refusal_is_the_components_sentence() -> None:
     assert node(RUN, job(LINK, 20, ["elongation"], {"length": -0.1})) == (
         "ThermalLink.length: -0.1 m is not positive; give a value above 0 m"
     )
+
+
+PLAYED = """
+import { engine } from "${page}/engine.js";
+let result;
+try {
+  const run = await engine(given.module, [given.table]);
+  result = run(given.watched, 40, 1.0, []).map((each) => [...each]);
+} catch (fault) {
+  result = fault.message;
+}
+"""
+
+
+def test_a_table_of_any_length_is_played() -> None:
+    generator = np.random.default_rng(4)
+    times = np.cumsum(generator.uniform(0.1, 3.0, 20_000)) - 1.0
+    columns = {"speed": generator.uniform(0, 4, times.size), "torque": generator.uniform(0, 3, times.size)}
+    whole = playing(PLAYER, duty_table(times, columns, ["torque"]))
+    (played,) = whole.tables
+    given = {"module": packed(browser_module(whole)), "watched": [0, 1, 2]}
+    found = node(PLAYED, {**given, "table": packed(played.content)})
+    np.testing.assert_array_equal(np.array(found).T, played.table.over(np.arange(41.0))[:, :3])
+    damaged = played.content[:-8] + bytes(8)
+    told = node(PLAYED, {**given, "table": packed(damaged)})
+    assert told == "the table of the recorded duty is damaged, its checksum differs"

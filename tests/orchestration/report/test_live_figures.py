@@ -8,12 +8,12 @@ import pytest
 from tests.node import node
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.orchestration.closed_loop.metrics import error_metrics
-from warmlink.orchestration.report.closed_loop import CELL_PLOTS
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.report.live.content import columns
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at
-from warmlink.orchestration.scenarios.duties.recorded import read_csv
-from warmlink.orchestration.scenarios.expression import Expression
+from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+from warmlink.orchestration.written.expression import Expression
 
 pytestmark = pytest.mark.platform
 
@@ -73,10 +73,10 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
         "elongation [um]\n"
         "1,90,2,20,,0\n\n2,90,2,,Off,1.5\n3,,,25,0.01,\n4,0,0,,,4\n6,0,0,,,5\n"
     )
-    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    duty = read_csv(path)
+    duty = read_recorded(path)
     times = np.arange(0.0, duty.stop_time, 10.0)
     segments = [
         Segment(s["duration"], **{name: s[name] + shown_from(name) for name in DEMANDS})
@@ -112,10 +112,10 @@ def test_a_measured_run_is_read_however_a_logger_separates_it(
     ]
     lines = [separator.join(f"{value:.2f}".replace(".", mark) for value in row) for row in rows]
     text = "\n".join((head, *lines, ""))
-    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    expected = read_csv(path).segments
+    expected = read_recorded(path).segments
     assert len(found["segments"]) == len(expected) == 2
     for shown, segment in zip(found["segments"], expected, strict=True):
         assert shown["duration"] == pytest.approx(segment.duration)
@@ -125,10 +125,10 @@ def test_a_measured_run_is_read_however_a_logger_separates_it(
 
 def test_what_a_measured_run_does_not_tell_is_as_the_command_takes_it(tmp_path: Path) -> None:
     text = "time [s],speed [rad/s]\n0,\n60,2\n90,2\n"
-    (found,) = node(READ, {"columns": columns(CELL_PLOTS), "texts": [text]})
+    (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    expected = read_csv(path).segments
+    expected = read_recorded(path).segments
     assert len(found["segments"]) == len(expected)
     for shown, segment in zip(found["segments"], expected, strict=True):
         for name in DEMANDS:
@@ -156,6 +156,6 @@ def test_a_measured_run_is_refused_in_a_sentence() -> None:
         "1,2," * 300_000: "column '1' is not of the form 'name [unit]'; rename it",
     }
     for told, expected in zip(
-        node(READ, {"columns": columns(CELL_PLOTS), "texts": list(heads)}), heads.values(), strict=True
+        node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": list(heads)}), heads.values(), strict=True
     ):
         assert expected in told

@@ -45,15 +45,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def errors(scenario: Scenario, folder: Path) -> dict[str, Any]:
     """Error of the tool point by the native FMU of the whole system, in m."""
-    (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.system.shipped")], folder)
-    stop = scenario.stop_time
-    system = System("Alone", {"whole": component("whole", fmu)}, (), DefaultExperiment(0.0, stop, 1.0))
-    result = simulate(system, stop, 1.0)
+    (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.machine.machine")], folder)
+    alone = DefaultExperiment(0.0, stop := scenario.stop_time, 1.0)
+    result = simulate(System("Alone", {"whole": component("whole", fmu)}, (), alone), stop, 1.0)
     return {
         name: expression.value(lambda each: result[f"whole.{each}"])
         for name, expression in (
-            ("none", scenario.setup.roles.uncompensated),
-            ("lag", scenario.setup.roles.score),
+            ("none", scenario.machine.roles.uncompensated),
+            ("lag", scenario.machine.roles.score),
         )
     }
 

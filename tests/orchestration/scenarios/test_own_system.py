@@ -172,9 +172,7 @@ def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink)
 def test_a_regression_is_designed_for_fmus_whose_equations_nobody_knows(
     warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, _: "Link" not in fmu.name
-    )
+    monkeypatch.setattr("warmlink.orchestration.machine.read.is_ours", lambda fmu, _: "Link" not in fmu.name)
     Path("chain.toml").write_text(
         ROLES.replace('stop_time = "30 min"', 'step_size = "5 s"\nstop_time = "1 h"')
     )
@@ -277,7 +275,7 @@ def test_the_chain_runs_on_a_page(warmlink: Warmlink, tmp_path: Path) -> None:
 def test_a_page_of_foreign_fmus_is_refused(
     warmlink: Warmlink, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("warmlink.orchestration.scenarios.setup.is_ours", lambda fmu, declared: False)
+    monkeypatch.setattr("warmlink.orchestration.machine.read.is_ours", lambda fmu, declared: False)
     assert warmlink("live", "chain.toml", "--controller", "lag") == 2
     told = capsys.readouterr().err
     assert "Chain: contains foreign FMUs (motor1 of Chain" in told

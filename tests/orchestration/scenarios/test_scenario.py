@@ -12,8 +12,8 @@ from warmlink.fmus.temperature_sensors.component import COMPONENT as SENSORS
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario, scenario_names
 from warmlink.orchestration.scenarios.overrides import start_values
-from warmlink.orchestration.scenarios.quantities import quantity
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.written.quantities import quantity
 
 HOUR = "stop_time = '1 h'\n"
 

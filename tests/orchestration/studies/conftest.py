@@ -7,9 +7,9 @@ import pytest
 
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.fmu_store import store
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.workers import FmuSet, attempt
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 # Ten minutes each, so that a test may run many.
 DUTIES = {
@@ -61,7 +61,7 @@ class Here:
 @pytest.fixture(scope="session")
 def fmus() -> FmuSet:
     laws = [catalogue.controller(name).name for name in ("none", "lag")]
-    kinds = sorted({kind for law in laws for kind in WARMUP_CELL.components_with(law).values()})
+    kinds = sorted({kind for law in laws for kind in WARMUP_CELL.parts_with(law).values()})
     chosen = store(None, kinds, lambda text: None)
     return FmuSet.read(chosen.kind, chosen.files(kinds))
 

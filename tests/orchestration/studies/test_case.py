@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.studies.case import case_of, warm_up_first
+from warmlink.orchestration.written.expression import Expression
 
 
 def test_warming_up_first_gives_what_is_left_after_the_growth_has_settled() -> None:
@@ -32,6 +32,6 @@ def test_a_run_whose_roles_differ_is_another_run() -> None:
     scenario = load_scenario("stop_and_go")
     half = Expression("0.5 * link.elongation")
     changed = [{"score": half}, {"uncompensated": half}, {"plant": ("motor.shaft_temperature",)}]
-    setups = [replace(scenario.setup, roles=replace(scenario.setup.roles, **each)) for each in changed]
-    runs = [case_of(replace(scenario, setup=setup), ("lag",)) for setup in (scenario.setup, *setups)]
+    machines = [replace(scenario.machine, roles=replace(scenario.machine.roles, **each)) for each in changed]
+    runs = [case_of(replace(scenario, machine=each), ("lag",)) for each in (scenario.machine, *machines)]
     assert len({run.digest for run in runs}) == len(runs)

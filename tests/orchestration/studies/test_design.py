@@ -7,10 +7,10 @@ from tests.pages import plots
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.studies.plants import plant_of
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
+from warmlink.orchestration.studies.plants import cell_plant_in
 from warmlink.orchestration.studies.workers import FmuSet
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
 from warmlink.orchestration.system.write import write_ssp
 
@@ -47,7 +47,7 @@ def test_a_systems_own_parameters_are_designed_for(
     tmp_path: Path, fmus: FmuSet, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     system = cell(fmus, motor={"joint_conductance": 2.0}, link={"conductivity": 200.0})
-    plant = plant_of(system)
+    plant = cell_plant_in(system)
     assert plant.given == {"motor.joint_conductance": 2.0, "link.conductivity": 200.0}
     write_ssp(system, tmp_path / "mine.ssp")
     out = tmp_path / "mine.ssv"
@@ -64,6 +64,7 @@ def test_a_systems_own_parameters_are_designed_for(
     [
         (["absent.ssp"], "absent.ssp"),
         (["BenchRod"], "BenchRod: has no motor with a link"),
+        (["SixAxisArm"], "SixAxisArm: kinematics.error_norm is scored, which is no output of its motors"),
         (
             ["WarmupCell", "--law", "lag"],
             "lag: has no design; choose regression, observer or",
@@ -102,7 +103,7 @@ def test_a_bad_design_is_refused(
 def test_a_system_without_a_motor_is_refused(fmus: FmuSet) -> None:
     kept = {"link": cell(fmus).components["link"]}
     with pytest.raises(InputError, match="needs one MotorHeatSource, and the system has none"):
-        plant_of(System("rod", kept))
+        cell_plant_in(System("rod", kept))
 
 
 def test_the_page_shows_poles_and_bode_plots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

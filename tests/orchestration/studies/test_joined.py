@@ -12,7 +12,7 @@ import pytest
 from warmlink.fmus.packaging.native import library
 from warmlink.fmus.packaging.native import rollout as rollout_module
 from warmlink.fmus.packaging.native.library import loaded
-from warmlink.fmus.packaging.native.rollout import Given, Rollout, task_list
+from warmlink.fmus.packaging.native.rollout import Given, Played, Rollout, task_list
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
@@ -108,8 +108,10 @@ def test_what_an_fmu_would_refuse_at_either_step_is_run_on_the_fmus(
     case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
     run = Rollout.run
 
-    def refusing(self: Rollout, given: Sequence[Given], count: int, step: float) -> object:
-        values, well = run(self, given, count, step)
+    def refusing(
+        self: Rollout, given: Sequence[Given], count: int, step: float, played: Sequence[Played]
+    ) -> object:
+        values, well = run(self, given, count, step, played=played)
         return values, well & (step != refused * case.step_size)
 
     monkeypatch.setattr(Rollout, "run", refusing)
@@ -232,9 +234,8 @@ def test_what_cannot_be_joined_runs_on_fmus(folder: Path) -> None:
     duty = scenario(folder)
     said: list[str] = []
     assert joined_systems([replace(duty, master="jacobi")], said.append) == {}
-    theirs = replace(duty.setup.blueprint, foreign={"ThermalLink": Path("theirs.fmu")})
-    foreign = replace(duty.setup, blueprint=theirs)
-    assert joined_systems([replace(duty, setup=foreign)], said.append) == {}
+    foreign = replace(duty.machine, foreign={"ThermalLink": Path("theirs.fmu")})
+    assert joined_systems([replace(duty, machine=foreign)], said.append) == {}
     assert said == []
 
 

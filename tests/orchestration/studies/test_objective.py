@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.written import read_table
 from warmlink.orchestration.studies.case import METRICS, Case, Constraint, Gathered, Outcome, gather
+from warmlink.orchestration.written.tables import read_table
 
 VALUES = st.lists(st.floats(0, 1e3), min_size=1, max_size=12)
 

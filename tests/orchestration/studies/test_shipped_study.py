@@ -18,7 +18,8 @@ pytest.importorskip("optuna")
 from benchmarks.rollout import demand_table
 from tests.pages import plots
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.master.algorithms.table import algorithm
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
+from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.studies.case import Case, Outcome, figures
 from warmlink.orchestration.studies.points import best
@@ -27,7 +28,6 @@ from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.sweep import points_of, sweep
 from warmlink.orchestration.studies.tune import tune
 from warmlink.orchestration.studies.workers import FmuSet
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -49,7 +49,10 @@ class Followed:
                 case.stop_time,
                 case.step_size,
                 algorithm(case.master),
-                record=("link.elongation", "compensator.correction", "link.discretisation_error"),
+                record=(
+                    *("link.elongation", "link.discretisation_error"),
+                    *("compensator.correction", "compensator.ready"),
+                ),
                 balances=(),
                 unpacked=fmus.unpacked,
             )

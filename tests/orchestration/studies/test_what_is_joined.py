@@ -1,6 +1,7 @@
 """Which runs go on joined systems, and what is said of those that do not."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,10 @@ from warmlink.fmus.packaging.native import compile
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.progress import Progress
 from warmlink.orchestration.scenarios import mismatch
-from warmlink.orchestration.scenarios.expression import Expression
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import COMPARED, case_of
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -24,6 +26,7 @@ from warmlink.orchestration.studies.workers import (
     lane_of,
 )
 from warmlink.orchestration.system.units import Conversion
+from warmlink.orchestration.written.expression import Expression
 
 LAW = "LagCompensator"
 NOMINAL = [mismatch.load("nominal")]
@@ -48,6 +51,26 @@ def remarks(fmus: FmuSet, scenarios: Sequence[Scenario]) -> list[str]:
     return said
 
 
+def test_it_says_which_system_is_compiled_and_which_is_tried(
+    pause: Scenario, fmus: FmuSet, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    doing: list[tuple[str, float | None]] = []
+
+    @contextmanager
+    def shown(what: str) -> Iterator[Progress]:
+        yield lambda text, share=None: doing.append((f"{what}: {text}", share))
+
+    monkeypatch.setattr(at_work, "spinner", shown)
+    with at_work.at_work([pause], NOMINAL, at_work.USUAL, folder / "part"):
+        shares = [share for _, share in doing if share is not None]
+    assert [text for text, _ in doing] == [
+        f"Preparing the runs: compiling system 1 of 1, with {LAW}",
+        "Preparing the runs: looking for the runs to try beside the FMUs",
+        f"Preparing the runs: trying {LAW} beside its FMUs",
+    ]
+    assert shares == sorted(shares)
+
+
 @pytest.mark.parametrize("part", ["sensors.fault_kind[1]", "sensors.fault_kind[5]", "camera.fault_kind"])
 def test_readings_that_drop_out_are_joined(pause: Scenario, fmus: FmuSet, part: str) -> None:
     dropout = replace(pause, parameters={part: 4, part.replace("kind", "time"): "100 s"})
@@ -60,7 +83,7 @@ def test_readings_that_drop_out_are_joined(pause: Scenario, fmus: FmuSet, part: 
 
 def test_what_any_scenario_scores_is_recorded(pause: Scenario, fmus: FmuSet) -> None:
     cooled = Expression("link.elongation - compensator.correction - 1e-7 * (motor.shaft_temperature - 295)")
-    other = replace(pause, setup=replace(pause.setup, roles=replace(pause.setup.roles, score=cooled)))
+    other = replace(pause, machine=replace(pause.machine, roles=replace(pause.machine.roles, score=cooled)))
     whole = joined(fmus, pause, other)
     first, second = attempt_all([case_of(each, ("lag",)) for each in (pause, other)], whole)
     assert (first.stopped, second.stopped) == (None, None)
@@ -69,9 +92,9 @@ def test_what_any_scenario_scores_is_recorded(pause: Scenario, fmus: FmuSet) -> 
 
 def test_a_connection_that_scales_is_not_that_of_the_joined_system(pause: Scenario, fmus: FmuSet) -> None:
     joined(fmus, pause)
-    held = replace(pause.setup.blueprint, scaled={"link.heat_flow": Conversion(1.001, 0.0)})
+    held = replace(pause.machine, scaled={"link.heat_flow": Conversion(1.001, 0.0)})
     said: list[str] = []
-    scaled = replace(pause, setup=replace(pause.setup, blueprint=held))
+    scaled = replace(pause, machine=held)
     assert joined_systems([scaled], said.append) == {}
     assert "a connection scales what it carries (link.heat_flow)" in said[0]
 
@@ -126,6 +149,6 @@ def test_it_is_said_that_the_score_of_the_run_which_was_tried_is_no_number(
     pause: Scenario, fmus: FmuSet
 ) -> None:
     root = Expression("sqrt(compensator.correction - link.elongation)")
-    wild = replace(pause, setup=replace(pause.setup, roles=replace(pause.setup.roles, score=root)))
+    wild = replace(pause, machine=replace(pause.machine, roles=replace(pause.machine.roles, score=root)))
     (said,) = remarks(joined(fmus, wild), [wild])
     assert said == f"{LAW}: runs on its FMUs, since the score of the run that was tried of it is no number"

@@ -62,7 +62,7 @@ def deadly(folder: Path, times: int) -> Deadly:
         good.master,
         good.tolerance,
         False,
-        good.setup,
+        good.machine,
         str(folder / "lives"),
     )
 
@@ -97,7 +97,7 @@ def test_a_run_that_fails_tells_why(folder: Path, fmus: FmuSet) -> None:
 
 
 def test_no_workers_at_all_are_refused(fmus: FmuSet) -> None:
-    with pytest.raises(InputError, match="--jobs 0"):
+    with pytest.raises(InputError, match="jobs=0"):
         LocalWorkers(fmus, 0)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import combinations
 
 from warmlink.orchestration.catalogue import controller
+from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named
 from warmlink.orchestration.system.drawing import Box, boxes, places
-from warmlink.orchestration.system.shipped import BENCH_ROD, WARMUP_CELL
 
 
 def apart(one: Box, other: Box) -> bool:
@@ -19,13 +19,14 @@ def drawn(wires: tuple[tuple[str, str], ...], parts: list[str]) -> dict[str, Box
 
 
 def test_the_cell_is_drawn_along_its_signals() -> None:
-    parts = list(WARMUP_CELL.components_with(controller("lag").name))
+    parts = list(WARMUP_CELL.parts_with(controller("lag").name))
     found = drawn(WARMUP_CELL.wires, parts)
     left = {name: box[0] for name, box in found.items()}
     order = ("duty", "motor", "link", "sensors", "compensator")
     assert sorted(order, key=left.__getitem__) == list(order)
     assert left["camera"] == left["sensors"]
-    for each in (found, drawn(BENCH_ROD.wires, list(BENCH_ROD.components))):
+    rod = machine_named("BenchRod")
+    for each in (found, drawn(rod.wires, list(rod.parts))):
         assert all(apart(a, b) for a, b in combinations(each.values(), 2))
 
 

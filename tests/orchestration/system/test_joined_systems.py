@@ -18,16 +18,16 @@ from warmlink.orchestration.catalogue import controller, shipped
 from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.error_budget import coupling_error
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import PARAMETER_SET, write_ssp
 
-HOME = "warmlink.orchestration.system.shipped"
+HOME = "warmlink.orchestration.machine.machine"
 LAW = controller("lag").name
 DUTY = {"duration[1]": 1200.0, "duration[2]": 600.0, "segment_speed[2]": 0.0, "segment_torque[2]": 0.5}
 PHASES = [demand(1200.0, 3.43, 2.5), demand(600.0, 0.0, 0.5)]
@@ -63,7 +63,7 @@ def test_the_joined_cell_is_exact(run: dict[str, np.ndarray]) -> None:
 
 
 def test_the_co_simulated_cell_differs_by_its_coupling_error(run: dict[str, np.ndarray]) -> None:
-    files = FmuStore("native").files(WARMUP_CELL.components_with(LAW).values())
+    files = FmuStore("native").files(WARMUP_CELL.parts_with(LAW).values())
     system = WARMUP_CELL.system(files, LAW, {"duty": DUTY})
     names = ("link.elongation", "compensator.correction")
     coupled = simulate(system, STOP, 1.0, GaussSeidel())
@@ -121,7 +121,7 @@ def test_an_arm_is_one_fmu(tmp_path: Path) -> None:
     scenario = load_scenario("six_axis_shift")
     assert isinstance(scenario.duty, Program)
     program = replace(scenario.duty, axes=count)
-    scenario = replace(scenario, controller=shipped("lag"), setup=arm(count), duty=program)
+    scenario = replace(scenario, controller=shipped("lag"), machine=arm(count), duty=program)
     (fmu,) = build_native_fmus([Entry(scenario.joined(), HOME)], tmp_path)
     found = check_fmu(fmu, cases=["runs its default experiment", "state restore is bit-identical"])
     assert not [each for each in found if each.verdict == "fail"]

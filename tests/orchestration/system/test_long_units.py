@@ -14,7 +14,7 @@ from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 GAP = " " * 100_000
 CASES = {
     "unit": ("system.units", "parse_unit('Nparameterambient_temperature_of_the_room [degC')"),
-    "value": ("scenarios.entries", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
+    "value": ("written.entries", "quantity('1' + GAP + 'x\\ny', 's', 'stop_time')"),
 }
 
 

@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from warmlink.orchestration.arm.blueprint import arm_blueprint, write_arm
+from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.files import write_machine
+from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.model import System
-from warmlink.orchestration.system.shipped import BENCH_MOTOR, BENCH_ROD, WARMUP_CELL, Blueprint
 from warmlink.orchestration.system.write import Ports, write_ssp
 
 from .ssp_text import component, connection, connector, ssd, write_zip
@@ -27,9 +29,9 @@ from .test_write_system import schema
 LAW = controller("lag").name
 
 
-def built(blueprint: Blueprint) -> System:
-    files = FmuStore("native").files(set(blueprint.components_with(LAW).values()))
-    return blueprint.system(files, LAW, blueprint.shown_drive)
+def built(machine: Machine) -> System:
+    files = FmuStore("native").files(set(machine.parts_with(LAW).values()))
+    return machine.system(files, LAW, machine.shown)
 
 
 def structure(path: Path) -> etree._Element:
@@ -48,7 +50,8 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def arms(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    return write_arm(built(arm_blueprint(2)), tmp_path_factory.mktemp("arm"))
+    arm = arm_chain(2)
+    return write_machine(built(arm), arm.ports, tmp_path_factory.mktemp("arm"))
 
 
 def test_omsimulator_is_told_of_each_system_that_it_is_one_of_co_simulation(
@@ -121,8 +124,8 @@ def test_a_larger_system_drives_the_cell_through_its_ports(cell: Path, tmp_path:
 
 def test_ports_of_one_name_in_both_directions_stay_apart(tmp_path: Path) -> None:
     ports = Ports(("duty",), (("link", "base_temperature"), ("other", "speed")))
-    parts = {**WARMUP_CELL.components, "other": "DutyCycle"}
-    write_ssp(built(replace(WARMUP_CELL, components=parts)), tmp_path / "part.ssp", ports)
+    parts = {**WARMUP_CELL.parts, "other": "DutyCycle"}
+    write_ssp(built(replace(WARMUP_CELL, parts=parts)), tmp_path / "part.ssp", ports)
     connectors = structure(tmp_path / "part.ssp").findall("{*}System/{*}Connectors/{*}Connector")
     kinds = {c.get("name"): c.get("kind") for c in connectors}
     assert (kinds["duty_speed"], kinds["other_speed"]) == ("input", "output")
@@ -141,9 +144,9 @@ def test_an_arm_has_ports_for_duty_angles_and_results(arms: list[Path]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("bench", "watched"), [(BENCH_ROD, "link.elongation"), (BENCH_MOTOR, "motor.winding_temperature")]
+    ("bench", "watched"), [("BenchRod", "link.elongation"), ("BenchMotor", "motor.winding_temperature")]
 )
-def test_a_bench_does_something_by_itself(bench: Blueprint, watched: str, tmp_path: Path) -> None:
-    write_ssp(built(bench), tmp_path / "bench.ssp")
+def test_a_bench_does_something_by_itself(bench: str, watched: str, tmp_path: Path) -> None:
+    write_ssp(built(machine_named(bench)), tmp_path / "bench.ssp")
     values = simulate(read_system(tmp_path / "bench.ssp", tmp_path / "work"), 60.0, 1.0)[watched]
     assert values[-1] > values[0]

@@ -16,12 +16,12 @@ from warmlink.fmus.packaging.native.fmu import build_native_fmus
 from warmlink.fmus.packaging.views import flagged
 from warmlink.orchestration.catalogue import components, entries
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.read import is_ours
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.products.build import build
-from warmlink.orchestration.scenarios.setup import is_ours
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 from warmlink.orchestration.system.write import write_ssp
 
 LAW = "ObserverDriftCompensator"
@@ -34,7 +34,7 @@ DROPOUTS: Mapping[str, Mapping[str, float | int]] = {
 
 @pytest.fixture(scope="module")
 def plain() -> dict[str, Path]:
-    return FmuStore("native").files(set(WARMUP_CELL.components_with(LAW).values()))
+    return FmuStore("native").files(set(WARMUP_CELL.parts_with(LAW).values()))
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +112,6 @@ def test_fmus_with_flags_are_not_taken_for_those_without(
 
 @pytest.mark.parametrize(("fmus", "scenario"), [("all", None), ("native", "cell.toml")])
 def test_flags_are_for_shipped_native_fmus(fmus: str, scenario: str | None, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="--valid-flags: is for the shipped native FMUs"):
+    with pytest.raises(InputError, match="`valid_flags`: is for the shipped native FMUs"):
         build((), tmp_path / "dist", fmus=fmus, scenario=scenario, valid_flags=True)
     assert not (tmp_path / "dist").exists()

@@ -18,9 +18,9 @@ from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.orchestration.check.fmu import check_fmu, validity_problems
 from warmlink.orchestration.fmu_store import FmuStore
+from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.shipped import WARMUP_CELL
 
 from .conftest import BuildNative
 
@@ -85,7 +85,7 @@ def test_the_same_bits_in_fmpy(name: str, arrays: Callable[[str], Path], native_
 
 @pytest.mark.slow
 def test_the_same_bits_in_our_master(arrays: Callable[[str], Path], native_fmu: BuildNative) -> None:
-    kinds = set(WARMUP_CELL.components_with(LAW).values())
+    kinds = set(WARMUP_CELL.parts_with(LAW).values())
     scalars = FmuStore("native").files(kinds)
     values = {
         "sensors": {"noise[1]": 0.1, "fault_kind[3]": 3, "fault_rate[3]": 1e-3},

@@ -11,7 +11,7 @@ from warmlink.fmus.packaging.native.compile import Compiler
 from warmlink.fmus.packaging.native.fmu import native_fmu_files
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration.catalogue import controller
-from warmlink.orchestration.system.shipped import SHIPPED
+from warmlink.orchestration.machine.shipped import machine_named
 
 CHOSEN = ("DriftCamera", "Heater", "LagCompensator", "TemperatureSensors", "ThermalLink")
 
@@ -38,5 +38,5 @@ def test_what_is_built_after_a_rollout_is_what_is_built_alone(monkeypatch: pytes
     alone = files(entry)
     calls._whole.cache_clear()
     monkeypatch.setattr(Compiler, "library", lambda *given: b"")
-    compiled(SHIPPED["WarmupCell"].joined(controller("lag")), ["link.elongation"])
+    compiled(machine_named("WarmupCell").joined(controller("lag")), ["link.elongation"])
     assert files(entry) == alone

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native import codegen, joint_code, joint_step
 from warmlink.fmus.packaging.native.casadi_code import function
-from warmlink.fmus.packaging.native.wired import Plan
-from warmlink.orchestration.arm.blueprint import arm_blueprint
+from warmlink.fmus.packaging.native.wired import WirePlan
+from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 
 COUNT = 3
@@ -24,8 +24,8 @@ def arm(request: pytest.FixtureRequest) -> Component:
 
 
 def joined(count: int, compensated: bool = True) -> Component:
-    blueprint = arm_blueprint(count, compensated)
-    return blueprint.joined(controller("observer") if compensated else None)
+    machine = arm_chain(count, compensated)
+    return machine.joined(controller("observer") if compensated else None)
 
 
 def given(arm: Component, sizes: list[int]) -> list[NDArray[np.float64]]:
@@ -41,7 +41,7 @@ def given(arm: Component, sizes: list[int]) -> list[NDArray[np.float64]]:
 
 
 def test_calls_give_the_doubles_of_what_is_written_out(arm: Component) -> None:
-    plan = Plan(arm)
+    plan = WirePlan(arm)
     groups, seen = joint_code.seen(plan)
     parts = [*joint_step.stepping(plan), *seen]
     parts += [*joint_step.slopes(plan)] if not arm.sampled else []

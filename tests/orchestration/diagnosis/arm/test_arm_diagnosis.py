@@ -37,7 +37,7 @@ LONG_ENOUGH = 4800.0
 def store() -> FmuStore:
     store = FmuStore("native")
     try:
-        store.files(arm().blueprint.kinds | shipped("none").kinds)
+        store.files(arm().kinds | shipped("none").kinds)
     except InputError as fault:
         pytest.skip(str(fault))
     return store

@@ -1,0 +1,1 @@
+"""Growth in proportion to the temperature at the tip."""

@@ -1,0 +1,1 @@
+"""A lump of metal that cools."""
