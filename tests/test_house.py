@@ -242,3 +242,21 @@ def test_the_project_speaks_of_itself_only() -> None:
 def test_a_room_that_is_gone_is_noticed() -> None:
     with pytest.raises(AssertionError, match="fmus/parts holds no Python"):
         sources("fmus/parts")
+
+
+def test_the_library_speaks_of_arguments_and_the_command_of_options() -> None:
+    """`argument` gives either; a sentence with a whole command may have its options."""
+    spoken = re.compile(r"(?<![\w<!-])--[a-z][a-z-]+")
+    found = []
+    for path in SOURCES:
+        if {"command_line", "cli.py"}.isdisjoint(path.parts):
+            tree = ast.parse(path.read_text("utf-8"))
+            told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+            texts = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+            sentences = (each for each in texts if " " in each.value and id(each) not in told)
+            found += [
+                f"{path.relative_to(ROOT)}:{each.lineno}: {each.value}"
+                for each in sentences
+                if spoken.search(each.value) and "warmlink " not in each.value
+            ]
+    assert not found
