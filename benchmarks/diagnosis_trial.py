@@ -85,8 +85,8 @@ def _stated(experiment: Experiment, kind: Kind) -> dict[str, float]:
 
 def trial(task: tuple[str, int, int]) -> Trial:
     """Carry out one trial, given its kind, the bench's seed and its number."""
-    from warmlink.orchestration.diagnosis.answer.prediction import Scores
     from warmlink.orchestration.diagnosis.fit.verdict import assess
+    from warmlink.orchestration.diagnosis.ladder.prediction import Scores
 
     kind_name, seed, i = task
     kind = KINDS[kind_name]

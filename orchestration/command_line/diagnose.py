@@ -29,6 +29,7 @@ def diagnose(
     set_: list[str] | None = None,
     scenario: str | None = None,
     noise: list[str] | None = None,
+    accuracy: list[str] | None = None,
     unit: list[str] | None = None,
     map_: list[str] | None = None,
     decimal: str = "",
@@ -55,6 +56,8 @@ def diagnose(
     scenario : Scenario file (TOML) of your machine, with its [parameters]; --set changes them further.
     noise : Standard deviation of the noise of a column, for example --noise "tip_temperature=0.1 K".
         Repeatable.
+    accuracy : Error that matters to you, for example --accuracy "0.5 K" for all temperatures or
+        --accuracy "elongation=2 um". A model below it is adequate, however small the noise. Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC" for one column, --unit degC for all
         columns of that quantity, --unit "time=%d/%m/%Y %H:%M:%S" for dates. Repeatable.
     map_ : Which variable a column holds, for example --map "T_base=base_temperature"; --map "T9=" ignores the
@@ -65,6 +68,7 @@ def diagnose(
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
+    from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
     from warmlink.orchestration.diagnosis.data.columns import said
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
@@ -80,7 +84,7 @@ def diagnose(
         run = f"{whole_arm[0]}: a run of the whole arm"
         if len(data) > 1:
             raise InputError(f"{run} cannot be combined with others; diagnose it by itself")
-        if any((assume, set_, scenario, noise, unit, map_, decimal, calibrate_only, replace)):
+        if any((assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace)):
             raise InputError(
                 f"{run} has every input and is compared with the shipped arm; "
                 "leave out all options but --out, --check and --json"
@@ -95,6 +99,7 @@ def diagnose(
         columns = [name for name in map_ or () if name not in own]
         told = said(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
+        experiment = with_accuracy(experiment, accuracy or [])
         return calibrating(experiment) if calibrate_only else experiment
 
     if check:
@@ -145,6 +150,7 @@ def _in_words(run: dict[str, Any]) -> str:
 def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
     from warmlink.orchestration.diagnosis.answer.entries import json_content
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
+    from warmlink.orchestration.diagnosis.answer.ladder import table_of
     from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
     from warmlink.orchestration.fmu_store import store
@@ -166,7 +172,10 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         with spinner("Writing the report"):
             files = write_diagnosis(found, folder, store(None, needed, remark))
     if not json:
-        word = "extended" if found.causes else "calibrated" if found.experiment.calibrated else "unchanged"
+        headings, rows = table_of(found)
+        if rows:
+            print_table("", headings, rows, texts=1, width=160)
+        word = {"uncorrected": "unchanged", "calibrated": "calibrated"}.get(found.delivered, "extended")
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):

@@ -33,6 +33,7 @@ _ASSESSED, _HELD_OUT = 0.8, 0.85
 
 _ANSWER = {
     "columns that may be something else": "doubts",
+    "models beside plain fits": "ladder",
     "heat that is missing": "missing_heat",
     "compensation by the model": "feed_forward",
     "compensation by an observer": "observer",

@@ -15,6 +15,7 @@ from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
 from warmlink.orchestration.diagnosis.data.columns import Said
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
@@ -90,6 +91,7 @@ def diagnose(
     parameters: Mapping[str, str] = MappingProxyType({}),
     scenario: str | Path | None = None,
     noise: Mapping[str, str] = MappingProxyType({}),
+    accuracy: str | Mapping[str, str] = MappingProxyType({}),
     units: Mapping[str, str] = MappingProxyType({}),
     names: Mapping[str, str] = MappingProxyType({}),
     decimal: str = "",
@@ -104,6 +106,8 @@ def diagnose(
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
     scenario : a scenario (TOML) of the machine as it is known, which need not be a warm-up cell
     noise : 1 sigma by column or variable, `"0.1 K"` under `tip_temperature`
+    accuracy : error that matters, `"0.5 K"` for all temperatures, or by column or variable; a model below it
+        is adequate, however small the noise
     units : those that headers lack, `"degC"` under `T_base`
     names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
     decimal : decimal mark, "point" or "comma", if a file could be read either way
@@ -125,7 +129,8 @@ def diagnose(
         progress("reading")
         told = Said(units, names=names, decimal=decimal, machine=machine)
         experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
-        found = Found(diagnose_experiment(experiment, progress))
+        wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
+        found = Found(diagnose_experiment(with_accuracy(experiment, wanted), progress))
         work_out(found.diagnosis, progress)
     for each in found.diagnosis.remarks:
         remark(each)

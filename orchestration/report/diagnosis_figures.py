@@ -9,9 +9,10 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit, per_si, shown
+from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.report.figures import DASHES, chart, styled
 from warmlink.orchestration.report.page import Section
 from warmlink.orchestration.system.units import ZERO_CELSIUS

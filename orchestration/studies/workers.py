@@ -24,8 +24,9 @@ from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.scenarios.duties.duty import IDLE
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import (
@@ -175,10 +176,11 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
             given = [cases[place].values for place in places]
-            runs.append((points, *rollout.run(given, points.count, points.step_size)))
+            played = [cases[place].machine.tables for place in places]
+            runs.append((points, *rollout.run(given, points.count, points.step_size, played=played)))
         for i, place in enumerate(places):
             if all(well[i] for *_, well in runs):
-                tables = (Table(names, units, points, values[i].T) for points, values, _ in runs)
+                tables = (RecordTable(names, units, points, values[i].T) for points, values, _ in runs)
                 yield place, *(Result(table, "completed") for table in tables)
 
 
@@ -191,7 +193,8 @@ def joined_systems(
     those that cannot be compiled, with a remark.
     """
     found: dict[str, Rollout] = {}
-    laws = _by_law(scenarios)
+    # Whatever drives them is no part of what is compiled: tables stand in place of the segments.
+    laws = _by_law([replace(each, duty=IDLE) if each.duty.tables else each for each in scenarios])
     for done, (law, mine) in enumerate(laws.items()):
         progress(f"compiling system {done + 1} of {len(laws)}, with {law}", done / len(laws))
         first = mine[0]

@@ -21,10 +21,10 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.extension import extended_values
 from warmlink.orchestration.diagnosis.answer.growth import growth_of
-from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.model.equations import bound
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
 from warmlink.orchestration.machine.machine import merged

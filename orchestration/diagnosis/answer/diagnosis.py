@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.doubtful import (
@@ -19,16 +17,32 @@ from warmlink.orchestration.diagnosis.answer.doubtful import (
     understated,
 )
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
-from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, Predicted, Scores, judged
+from warmlink.orchestration.diagnosis.answer.refusals import Refusals
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
-
-Answered = TypeVar("Answered")
+from warmlink.orchestration.diagnosis.ladder.delivered import (
+    CALIBRATED,
+    CAUSES,
+    NEAREST,
+    UNCORRECTED,
+    Delivery,
+)
+from warmlink.orchestration.diagnosis.ladder.errors import good_enough, largest_errors
+from warmlink.orchestration.diagnosis.ladder.plain import plainly_calibrated
+from warmlink.orchestration.diagnosis.ladder.prediction import (
+    MISSED,
+    HeldOut,
+    Predicted,
+    Scores,
+    judged,
+)
+from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
 
 @dataclass(frozen=True)
@@ -69,9 +83,28 @@ class Diagnosis:
     @cached_property
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
+        word, _ = found = self._gated
+        if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
+            return "unknown", (
+                "No cause is established, and none of the models predicts the held-out rows better than the "
+                "uncorrected one."
+            )
+        return found
+
+    @cached_property
+    def _gated(self) -> tuple[Word, str]:
+        """The verdict by the held-out errors of the calibrated model and of the one with causes."""
         wanders = not self.assessment.fitter.wander.still
         fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
-        return judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
+        found = judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
+        largest = largest_errors(self.scores.by_channel(self.before))
+        return good_enough(largest, self.accuracy, found)
+
+    @property
+    def accuracy(self) -> dict[str, tuple[float, str]]:
+        """Error that matters in SI, and the column's unit, by column name, as far as it is said."""
+        given = self.experiment.accuracy
+        return {c.name: (given[c.variable], c.unit) for c in self.experiment.columns if c.variable in given}
 
     @cached_property
     def beyond_noise(self) -> str:
@@ -134,15 +167,20 @@ class Diagnosis:
         signal = self.experiment.rig.column_of(found.signal)
         return problem.names[problem.variables[found.channel]], signal
 
+    @property
+    def _unexplained(self) -> bool:
+        """Whether no cause explains the fitted rows, and that matters to whoever asks."""
+        return self.assessment.word == "unknown" and self.verdict != "adequate"
+
     @cached_property
     def hint(self) -> Hint | None:
         """What the missing heat looks like, where the cause is unknown."""
-        return hint(self.assessment) if self.assessment.word == "unknown" else None
+        return hint(self.assessment) if self._unexplained else None
 
     @cached_property
     def missing_heat(self) -> tuple[MissingHeat, ...]:
         """When and where heat is missing, where no cause is established."""
-        return missing_heat(self.assessment) if self.assessment.word == "unknown" else ()
+        return missing_heat(self.assessment) if self._unexplained else ()
 
     @cached_property
     def slips(self) -> tuple[str, ...]:
@@ -168,20 +206,63 @@ class Diagnosis:
         """What the reader should know of how the data were read and used."""
         return (*self.experiment.remarks, *self.scores.idle_adaptions(self.adopted))
 
+    @cached_property
+    def models(self) -> dict[str, Predicted]:
+        """Models that may be delivered, by the name of their rung, the uncorrected one first."""
+        found = {UNCORRECTED: self.before}
+        if self.experiment.calibrated:
+            null = self.assessment.null
+            theta = np.array([v if f.added else f.start for f, v in null.values.items()])
+            found = {UNCORRECTED: self.scores.predict(replace(null, theta=theta)), CALIBRATED: self.before}
+        if self.assessment.best.items:
+            found[NEAREST if self._gated[0] in ("adequate", "unknown") else CAUSES] = self.after
+        if (plain := self._plainly_calibrated) is not None:
+            found[CALIBRATED] = self.scores.predict(plain)
+        return found
+
+    @cached_property
+    def _plainly_calibrated(self) -> Fit | None:
+        """Usual parameters fitted, if held-out rows are off and nobody said what to calibrate."""
+        nearest, experiment = self.held_out[1], self.experiment
+        if nearest is None or nearest.in_noise <= MISSED or experiment.calibrated or experiment.rig.in_loop:
+            return None
+        return plainly_calibrated(self.assessment.fitter)
+
+    @cached_property
+    def delivery(self) -> Delivery:
+        """The choice of the model to use from now on, by the ladder."""
+        wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
+        return Delivery(self.scores, wander, self.models, self._gated[0], asked)
+
+    @property
+    def ladder(self) -> Ladder:
+        """Models and the plainest fits, by what they get wrong in held-out rows."""
+        return self.delivery.ladder
+
+    @property
+    def delivered(self) -> str:
+        """Name of the rung whose model is to be used from now on: the one that predicts best."""
+        return self.delivery.name
+
     @property
     def adopted(self) -> Predicted:
-        """The model to use from now on: the uncorrected one unless causes were found."""
-        return self.after if self.causes else self.before
+        """The model to use from now on, its remainder included if that is delivered."""
+        return self.delivery.adopted
+
+    @property
+    def calibration(self) -> Fit:
+        """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
+        return (self.before if self.delivery.model == UNCORRECTED else self.adopted).fit
 
     @property
     def delivers(self) -> bool:
-        """Whether there is a model to hand on: not where nothing is found or calibrated."""
-        return self.verdict != "unknown" or bool(self.experiment.calibrated)
+        """Whether there is a model to hand on: adequate, or better than the uncorrected one."""
+        return self.verdict == "adequate" or self.delivered != UNCORRECTED
 
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the model as a feed-forward, before and after."""
-        return self._asked("feed_forward", self._feed_forward)
+        return self._refused.asked("feed_forward", self._feed_forward)
 
     def _feed_forward(self) -> tuple[Compensated, Compensated] | None:
         before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
@@ -190,7 +271,7 @@ class Diagnosis:
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        return self._asked("observer", self._observer)
+        return self._refused.asked("observer", self._observer)
 
     def _observer(self) -> tuple[Compensated, Compensated] | None:
         null, chosen = self.before.fit, self.adopted.fit
@@ -201,7 +282,7 @@ class Diagnosis:
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
         """What the model to use from now on says of the standard duty cycles."""
-        return self._asked("claims", self._claims) or ()
+        return self._refused.asked("claims", self._claims) or ()
 
     def _claims(self) -> tuple[Claim, ...]:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
@@ -216,15 +297,8 @@ class Diagnosis:
         return dict(self._refused)
 
     @cached_property
-    def _refused(self) -> dict[str, str]:
-        return {}
-
-    def _asked(self, part: str, answer: Callable[[], Answered]) -> Answered | None:
-        try:
-            return answer()
-        except InputError as fault:
-            self._refused[part] = str(fault)
-            return None
+    def _refused(self) -> Refusals:
+        return Refusals()
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

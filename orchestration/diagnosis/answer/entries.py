@@ -10,26 +10,15 @@ import numpy as np
 from warmlink.orchestration.diagnosis.answer.claims import Claim
 from warmlink.orchestration.diagnosis.answer.compensated import Compensated
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.ladder import ladder_entries
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.answer.prediction import Predicted
 from warmlink.orchestration.diagnosis.answer.profile import INTERVAL, calibration, interval, name_of
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.model.instruments import channel_of
 from warmlink.orchestration.machine.rig import OFFSET
-from warmlink.orchestration.system.units import parse_unit
-
-
-def shown(unit: str) -> str:
-    """Unit in which an error in a column of this unit is shown: a difference of temperatures is K."""
-    if unit in ("um", "µm", "micrometer", "micron"):
-        return "um"
-    return "K" if parse_unit(unit).exponents == parse_unit("K").exponents else unit
-
-
-def per_si(unit: str) -> float:
-    """Factor from SI to a unit, for differences."""
-    return 1.0 / parse_unit(unit).factor
 
 
 def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None = None) -> dict[str, Any]:
@@ -79,6 +68,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
         "slips": list(diagnosis.slips),
         "doubts": list(diagnosis.doubts),
         "gain": _gain(diagnosis),
+        "ladder": ladder_entries(diagnosis),
         "extended": {"ssv": ssv, "ssp": ssp},
         "claims": [_claimed(each) for each in diagnosis.claims],
         "unanswered": dict(diagnosis.unanswered),

@@ -11,6 +11,8 @@ import numpy as np
 from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
+from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.machine.heat_paths import extended
 from warmlink.orchestration.machine.rig import Rig
 
@@ -44,8 +46,11 @@ def kinds_needed(diagnosed: Rig) -> list[str]:
     return [] if diagnosed.system else sorted(set(diagnosed.machine.parts_with(none).values()))
 
 
-def write_ssp_of(rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore) -> None:
-    """Write the system with the extended values bound, and the heat paths that were found wired in."""
+def write_ssp_of(
+    rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore, learnt: Remainder | None = None
+) -> None:
+    """Write the system with the extended values bound, and the heat paths and remainder found wired in."""
     from warmlink.orchestration.system.write import write_ssp
 
-    write_ssp(extended(rig, values, store), path)
+    system = extended(rig, values, store)
+    write_ssp(system if learnt is None else with_remainder(system, learnt), path)

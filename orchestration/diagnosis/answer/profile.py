@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
 from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -70,8 +71,9 @@ def _read_in(rig: Rig, variable: str, known: dict[str, float]) -> dict[str, Any]
 
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
-    """Numbers by which the model to use from now on was calibrated, in order."""
-    fit, rig = diagnosis.adopted.fit, diagnosis.experiment.rig
+    """Numbers by which the model to use from now on was calibrated, in order, those of causes aside."""
+    calibrated = diagnosis.delivery.model == CALIBRATED
+    fit, rig = diagnosis.calibration, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
     gram = of_numbers(fit.freed, fit.freed, fit.point)[0]
@@ -88,7 +90,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if freed.calibrated and not freed.added
+        if (freed.calibrated or calibrated) and not freed.added
     ]
 
 
@@ -99,7 +101,7 @@ def _at_bound(freed: Freed, value: float) -> bool:
 
 def calibration_doubts(diagnosis: Diagnosis) -> list[str]:
     """Sentences on what limits the calibration of the model to use from now on, bounds aside."""
-    fit, given = diagnosis.adopted.fit, diagnosis.experiment.calibrated
+    fit, given = diagnosis.calibration, diagnosis.experiment.calibrated
     said = []
     if given and not fit.arrived:
         told = "a further step would still gain something; give starts nearer to them, or calibrate fewer"

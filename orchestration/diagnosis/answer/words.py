@@ -14,10 +14,11 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     sentence_of,
     wrong_entries,
 )
-from warmlink.orchestration.diagnosis.answer.prediction import Predicted, difference
+from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines
 from warmlink.orchestration.diagnosis.answer.profile import calibration, calibration_doubts, met_bounds
 from warmlink.orchestration.diagnosis.answer.unknown import Hint
 from warmlink.orchestration.diagnosis.fit.candidates import Item
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, difference
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 
 
@@ -37,6 +38,7 @@ def summary(diagnosis: Diagnosis) -> str:
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
     lines += [_cause_line(diagnosis, item) for item in diagnosis.causes[:3]]
+    lines += ladder_lines(diagnosis)
     if diagnosis.causes:
         lines.append(f"On the machine: {diagnosis.causes[0].cause.check}")
         lines += _gain_lines(diagnosis)
@@ -74,7 +76,15 @@ def _calibrated(diagnosis: Diagnosis) -> str:
         low, high = errors["rmse_before_95"]
         error = f"{errors['rmse_before']:.3g} times the noise (95 %: {low:.3g} to {high:.3g})"
         lines.append(f"Error on {word} rows: {error}.")
+    name, wrong = max(wrong_entries(diagnosis, diagnosis.wrong).items(), key=lambda each: _over(each[1]))
+    lines.append(f"Off most on fitted rows is {name}: {wrong['rmse']:.3g} {wrong['unit']} rms.")
+    lines += ladder_lines(diagnosis)
     return "\n".join(lines)
+
+
+def _over(wrong: Mapping[str, Any]) -> float:
+    """Error over noise."""
+    return float(wrong["rmse"] / wrong["noise"])
 
 
 def _errors(diagnosis: Diagnosis, model: Predicted) -> list[tuple[str, dict[str, Any]]]:

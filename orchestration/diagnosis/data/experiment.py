@@ -23,7 +23,7 @@ from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
-from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
 from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ NOMINAL, MEASURED = "nominal", "measured"
 """What the states start from: the declared start values, or the first minute of measurements."""
 
 
-class Label(Entry):
+class Label(Setting):
     """The value of a label: a text, or a number that is taken for one."""
 
     def _read(self, value: Any) -> str:
@@ -94,6 +94,7 @@ class ExperimentFile(Table):
     calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
     causes: CausesTable = field(default_factory=CausesTable)
     noise: Values = field(default_factory=dict)
+    accuracy: Values = field(default_factory=dict)
     in_loop: Annotated[bool, Flag()] = False
 
     def __post_init__(self) -> None:
@@ -122,6 +123,7 @@ class Experiment:
     known : value by variable, for all runs
     cause_labels : labels by which a cause's parameters may differ from run to run
     noise : 1 sigma by output, where it is given
+    accuracy : error by output below which a model is good enough, where it is given
     initial_measured : whether the states start from the first minute of measurements
     remarks : what the reader should know of how the files were read
     declared, with_shipped : causes of this system, and whether the shipped ones are thought of as well
@@ -141,6 +143,7 @@ class Experiment:
     declared: tuple[Cause, ...] = ()
     with_shipped: bool = True
     only_calibrated: bool = False
+    accuracy: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def catalogue(self) -> tuple[Cause, ...]:
@@ -219,12 +222,14 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
     return replace(first, title=title, runs=tuple(runs), columns=tuple(columns.values()))
 
 
-def noise_of(rig: Rig, variable: str, text: str | float, where: str) -> float:
-    """Standard deviation in SI of an output's noise, as written; raises InputError where it is none."""
-    noise = to_si(text, rig.scalar(variable, where), where, difference=True)
-    if not noise > 0:
-        raise InputError(f"{where}: {text!r} is not a standard deviation above 0")
-    return noise
+def noise_of(
+    rig: Rig, variable: str, text: str | float, where: str, what: str = "a standard deviation"
+) -> float:
+    """Size in SI of an output's noise, or of `what` else, as written; raises InputError where it is none."""
+    size = to_si(text, rig.scalar(variable, where), where, difference=True)
+    if not size > 0:
+        raise InputError(f"{where}: {text!r} is not {what} above 0")
+    return size
 
 
 class _Reader:
@@ -273,6 +278,10 @@ class _Reader:
             tuple(f"{run.name}: adapt = {run.adapt:g} s {told}" for run in idle),
             declared=tuple(declared),
             with_shipped=file.causes.shipped,
+            accuracy={
+                n: noise_of(rig, n, text, f"{self.name}: accuracy.{n}", "an error")
+                for n, text in file.accuracy.items()
+            },
         )
 
     def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:

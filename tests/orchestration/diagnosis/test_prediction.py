@@ -7,10 +7,10 @@ import pytest
 
 from tests.documented import undescribed
 from warmlink.orchestration.diagnosis.answer.entries import json_content
-from warmlink.orchestration.diagnosis.answer.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Word
+from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, judged
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -24,14 +24,14 @@ def off(times: float, in_noise: float) -> HeldOut:
     [
         ("named", off(9, 8.0), off(1.1, 1.0), "named"),
         ("named", off(9, 8.0), off(2.5, 2.0), "empirical"),
-        ("named", off(1.2, 1.1), off(1.4, 1.4), "empirical"),
+        ("named", off(1.2, 1.1), off(1.4, 1.4), "unknown"),
         ("named", off(1.2, 1.8), off(1.1, 1.6), "empirical"),
         ("named", off(2.1, 4.6), off(0.8, 1.9), "named"),
         ("named", off(3.9, 9.9), off(1.0, 3.8), "empirical"),
         ("named", off(1.1, 1.05), off(1.1, 1.15), "named"),
         ("ambiguous", off(9, 8.0), off(2.5, 2.0), "ambiguous"),
         ("ambiguous", off(0.7, 2.1), off(0.5, 1.55), "empirical"),
-        ("ambiguous", off(1.2, 1.1), off(1.4, 1.4), "empirical"),
+        ("ambiguous", off(1.2, 1.1), off(1.4, 1.4), "unknown"),
         ("unknown", off(9, 8.0), off(4, 3.0), "empirical"),
         ("unknown", off(9, 8.0), off(7, 5.0), "unknown"),
         ("unknown", off(90, 80.0), off(30, 20.0), "unknown"),

@@ -14,7 +14,8 @@ BELOW = {
     "data": ("causes",),
     "model": ("data",),
     "fit": ("data", "model", "causes"),
-    "answer": ("data", "model", "causes", "fit"),
+    "ladder": ("data", "model", "causes", "fit"),
+    "answer": ("data", "model", "causes", "fit", "ladder"),
     "practice": ("data", "causes"),
     "arm": ("data", "causes", "answer", "practice", "diagnose"),
 }

@@ -25,7 +25,7 @@ from warmlink.orchestration.diagnosis.fit.wandering import STILL, Wander
 _BLOCK, _RESAMPLES = 600.0, 400
 """s of a block in the bootstrap, longer than the noise remembers; and how often blocks are drawn."""
 
-_OFF, _MISSED = 3.0, 1.5
+_OFF, MISSED = 3.0, 1.5
 """Error over its band from which a model does not predict, and from which it tells of no cause."""
 
 _GROWN, _HALVED = 1.1, 0.5
@@ -150,7 +150,7 @@ class Scores:
                 there = data.fitted & np.isfinite(error[:, i])
                 if self._doubted[run][i] and there.sum() >= _FEWEST:
                     found[name] = max(_typical(error[there, i]), found.get(name, 0.0))
-        return {name: over for name, over in found.items() if over > _MISSED}
+        return {name: over for name, over in found.items() if over > MISSED}
 
     def held_out(self, predicted: Predicted, wander: Wander, heldout: bool = True) -> HeldOut | None:
         """Errors of a model on held-out rows, or else on fitted ones; None where there are too few."""
@@ -222,7 +222,7 @@ def judged(
     """
     if word == "adequate" and beyond:
         return "unknown", beyond
-    if word != "unknown" and fitted > _MISSED:
+    if word != "unknown" and fitted > MISSED:
         still = f"the error on fitted rows is {fitted:.2g} times the noise"
         if word == "adequate":
             return "unknown", f"Only surroundings that wander would explain the run: {still}."
@@ -240,13 +240,16 @@ def judged(
     change = f"from {before.in_noise:.2g} to {best.in_noise:.2g} times the noise"
     left, grown = max(_EXCESS, _LEFT * before.excess), _GROWN * before.in_noise
     if word in ("named", "ambiguous") and all(e.excess > left or e.in_noise > grown for e in every):
+        said = "The error on held-out rows {} {}, so the cause is not established."
+        if min(e.in_noise for e in every) > before.in_noise:
+            return "unknown", said.format("grows", change)
         went = "grows" if best.in_noise > before.in_noise else "falls only"
-        return "empirical", f"The error on held-out rows {went} {change}, so the cause is not established."
+        return "empirical", said.format(went, change)
     over, name = best.worst
-    if word == "named" and (over > _MISSED or best.in_noise > _OFF):
+    if word == "named" and (over > MISSED or best.in_noise > _OFF):
         off = (
             f"{name} is off by {over:.1f} times what is known to remain"
-            if over > _MISSED
+            if over > MISSED
             else (f"the error is still {best.in_noise:.2g} times the noise")
         )
         return "empirical", (

@@ -1,0 +1,58 @@
+"""The error that matters to whoever asks: below it a model is good enough, however small the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import listed
+from warmlink.orchestration.diagnosis.data.experiment import Experiment, noise_of
+
+
+def with_accuracy(experiment: Experiment, given: Sequence[str]) -> Experiment:
+    """Put in the error that matters, of every column that has the quantity, or of one.
+
+    Parameters
+    ----------
+    experiment : as it was read
+    given : texts `0.5 K`, or `tip_temperature=0.5 K` by the name of a column or variable
+
+    Raises
+    ------
+    InputError
+        There is no such column, or a value is none above 0, or has the quantity of no column.
+    """
+    accuracy = dict(experiment.accuracy)
+    for text in given:
+        name, named, value = (part.strip() for part in text.rpartition("="))
+        if named:
+            variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
+            variable = experiment.rig.columns.get(variable, variable)
+            _refuse_unmeasured(experiment, variable, f"{argument('accuracy')} {name}")
+            where = f"{argument('accuracy')} {name}"
+            accuracy[variable] = noise_of(experiment.rig, variable, value, where, "an error")
+        else:
+            accuracy |= _of_all(experiment, value)
+    return replace(experiment, accuracy=accuracy)
+
+
+def _refuse_unmeasured(experiment: Experiment, variable: str, where: str) -> None:
+    names = [column.name for column in experiment.columns]
+    if variable not in [column.variable for column in experiment.columns]:
+        raise InputError(f"{where}: is not measured; name one of {listed(names)}")
+
+
+def _of_all(experiment: Experiment, text: str) -> Mapping[str, float]:
+    """The error that matters in every column whose quantity fits the text."""
+    found, fault = {}, None
+    for column in experiment.columns:
+        try:
+            where = argument("accuracy", text)
+            found[column.variable] = noise_of(experiment.rig, column.variable, text, where, "an error")
+        except InputError as said:
+            fault = fault or said
+    if not found and fault is not None:
+        raise fault
+    return found

@@ -1,0 +1,1 @@
+"""How well models predict rows that were held out, beside the plainest fits that anybody would try."""

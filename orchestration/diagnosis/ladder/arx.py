@@ -1,0 +1,112 @@
+"""ARX models that go by their own readings: each channel by itself, or all together.
+
+L. Ljung, System Identification, 2nd edition (1999), section 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Form, solved
+from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
+
+_STEPS = (100, 300)
+"""Steps of the longest run on which a model is fitted."""
+
+
+def arx(runs: Sequence[Signals]) -> Iterator[Form]:
+    """Every form of an ARX model that is tried on these runs."""
+    spacing = max(float(np.median(np.diff(run.time))) for run in runs)
+    span = max(float(run.time[-1]) for run in runs)
+    steps = sorted({max(spacing, span / count) for count in _STEPS})
+    for step, rich, order, coupled, share in product(
+        steps, (False, True), (1, 2), (False, True), (1e-7, 1e-3)
+    ):
+        yield _autoregressive(step, rich, order, coupled, share)
+
+
+def _autoregressive(step: float, rich: bool, order: int, coupled: bool, share: float) -> Form:
+    """Readings from the last ones and the inputs, in steps in s; after the start it uses its own."""
+
+    def form(runs: Sequence[Signals]) -> list[Array]:
+        grids = [_on_grid(run, step, rich) for run in runs]
+        channels = runs[0].readings.shape[1]
+        groups = [list(range(channels))] if coupled else [[c] for c in range(channels)]
+        result = [np.full(run.readings.shape, np.nan) for run in runs]
+        for group in groups:
+            weights = _one_step(grids, group, order, share)
+            for run, grid, table in zip(runs, grids, result, strict=True):
+                if weights is not None:
+                    free = _free(grid, run.start[group], *weights)
+                    for k, channel in enumerate(group):
+                        table[:, channel] = np.interp(run.time, grid.time, free[:, k])
+        return result
+
+    return form
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """A run in even steps: times, interpolated readings, inputs, and which steps may be fitted."""
+
+    time: Array
+    readings: Array
+    inputs: Array
+    fitted: NDArray[np.bool_]
+
+
+def _on_grid(run: Signals, step: float, rich: bool) -> _Grid:
+    time = float(step) * np.arange(int(np.ceil(run.time[-1] / step)) + 1, dtype=np.float64)
+    readings = np.full((time.size, run.readings.shape[1]), np.nan)
+    for i, column in enumerate(run.readings.T):
+        read = np.isfinite(column)
+        if read.any():
+            readings[:, i] = np.interp(time, run.time[read], column[read], right=np.nan)
+    columns = run.columns(rich)
+    total = np.cumsum(columns * np.diff(run.time, prepend=0.0)[:, None], axis=0)
+    ends = interpolated(time, np.append(0.0, run.time), np.vstack([0.0 * total[:1], total]))
+    last = float(run.time[run.fitted][-1]) if run.fitted.any() else -1.0
+    first = float(run.time[run.fitted][0]) if run.fitted.any() else 0.0
+    inside = (time[1:] <= last) & (time[:-1] >= first - step)
+    return _Grid(time, readings, np.diff(ends, axis=0) / step, inside)
+
+
+def _one_step(
+    grids: Sequence[_Grid], group: Sequence[int], order: int, share: float
+) -> tuple[Array, Callable[[Array], Array], int] | None:
+    rows, targets = [], []
+    for grid in grids:
+        y = grid.readings[:, group]
+        past = [y[order - 1 - k : len(y) - 1 - k] for k in range(order)]
+        x, target = np.column_stack([*past, grid.inputs[order - 1 :]]), y[order:]
+        good = grid.fitted[order - 1 :] & np.isfinite(x).all(axis=1) & np.isfinite(target).all(axis=1)
+        rows.append(x[good])
+        targets.append(target[good])
+    x, y = np.concatenate(rows), np.concatenate(targets)
+    if len(y) < FEWEST + x.shape[1]:
+        return None
+    weights, scale = solved(x, y, share)
+    return weights, scale, order
+
+
+def _free(grid: _Grid, start: Array, weights: Array, scale: Callable[[Array], Array], order: int) -> Array:
+    """Readings at the grid's times that begin at `start` and go on by themselves, NaN if they run away."""
+    count, width = len(grid.time), start.size
+    # One affine map a step: what the scaling does is taken into the weights.
+    zero = scale(np.zeros((1, order * width + grid.inputs.shape[1])))[0] @ weights
+    unit = scale(np.eye(order * width + grid.inputs.shape[1])) @ weights - zero
+    ahead, driven = unit[: order * width], grid.inputs @ unit[order * width :] + zero
+    result = np.tile(start, (count, 1))
+    limit = 1e3 * (1.0 + np.abs(start).max())
+    for k in range(order - 1, count - 1):
+        past = result[k - order + 1 : k + 1][::-1].ravel()
+        result[k + 1] = past @ ahead + driven[k]
+        if not np.all(np.abs(result[k + 1]) < limit):
+            return np.full(result.shape, np.nan)
+    return result

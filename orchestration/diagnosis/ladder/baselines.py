@@ -1,0 +1,196 @@
+"""The plainest fits that anybody would try: a first-order lag, ARX simulated freely, and ridge.
+
+Each channel's form is chosen on the last part of the fitted rows and then fitted to all of them; held-out
+rows are used by none. Regularised least squares as in A. E. Hoerl and R. W. Kennard, Technometrics 12 (1970)
+55-67; ARX as in L. Ljung, System Identification, 2nd edition (1999), section 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Literal
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.ladder.arx import arx
+from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Form, solved
+from warmlink.orchestration.diagnosis.ladder.signals import Signals
+
+Question = Literal["simulation", "virtual measurement"]
+"""From inputs alone, or from inputs and the other thermometers."""
+
+_RIDGES = (1e-6, 1e-3, 1e-1)
+"""Share of the columns' own power that is added, for columns of unit variance."""
+
+_TIME_CONSTANTS = 10
+"""Time constants of lags that are tried, from a few rows to the whole of a run."""
+
+_LATER = 0.7
+"""Share of the fitted time of a run on which forms are fitted that are then judged on the rest."""
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What a plain fit says of every run: readings in SI, shape (rows, channels) each; NaN if it has none."""
+
+    name: str
+    question: Question
+    readings: tuple[Array, ...]
+
+
+def baselines(runs: Sequence[Signals], temperatures: Sequence[bool]) -> tuple[Baseline, ...]:
+    """Fit every baseline to the fitted rows.
+
+    Parameters
+    ----------
+    runs : all runs, with the rows that may be fitted
+    temperatures : whether each channel is a temperature, which other channels may be measured by
+    """
+    thermometers = np.array(temperatures, dtype=bool)
+    found = []
+    for name, forms in (("first-order lag", list(_lags(runs))), ("ARX", list(arx(runs)))):
+        if any(run.ambient.any() for run in runs):
+            forms += [_above_ambient(form, thermometers) for form in forms]
+        found.append(Baseline(name, "simulation", _best(runs, forms)))
+    if thermometers.sum() > 0 and thermometers.size > 1:
+        ridges = [_ridge(rich, share, thermometers) for rich, share in product((False, True), _RIDGES)]
+        found.append(Baseline("ridge", "virtual measurement", _best(runs, ridges)))
+    return tuple(each for each in found if any(np.isfinite(table).any() for table in each.readings))
+
+
+def _best(runs: Sequence[Signals], forms: Sequence[Form]) -> tuple[Array, ...]:
+    """For each channel what the form says that is best on the later part of the fitted rows."""
+    channels = runs[0].readings.shape[1]
+    early = _earlier(runs)
+    least, chosen = np.full(channels, np.inf), [0] * channels
+    for i, form in enumerate(forms):
+        squares, count = np.zeros(channels), np.zeros(channels)
+        for run, part, readings in zip(runs, early, form(early), strict=True):
+            error = (run.readings - readings)[run.fitted & ~part.fitted]
+            read = np.isfinite(run.readings)[run.fitted & ~part.fitted]
+            squares += np.where(read, np.where(np.isfinite(error), error, np.inf) ** 2, 0.0).sum(axis=0)
+            count += read.sum(axis=0)
+        mean = np.where(count > 0, squares / np.maximum(count, 1), np.inf)
+        chosen = [i if new < old else k for k, new, old in zip(chosen, mean, least, strict=True)]
+        least = np.minimum(least, mean)
+    whole = {i: forms[i](runs) for i in set(chosen)}
+    picked = (
+        np.column_stack([whole[chosen[c]][run][:, c] for c in range(channels)]) for run in range(len(runs))
+    )
+    return tuple(np.where(np.isfinite(least), table, np.nan) for table in picked)
+
+
+def _earlier(runs: Sequence[Signals]) -> list[Signals]:
+    """The same runs with less to fit: without the last of several fitted ones, or the end of one."""
+    fitted = [i for i, run in enumerate(runs) if run.fitted.any()]
+    if len(fitted) > 1:
+        last = fitted[-1]
+        return [replace(r, fitted=r.fitted & (i != last)) for i, r in enumerate(runs)]
+    ends = [float(run.time[run.fitted][-1]) if run.fitted.any() else 0.0 for run in runs]
+    return [replace(r, fitted=r.fitted & (r.time < _LATER * e)) for r, e in zip(runs, ends, strict=True)]
+
+
+def _above_ambient(form: Form, thermometers: Array) -> Form:
+    """The same for temperatures above ambient, of which no temperature is a cause."""
+
+    def risen(run: Signals) -> Signals:
+        return replace(
+            run,
+            readings=run.readings - np.outer(run.ambient, thermometers),
+            start=run.start - run.ambient[0] * thermometers,
+            inputs=run.inputs[:, ~run.relative],
+            relative=np.zeros(int(np.sum(~run.relative)), dtype=bool),
+        )
+
+    def above(runs: Sequence[Signals]) -> list[Array]:
+        tables = form([risen(run) for run in runs])
+        return [table + np.outer(run.ambient, thermometers) for run, table in zip(runs, tables, strict=True)]
+
+    return above
+
+
+def _lags(runs: Sequence[Signals]) -> Iterator[Form]:
+    span = max(float(run.time[-1]) for run in runs)
+    spacing = float(np.median(np.diff(runs[0].time)))
+    for constant in np.geomspace(max(3 * spacing, 1e-3 * span), span, _TIME_CONSTANTS).tolist():
+        for rich, share in product((False, True), _RIDGES):
+            yield _lag(constant, rich, share)
+
+
+def _lag(constant: float, rich: bool, share: float) -> Form:
+    """Each channel follows a linear function of the inputs with one time constant in s."""
+
+    def form(runs: Sequence[Signals]) -> list[Array]:
+        left = [np.exp(-run.time / constant) for run in runs]
+        columns = [
+            np.column_stack([filtered(run.time, run.columns(rich), constant), 1 - decay])
+            for run, decay in zip(runs, left, strict=True)
+        ]
+        gone = [np.outer(decay, run.start) for run, decay in zip(runs, left, strict=True)]
+        driven = [replace(run, readings=run.readings - of) for run, of in zip(runs, gone, strict=True)]
+        result = [np.full(run.readings.shape, np.nan) for run in runs]
+        for channel in range(runs[0].readings.shape[1]):
+            weights = _weights(columns, driven, channel, share)
+            if weights is not None:
+                for table, column, of in zip(result, columns, gone, strict=True):
+                    table[:, channel] = weights(column) + of[:, channel]
+        return result
+
+    return form
+
+
+def filtered(time: Array, columns: Array, constant: float) -> Array:
+    """First-order lags of signals, from rest."""
+    keep = np.exp(-np.diff(time, prepend=0.0) / constant)
+    state, result = np.zeros(columns.shape[1]), np.empty(columns.shape)
+    for i, (share, now) in enumerate(zip(keep.tolist(), columns, strict=True)):
+        state = share * state + (1 - share) * now
+        result[i] = state
+    return result
+
+
+def _weights(
+    columns: Sequence[Array], runs: Sequence[Signals], channel: int, share: float
+) -> Callable[[Array], Array] | None:
+    """Linear function of columns that is fitted to a channel's fitted rows; None if they are too few."""
+    rows = [
+        r.fitted & np.isfinite(r.readings[:, channel]) & np.isfinite(c).all(axis=1)
+        for r, c in zip(runs, columns, strict=True)
+    ]
+    x = np.concatenate([c[row] for c, row in zip(columns, rows, strict=True)])
+    y = np.concatenate([r.readings[row, channel] for r, row in zip(runs, rows, strict=True)])
+    if y.size < FEWEST:
+        return None
+    weights, scale = solved(x, y[:, None], share)
+    return lambda table: np.asarray(scale(table) @ weights)[:, 0]
+
+
+def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
+    """Each channel from the inputs and the other thermometers, now."""
+
+    def form(runs: Sequence[Signals]) -> list[Array]:
+        filled = [np.column_stack([_filled(run.time, c) for c in run.readings.T]) for run in runs]
+        result = [np.full(run.readings.shape, np.nan) for run in runs]
+        for channel in range(runs[0].readings.shape[1]):
+            others = thermometers & (np.arange(thermometers.size) != channel)
+            if not others.any():
+                continue
+            columns = [
+                np.column_stack([f[:, others], r.columns(rich)]) for f, r in zip(filled, runs, strict=True)
+            ]
+            weights = _weights(columns, runs, channel, share)
+            if weights is not None:
+                for table, column in zip(result, columns, strict=True):
+                    table[:, channel] = weights(column)
+        return result
+
+    return form
+
+
+def _filled(time: Array, values: Array) -> Array:
+    """Readings with gaps bridged; NaN where the channel was not read at all."""
+    read = np.isfinite(values)
+    return np.interp(time, time[read], values[read]) if read.any() else values

@@ -1,0 +1,145 @@
+"""What is delivered: the model that predicts the held-out rows best."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.verdict import Word
+from warmlink.orchestration.diagnosis.fit.wandering import Wander
+from warmlink.orchestration.diagnosis.ladder.baselines import baselines
+from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
+from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
+from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
+from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
+
+UNCORRECTED, CALIBRATED, CAUSES = "uncorrected", "calibrated", "with causes"
+"""Names of rungs that are models: as it stands, usual or declared parameters fitted, causes added."""
+
+NEAREST = "nearest causes"
+"""The rung of causes that do not explain what is wrong."""
+
+REMAINDER = "with remainder"
+"""The rung of the best of these models with what was learnt of the rest."""
+
+
+def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
+    """Judge models and baselines on the held-out rows of a whole experiment.
+
+    Parameters
+    ----------
+    problem : the whole experiment
+    models : by the name of their rung, the uncorrected one first
+    """
+    runs = signals_of(problem)
+    rungs = [
+        Rung(name, "simulation", each.readings, len(each.fit.freed), is_model=True)
+        for name, each in models.items()
+    ]
+    unit = problem.experiment.rig.unit
+    plain = baselines(runs, [unit(variable) == "K" for variable in problem.variables])
+    rungs += [Rung(each.name, each.question, each.readings) for each in plain]
+    wanted = problem.experiment.accuracy
+    matters = {i: wanted[name] for i, name in enumerate(problem.variables) if name in wanted}
+    name = growth_output(problem)
+    growth = problem.variables.index(name) if name else None
+    return Ladder(runs, tuple(problem.names.values()), tuple(rungs), matters, growth)
+
+
+def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
+    """Choose among the models of a ladder by its held-out rows; returns the name of the rung.
+
+    Of models that predict alike within one standard error it is the simpler one. What the fitted rows
+    establish, or the user asked for, comes first among these. None is chosen that foretells the growth worse
+    than the uncorrected model.
+
+    Parameters
+    ----------
+    ladder : models and baselines
+    verdict : on the causes
+    declared : whether the user named what to calibrate
+    """
+    models = {rung.name: rung for rung in ladder.rungs if rung.is_model}
+    established = [CAUSES] if verdict in ("named", "ambiguous") else []
+    asked = [CALIBRATED] if declared else []
+    order = [*established, *asked, UNCORRECTED, CAUSES, CALIBRATED, NEAREST, REMAINDER]
+    rungs = [models[name] for name in dict.fromkeys(order) if name in models]
+    if ladder.is_judged:
+        rungs = [each for each in rungs if not ladder.is_worse_in_growth(each)]
+        return ladder.simplest_of_the_best(rungs).name
+    wanted = CAUSES if verdict not in ("adequate", "unknown") else CALIBRATED if declared else UNCORRECTED
+    return wanted if wanted in models else rungs[0].name
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """The choice of the model to use from now on.
+
+    Attributes
+    ----------
+    scores : errors on the whole experiment
+    wander : what wanders beside the log
+    models : by the name of their rung, the uncorrected one first
+    verdict : on the causes, after the gate
+    declared : whether the user named what to calibrate
+    """
+
+    scores: Scores
+    wander: Wander
+    models: Mapping[str, Predicted]
+    verdict: Word
+    declared: bool
+
+    @cached_property
+    def _without_remainder(self) -> Ladder:
+        return ladder_of(self.scores.problem, self.models)
+
+    @cached_property
+    def base(self) -> str:
+        """Name of the rung of the best model, remainders aside."""
+        return chosen(self._without_remainder, self.verdict, self.declared)
+
+    @cached_property
+    def _learnt(self) -> tuple[str, Remainder] | None:
+        """The model with the remainder that leaves least in blocks of fitted rows, and that remainder.
+
+        None if nothing is held out, or the best model is within the noise there.
+        """
+        left = self.scores.held_out(self.models[self.base], self.wander)
+        if not self._without_remainder.is_judged or left is None or left.in_noise <= MISSED:
+            return None
+        tried = ((name, remainder(self.scores.problem, each.readings)) for name, each in self.models.items())
+        found = [(name, each) for name, each in tried if each is not None]
+        return min(found, key=lambda each: each[1].left, default=None)
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Models and the plainest fits, by what they get wrong in held-out rows."""
+        plain, count = self._without_remainder, len(self.models)
+        if self._learnt is None:
+            return plain
+        rung = Rung(REMAINDER, "simulation", self._learnt[1].readings, is_model=True)
+        return replace(plain, rungs=(*plain.rungs[:count], rung, *plain.rungs[count:]))
+
+    @cached_property
+    def name(self) -> str:
+        """Name of the rung that is delivered."""
+        return chosen(self.ladder, self.verdict, self.declared)
+
+    @property
+    def remainder(self) -> Remainder | None:
+        """The learnt remainder that is delivered, if one is."""
+        return self._learnt[1] if self.name == REMAINDER and self._learnt else None
+
+    @property
+    def model(self) -> str:
+        """Name of the rung of the model that is delivered, its remainder aside."""
+        return self._learnt[0] if self.name == REMAINDER and self._learnt else self.name
+
+    @cached_property
+    def adopted(self) -> Predicted:
+        """The model that is delivered, its remainder included."""
+        model = self.models[self.model]
+        return model if self.remainder is None else replace(model, readings=self.remainder.readings)

@@ -1,0 +1,108 @@
+"""A learnt remainder: where blocks ask for it, not where they do not, and the same in its component."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warmlink.fmus.component.instance import Instance
+from warmlink.fmus.remainder.component import COMPONENT
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.ladder.baselines import filtered
+from warmlink.orchestration.diagnosis.ladder.remainder import remainder
+from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.machine.heat_paths import built_system
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+WORK = [
+    *((1500, 2.6, 1.4), (600, 0, 0), (900, 1.1, 2.6), (1200, 3.3, 0.8), (420, 0, 0), (1500, 2.0, 2.2)),
+    *((900, 0.9, 1.2), (1200, 2.9, 2.4), (1200, 1.6, 0.7), (900, 0, 0), (1500, 3.0, 1.5), (900, 1.0, 1.0)),
+]
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    path = tmp_path_factory.mktemp("remainder") / "run.csv"
+    write_csv(hide({}, [Segment(*each) for each in WORK], interval=30.0, seed=5, at_changes=True), path)
+    return Problem(read([path]))
+
+
+def lacking(problem: Problem) -> Array:
+    """Readings of a model that lacks 3 um of growth that follow the square of the speed in 20 minutes."""
+    run, data = problem.experiment.runs[0], problem.data[0]
+    speed = run.inputs["motor.speed"][run.row_at(data.time - 1e-6)]
+    missing = filtered(data.time, speed[:, None] ** 2, 1200.0)[:, 0]
+    readings = problem.finest(0, problem.neutral[0]).copy()
+    readings[:, problem.variables.index("link.elongation")] -= 3e-6 * missing / missing.max()
+    return readings
+
+
+def off(problem: Problem, readings: Array) -> float:
+    """Held-out error of the growth, rms in m."""
+    data, channel = problem.data[0], problem.variables.index("link.elongation")
+    error = (data.readings - readings)[~data.fitted, channel]
+    return float(np.sqrt(np.nanmean(error**2)))
+
+
+def test_what_is_missing_is_learnt_where_blocks_ask_for_it(problem: Problem) -> None:
+    readings = lacking(problem)
+    learnt = remainder(problem, [readings])
+    assert learnt is not None
+    assert off(problem, learnt.readings[0]) < 0.4 * off(problem, readings)
+    assert learnt.values["elongation_error"] < 0.5 * off(problem, readings)
+    assert learnt.wires["speed"] == "motor.speed"
+
+
+def test_noise_asks_for_no_remainder(problem: Problem) -> None:
+    sound = problem.finest(0, problem.neutral[0])
+    learnt = remainder(problem, [sound])
+    assert learnt is None or off(problem, learnt.readings[0]) < 1.1 * off(problem, sound)
+
+
+def test_held_out_rows_teach_nothing(problem: Problem) -> None:
+    data = problem.data[0]
+    spoiled = np.where(data.fitted[:, None], data.readings, data.readings + 1.0)
+    other = Problem(problem.experiment)
+    other.data = (replace(data, readings=spoiled),)
+    one, same = remainder(problem, [lacking(problem)]), remainder(other, [lacking(problem)])
+    assert one is not None
+    assert same is not None
+    assert one.values == same.values
+
+
+def test_the_component_gives_what_was_learnt(problem: Problem) -> None:
+    readings = lacking(problem)
+    learnt = remainder(problem, [readings])
+    assert learnt is not None
+    run, data = problem.experiment.runs[0], problem.data[0]
+    here = Instance(COMPONENT)
+    here.set(dict(learnt.values))
+    here.initialize()
+    told, before = [], 0.0
+    for i, now in enumerate(data.time.tolist()):
+        row = run.row_at(np.array([now - 1e-6]))[0]
+        fed = {}
+        for taken, source in learnt.wires.items():
+            known = source in problem.variables
+            fed[taken] = readings[i, problem.variables.index(source)] if known else run.inputs[source][row]
+        here.set({name: float(value) for name, value in fed.items()})
+        if now > before:
+            here.step(before, now - before)
+        before = now
+        told.append(here.get("corrected_elongation"))
+    channel = problem.variables.index("link.elongation")
+    assert np.abs(np.array(told) - learnt.readings[0][:, channel])[5:].max() < 0.3e-6
+
+
+def test_it_stands_in_the_system_fed_by_the_model_and_by_its_duty(problem: Problem, tmp_path: Path) -> None:
+    learnt = remainder(problem, [lacking(problem)])
+    assert learnt is not None
+    whole = with_remainder(built_system(problem.experiment.rig.machine), learnt)
+    fed = {link.target: link.source for link in whole.connections}
+    assert fed["remainder.speed"] == "duty.speed"
+    assert fed["remainder.elongation"] == "link.elongation"
+    assert whole.components["remainder"].values["elongation_error"] == learnt.values["elongation_error"]
