@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from warmlink.controllers.interface import SENSED
 from warmlink.fmus.component import Component, limits
-from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.component.table import EARLY
+from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.packaging.native.rollout_code import compiled as rollout
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.duties import duty_files
@@ -43,7 +44,8 @@ RECORDED = {
 
 def library() -> list[Duty]:
     """Every duty cycle that warmlink ships."""
-    return [duty_files.load(name) for name in duty_files.names()]
+    loaded = map(duty_files.load, duty_files.names())
+    return [duty for duty in loaded if isinstance(duty, Duty)]
 
 
 def demand_table(duty: Duty, step: float, stop_time: float | None = None) -> Array:

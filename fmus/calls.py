@@ -77,11 +77,13 @@ class Written(NamedTuple):
         after that
     paired : how many of the first arguments hold two side by side
     otherwise : what is done in its place where its first argument is 0: a function, or `IDLE`
+    by_hand : name under which C written by hand has it, which takes numbers and gives a vector
     """
 
     function: Any
     paired: int = 0
     otherwise: Any = None
+    by_hand: str = ""
 
 
 IDLE = "idle"
@@ -109,6 +111,17 @@ def called(function: Any, how: Written | None = None) -> Any:
         results = [casadi.if_else(asked[0], *each) for each in zip(results, others, strict=False)]
     kept = casadi.Function(function.name(), [*asked, *given], results, {"never_inline": True})
     _WRITTEN[kept.__hash__()] = kept, how or Written(function)
+    return kept
+
+
+def by_hand(name: str, arguments: list[Any], result: Any) -> Any:
+    """A CasADi function (MX) of numbers that C written by hand replaces: it has no slope."""
+    import casadi
+
+    kept = casadi.Function(
+        name, arguments, [result], {"never_inline": True, "forward_options": {"never_inline": False}}
+    )
+    _WRITTEN[kept.__hash__()] = kept, Written(kept, by_hand=name)
     return kept
 
 

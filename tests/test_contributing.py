@@ -31,8 +31,8 @@ def test_the_recipes_work(tmp_path: Path) -> None:
     packages = "packages = [\n"
     listed = declared.replace(packages, "\n".join([packages.strip(), *PACKAGES, ""]), 1)
     (home / "pyproject.toml").write_text(listed, "utf-8")
-    for name in ("__main__.py", "LICENSE"):
-        (home / name).write_bytes((ROOT / name).read_bytes())
+    shutil.copytree(ROOT / ".typing", home / ".typing", symlinks=True)
+    (home / "LICENSE").write_bytes((ROOT / "LICENSE").read_bytes())
     assert [len(FILES), len(PACKAGES), len(LINES), len(COMMANDS)] == [11, 2, 2, 4]
     last = "| `docs/`, `examples/` |"
     (home / "CONTRIBUTING.md").write_text(TEXT.replace(last, "\n".join([*LINES, last]), 1), "utf-8")
@@ -42,7 +42,7 @@ def test_the_recipes_work(tmp_path: Path) -> None:
         (home / name).write_text(text, "utf-8")
 
     def done(*arguments: str) -> str:
-        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        environment = {**os.environ, "PYTHONPATH": str(home / ".typing")}
         run = subprocess.run(
             [sys.executable, "-m", *arguments], cwd=home, env=environment, capture_output=True, text=True
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -26,6 +27,8 @@ from benchmarks.fuzz.mutate import (
     xml_values,
 )
 from warmlink.fmus.errors import MOST_SENTENCES, InputError, SeveralError
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
+from warmlink.fmus.recorded_duty.component import duty_table, playing
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments
@@ -40,7 +43,7 @@ from warmlink.orchestration.scenarios.overrides import parameters_of, start_valu
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 SPECIMENS = Path(__file__).parent / "specimens"
 LONGEST_SENTENCE = 1200
@@ -162,9 +165,21 @@ def _run_model(path: Path) -> None:
         entries = {name: archive.read(name) for name in archive.namelist()}
     fmu = path.with_name("Link.fmu")
     fmu.write_bytes(packed({DESCRIPTION: path.read_bytes(), **entries}))
-    found = System("s", {"link": Component("link", fmu)}, ())
+    found = System("s", {"link": FmuPart("link", fmu)}, ())
     unpacked = path.parent / "work"
     guarded(lambda line: simulate(found, 3.0, 1.0, unpacked=unpacked, stepping="plain", line=line))
+
+
+PLAYED = playing(
+    PLAYER, duty_table([0.0, 5.0, 9.0], {"speed": [1.0, 2.0, 3.0], "pad_mode": [0, 2, 1]}, ["speed"])
+).tables[0]
+"""A table of three rows, of the file that RecordedDuty plays."""
+
+
+def _sealed(random: Random, content: bytes) -> bytes:
+    """Damage a table whose checksum is right all the same."""
+    damaged = flipped(random, content[:-8])
+    return damaged + zlib.crc32(damaged).to_bytes(8, "little")
 
 
 def _set_up(path: Path) -> None:
@@ -202,6 +217,11 @@ TARGETS: dict[str, Target] = {
     "program": Target(_specimens("program.toml", "jobs.toml"), TOML, _set_up, share=0.5),
     "experiment": Target(
         _specimens("experiment.toml", "rod.csv"), TOML, read_experiment, ("experiment.toml",)
+    ),
+    "table": Target(
+        cache(lambda: {PLAYED.file: PLAYED.content}),
+        (flipped, _sealed),
+        lambda path: PLAYED.read(path.read_bytes(), path.name),
     ),
     "duty": Target(_specimens("duty.csv"), CSV, _set_up),
     "measured": Target(_specimens("measured.csv"), CSV, read_experiment),

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warmlink.fmus.component.arithmetic import Number, stack
+from warmlink.fmus.component.arithmetic import Number, stack, symbolic
 from warmlink.fmus.component.variables import (  # noqa: F401 - what a component is declared with
     Choice,
     Derived,
@@ -36,6 +36,7 @@ from warmlink.fmus.component.variables import (  # noqa: F401 - what a component
 
 if TYPE_CHECKING:
     from warmlink.fmus.component.join import Joint
+    from warmlink.fmus.component.table import Played
 
 SHORTEST_SAMPLE_TIME = 1e-3
 """s; nothing warms up in less, and a run of hours with a shorter one would not end."""
@@ -90,7 +91,7 @@ class Component:
         sample: called each `sample_time` (a parameter) with the inputs held
     observe : `observe(x, u, p, time)`, the value of every output, by name
     solve : `solve(right, p, step)`, by name the y of (I - step J) y = right, for components of many coupled
-        states: J stands in for the Jacobian of the rates, and holds what of it is stiff. Without it, or once
+        states: J stands in for the Jacobian of the rates, and holds its stiff part. Without it, or once
         joined, the equations are solved with the Jacobian itself
     derive : `derive(p)`, the value of every derived quantity, by name; the other functions find these
         beside the parameters in `p`
@@ -98,6 +99,7 @@ class Component:
     clocks : what is sampled when, in the order of sampling, where `update` does not say it all
     joint : what the component was joined from; None for one that stands by itself
     terminals : which scalars belong together where components are connected
+    tables : tables that it plays; a derived quantity stands for each in the functions above
     local, look_inside : variables that show the inside, and `look_inside(x, u, p, time)`, their values by
         name; native FMUs have them (see `packaging.views.opened`)
     micro_step : largest step of the integrator in s
@@ -121,6 +123,7 @@ class Component:
     clocks: tuple[Clock, ...] = ()
     joint: Joint | None = None
     terminals: tuple[Terminal, ...] = ()
+    tables: tuple[Played, ...] = ()
     local: tuple[Local, ...] = ()
     look_inside: Callable[[Record, Record, Record, Number], Values] | None = None
     checks: tuple[Check, ...] = ()
@@ -223,7 +226,10 @@ class Component:
         """
         if self.derive is None:
             return p
-        return self.d.flat({**self.p.values(p), **self.derive(self.p.read(p))})
+        settled = self.d.flat({**self.p.values(p), **self.derive(self.p.read(p))})
+        for played in () if symbolic(p) else self.tables:
+            settled[self.d.index[played.name]] = played.table.handle
+        return settled
 
     def states_at_start(self, u: Number, p: Number) -> Number:
         """Flat vector of start values of the states, shape (x.size,), for flat inputs and parameters."""

@@ -10,6 +10,7 @@ import numpy as np
 from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
+from warmlink.fmus.component.table import EARLY
 from warmlink.fmus.errors import InputError
 
 TICK_TOLERANCE = 1e-9
@@ -58,6 +59,7 @@ class Instance:
         self._initialized = False
         self._jacobian: ComplexStepJacobian | None = None
         self._clamped: set[str] = set()
+        self._ended: set[str] = set()
         self.warn: Callable[[str], object] = lambda sentence: None
 
     @property
@@ -149,6 +151,10 @@ class Instance:
             raise
         self._time = time + step
         self._y = None
+        for played in self.component.tables:
+            if self._time > played.table.end + EARLY and played.name not in self._ended:
+                self._ended.add(played.name)
+                self.warn(f"{self.name}{played.ended}")
 
     def snapshot(self) -> Snapshot:
         """Everything that the instance remembers."""

@@ -12,11 +12,13 @@ the order of stepping, each with the newest values, as a Gauss-Seidel master doe
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, reduce
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.dependencies import dependencies, evaluation_order, sampling_order
+from warmlink.fmus.component.table import Played
 from warmlink.fmus.component.variables import Named
 from warmlink.fmus.errors import InputError
 
@@ -79,6 +81,7 @@ def join(
         clocks=tuple(joint.clocks()),
         joint=joint,
         terminals=tuple(_terminals(flat, fed)),
+        tables=tuple(_played(key, each) for key, part in flat.items() for each in part.tables),
         checks=tuple(_check(key, check) for key, part in flat.items() for check in part.checks),
         micro_step=min(continuous, default=1.0),
         default_stop_time=max(part.default_stop_time for part in flat.values()),
@@ -94,7 +97,8 @@ class Joint:
 
     def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
         self.parts, self.wires = parts, wires
-        found = {key: dependencies(part) for key, part in parts.items()}
+        # Whatever rows a table has: what was found for one is not found again for another.
+        found = {key: dependencies(replace(part, tables=())) for key, part in parts.items()}
         self._direct = {key: each.outputs for key, each in found.items()}
         self._running = evaluation_order(self, self._direct)
         self._moving = self._before(key for key, part in parts.items() if part.rates is not None)
@@ -237,8 +241,11 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def part_of(record: Record, key: str) -> Any:
-    """What a record holds of one part."""
-    return reduce(getattr, key.split("."), record)
+    """What a record holds of one part: nothing of one that has no such variables."""
+    return reduce(lambda held, name: getattr(held, name, _NOTHING), key.split("."), record)
+
+
+_NOTHING = SimpleNamespace()
 
 
 def _named(by_part: Mapping[str, Values]) -> dict[str, Number]:
@@ -287,6 +294,12 @@ def _terminals(parts: Mapping[str, Component], wires: Mapping[str, str]) -> Iter
             full = ((member, f"{key}.{scalar}") for member, scalar in terminal.members)
             members = tuple((member, scalar) for member, scalar in full if scalar not in wires)
             yield Terminal(f"{key}.{terminal.name}", terminal.kind, members)
+
+
+def _played(key: str, played: Played) -> Played:
+    """A table that a part plays as one of the whole."""
+    columns = tuple(_prefixed(key, each) for each in played.columns)
+    return replace(played, name=f"{key}.{played.name}", columns=columns)
 
 
 def _check(key: str, check: Check) -> Check:

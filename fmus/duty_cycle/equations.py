@@ -3,11 +3,9 @@
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import LARGEST, Number, floor, maximum, stack, total, where
 from warmlink.fmus.component.quantities import DUTY
+from warmlink.fmus.component.table import EARLY
 
 SEGMENTS = 32
-
-EARLY = 1e-6
-"""s by which rounding, also that of a master that adds its steps up, may miss a segment's beginning."""
 
 LONGEST = 1e8
 """s, three years, that a segment may last; the ends of 32 such are still told apart to a microsecond."""

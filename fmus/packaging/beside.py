@@ -44,9 +44,15 @@ def files_beside(entry: Entry, fmi_version: str = "2.0", arrays: bool = False) -
         "documentation/index.html": documentation_page(entry),
         "documentation/licenses/license.txt": release.license_text().encode("utf-8"),
         picture: Path(__file__).with_name("icon.png").read_bytes(),
+        **table_files(entry.component),
         **terminals_files(entry.component, arrays),
         **({} if arrays else reference_files(entry.component, fmi_version)),
     }
+
+
+def table_files(component: Component) -> dict[str, bytes]:
+    """Give the tables that a component plays, by path inside an FMU."""
+    return {f"resources/{each.file}": each.content for each in component.tables}
 
 
 def terminals_files(component: Component, arrays: bool = False) -> dict[str, bytes]:

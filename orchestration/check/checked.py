@@ -17,6 +17,7 @@ from warmlink.orchestration.progress import Progress, spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.simulation import simulate
 from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.text_files import is_folder
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
@@ -63,9 +64,13 @@ def check(file: str | Path, *, time_limit: str | float = TIME_LIMIT) -> Checked:
     ------
     InputError
         If the file cannot be read, or is a folder.
+
+    Examples
+    --------
+    >>> print(wl.check("dist/native/fmi2/ThermalLink.fmu"))
     """
     path, limit = Path(file), positive(time_limit, "s", argument("time_limit"))
-    if path.is_dir():
+    if is_folder(path):
         raise InputError(_folder(path))
     with spinner(f"Checking {path.name}") as progress:
         system = path.suffix == ".ssp"

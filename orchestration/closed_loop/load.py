@@ -10,21 +10,21 @@ and which instance is the controller (`machine/read.py`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.machine.read import Named, RolesTable, machine_in
+from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
-from warmlink.orchestration.scenarios.duties.duty import Duty
+from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
-from warmlink.orchestration.written.entries import Quantity, Text
+from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text
 from warmlink.orchestration.written.tables import read_table
 
 LIBRARY = Path(__file__).parent / "library"
@@ -35,6 +35,8 @@ class ScenarioFile(DutyTables, Settings):
     """A scenario: a system, what drives it, what is scored, and how it is run."""
 
     duty: Annotated[str | None, Text("shift_with_breaks")] = None
+    linear: Annotated[tuple[str, ...], Names("ambient_temperature")] = ()
+    columns: Mapping[str, Annotated[str, OneOf(duty_files.COLUMNS)]] = field(default_factory=dict)
     stop_time: Annotated[float | None, Quantity("s", positive=True)] = None
     roles: RolesTable | None = None
 
@@ -43,17 +45,22 @@ class ScenarioFile(DutyTables, Settings):
             if self.stop_time is None:
                 raise InputError('stop_time is missing; write stop_time = "2 h"')
             super().__post_init__()
+            for key in ("linear", "columns"):
+                if getattr(self, key):
+                    told = f'{key}: is of a recorded duty; name one, as duty = "shift.csv"'
+                    raise InputError(f"{told}, or leave it out")
             return
         for key in ("segment", "random", "repeat"):
             if getattr(self, key):
                 raise InputError(f"{key} beside duty; name a duty cycle or write one, not both")
 
-    def drive(self, name: str, folder: Path) -> Duty:
+    def drive(self, name: str, folder: Path) -> Duty | Recorded:
         """The duty cycle that the file contains or names; raises InputError if no cycle has that name."""
         if self.duty is None:
             return self.duties(name, self.stop_time or 0.0, (name,))[0]
         beside = folder / self.duty
-        found = duty_files.load(str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty)
+        source = str(beside) if Path(self.duty).suffix and is_file(beside) else self.duty
+        found = duty_files.load(source, self.linear, self.columns)
         return found if self.stop_time is None else found.until(self.stop_time)
 
 
@@ -62,7 +69,7 @@ _OTHERS = {
     ".fmu": ("an FMU", "check"),
     ".ssv": ("a parameter set", "run", "--parameters"),
 }
-"""What a file that is no scenario is, and the command that reads it, by the file's ending."""
+"""Files of other types by their ending: what each is, and the command that reads it."""
 
 
 def scenario_names() -> list[str]:
@@ -88,9 +95,11 @@ def load_scenario(name: str) -> Scenario:
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
-        read = read_scenario(path.stem, read_text(path, "give an existing .toml or .csv"), path.parent)
+        read = read_scenario(
+            path.stem, read_text(path, "give an existing .toml, .csv or .parquet"), path.parent
+        )
         return replace(read, file=path)
-    if path.suffix == ".csv" or name in duty_files.names():
+    if path.suffix in duty_files.RECORDED_IN or name in duty_files.names():
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
     if path.suffix in _OTHERS and is_file(path):
@@ -130,7 +139,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         return scenario
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
-    machine = machine_in(Named(read.system, read.roles, name, folder))
+    machine = machine_in(NamedMachine(read.system, read.roles, name, folder))
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason

@@ -115,3 +115,8 @@ def reduction_percent(
     if not (uncompensated.max_abs_um > least and compensated.max_abs_um > least):
         return None
     return 100 * (1 - compensated.max_abs_um / uncompensated.max_abs_um)
+
+
+def shown_percent(percent: float) -> str:
+    """Whole percent, as `97 %`; what is nearly 100 % and not all of it has a decimal, as `99.6 %`."""
+    return f"{min(percent, 99.9):.1f} %" if 99.5 <= percent < 100.0 else f"{percent:.0f} %"

@@ -23,6 +23,7 @@ from warmlink.orchestration.closed_loop.metrics import (
     conduct,
     error_metrics,
     reduction_percent,
+    shown_percent,
 )
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
@@ -30,7 +31,7 @@ from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
 from warmlink.orchestration.master.algorithms import FOLLOWING
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import together
@@ -128,7 +129,7 @@ class ClosedLoop(Answer):
         return tuple(each for each in told if each)
 
     @property
-    def table(self) -> Table:
+    def table(self) -> RecordTable:
         """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
         table = self.result.table
         errors = {"error": self.error, "uncompensated_error": self.uncompensated_error}
@@ -148,7 +149,11 @@ class ClosedLoop(Answer):
         before, after, removed = self.uncompensated, self.metrics, self.reduction_percent
         coupling = "unknown" if self.coupling_error_um is None else f"±{self.coupling_error_um:.2g} µm"
         within = f"within ±{1e6 * self.scenario.tolerance:g} µm from"
-        gain = "" if removed is None else f"{abs(removed):.0f} % {'removed' if removed >= 0 else 'worse'}"
+        gain = (
+            ""
+            if removed is None
+            else f"{shown_percent(abs(removed))} {'removed' if removed >= 0 else 'worse'}"
+        )
         rows = [
             ("", NO_CONTROLLER, self.controller, ""),
             ("largest error", _micrometres(before.max_abs_um), _micrometres(after.max_abs_um), gain),
@@ -284,6 +289,12 @@ def run(
         If a name does not exist, or a value is refused.
     SlaveError
         If the run failed before its first communication point.
+
+    Examples
+    --------
+    >>> outcome = wl.run("stop_and_go", "lag", mismatches=["noisy_sensors"])
+    >>> print(outcome)
+    >>> outcome.to_frame()["error [m]"].abs().max()
     """
     found = scenario if isinstance(scenario, Scenario) else load_scenario(str(scenario))
     if isinstance(tolerance, str):

@@ -257,9 +257,8 @@ def hide(
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     hours = made["time [s]"].iloc[-1] / 3600
-    answer(
-        f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed}); of {len(EFFECTS)} effects known"
-    )
+    answer(f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed})")
+    answer(f"effects  {len(EFFECTS)} can be hidden; warmlink list names them")
 
 
 def _strength(given: str) -> tuple[str, float]:

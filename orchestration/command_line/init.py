@@ -36,12 +36,16 @@ def init(kind: str, *, out: Path = Path()) -> None:
         raise InputError(f"{kind}: no such kind of file; {instead(kind, KINDS)}")
     begins, *names = KINDS[kind]
     paths = [out / name for name in names]
-    for path in paths:
-        if path.exists():
-            raise InputError(f"{path}: exists already; remove it, or choose another --out")
     with fresh_folder(out) as work:
         for path in paths:
-            WRITERS[path.suffix](work / path.name)
+            written = work / path.name
+            WRITERS[path.suffix](written)
+            if path.exists():
+                # A cell's schema is a scenario's, which may lie there.
+                same = path.suffix == ".json" and path.is_file()
+                if not same or path.read_bytes() != written.read_bytes():
+                    raise InputError(f"{path}: exists already; remove it, or choose another --out")
+                written.unlink()
     answer("\n".join(map(str, paths)))
     answer(f"try  {begins} {quoted(paths[0])}{':MyLaw' if kind == 'law' else ''}")
 

@@ -59,6 +59,11 @@ def hide_effects(
     ------
     InputError
         If there is no such effect, or something else of a name.
+
+    Examples
+    --------
+    >>> measured = wl.hide({"joint_resistance": 0.3}, seed=1)
+    >>> wl.diagnose(measured)
     """
     import pandas
 

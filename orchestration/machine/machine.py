@@ -23,8 +23,11 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.packaging.tabled import with_table
 from warmlink.fmus.packaging.views import with_flag_wires
+from warmlink.fmus.recorded_duty.component import playing
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
@@ -41,7 +44,7 @@ if TYPE_CHECKING:
 DUTY, COMPENSATOR = "duty", "compensator"
 """Usual instances of what drives a machine, and of a controller, whose component differs from run to run."""
 
-DRIVER, THERMOMETERS, CHANNELS = "DutyCycle", "TemperatureSensors", 8
+DRIVER, PLAYER, THERMOMETERS, CHANNELS = "DutyCycle", "RecordedDuty", "TemperatureSensors", 8
 
 KINDS = {
     **{DUTY: DRIVER, "motor": "MotorHeatSource", "link": "ThermalLink", "heater": "Heater"},
@@ -106,6 +109,7 @@ class Machine:
     ports : what a larger system that holds this one exchanges with it
     foreign : FMUs that came with the machine, by what `parts` calls them
     scaled : what a wire does besides converting units, by the input that it feeds
+    tables : what instances of RecordedDuty play
     designs : parameters of the laws for this machine; None if the shipped laws were designed for it
     program : reads the scenarios that are made for it; None if it is driven by duty cycles
     detail : additional figures of a run of this machine, for `uncompensated` and `compensated`
@@ -130,6 +134,7 @@ class Machine:
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
     scaled: Mapping[str, Conversion] = field(default_factory=dict)
+    tables: Mapping[str, RecordedTable] = field(default_factory=dict)
     designs: Designs | None = None
     program: Program | None = None
     detail: Callable[[Result], Mapping[str, Mapping[str, Any]]] | None = None
@@ -201,12 +206,27 @@ class Machine:
         """Declaration of each instance that is a component of warmlink, with the controllers' law."""
         known = {**catalogue.components(), **self.reduced, law.name: law}
         kinds = self.parts_with(law.name)
-        return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
+        return {name: self._playing(name, known[kind]) for name, kind in kinds.items() if kind in known}
+
+    def _playing(self, instance: str, component: Component) -> Component:
+        """The declaration of an instance, with its table if it plays one."""
+        return playing(component, self.tables[instance]) if instance in self.tables else component
 
     def called(self, kind: str) -> list[str]:
         """Instances of a kind of `KINDS`: for `motor` all motors."""
-        kinds = {KINDS.get(kind), *(self.reduced if kind == "link" else ())}
+        more = {DUTY: (PLAYER,), "link": self.reduced}.get(kind, ())
+        kinds = {KINDS.get(kind), *more}
         return [instance for instance, each in self.parts.items() if each in kinds]
+
+    def addressed(self, name: str) -> list[str]:
+        """Variables that a full name stands for: for `compensator.gain` those of all places of a controller.
+
+        A machine whose own part is called `compensator` means that one.
+        """
+        instance, _, variable = name.rpartition(".")
+        if instance != COMPENSATOR or instance in self.parts:
+            return [name]
+        return [f"{each}.{variable}" for each in self.controllers] or [name]
 
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""
@@ -222,13 +242,27 @@ class Machine:
         left = {name: kind for name, kind in self.parts.items() if name not in instances}
         wires = [wire for wire in self.wires if all(end.rpartition(".")[0] in left for end in wire)]
         scaled = {end: self.scaled[end] for _, end in wires if end in self.scaled}
-        return replace(self, parts=left, wires=tuple(wires), scaled=scaled)
+        tables = {name: table for name, table in self.tables.items() if name in left}
+        return replace(self, parts=left, wires=tuple(wires), scaled=scaled, tables=tables)
 
     def prefixed(self, prefix: str) -> Machine:
         """The same with a prefix and a dot before every instance."""
         parts = {f"{prefix}.{name}": kind for name, kind in self.parts.items()}
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
-        return replace(self, parts=parts, wires=wires)
+        tables = {f"{prefix}.{name}": table for name, table in self.tables.items()}
+        return replace(self, parts=parts, wires=wires, tables=tables)
+
+    def driven_by(self, tables: Mapping[str, RecordedTable]) -> Machine:
+        """The machine whose instances play tables, not segments; without tables `duty` has segments."""
+        changed = {name: PLAYER for name in tables if self.parts.get(name) in (DRIVER, PLAYER)}
+        if not tables and self.parts.get(DUTY) == PLAYER:
+            changed = {DUTY: DRIVER}
+        every = {**self.tables, **tables}
+        played = {name: each for name, each in every.items() if changed.get(name) != DRIVER}
+        if not changed or (changed.items() <= self.parts.items() and played == self.tables):
+            return self
+        nominal = {name: of for name, of in self.nominal.items() if name not in changed}
+        return replace(self, parts={**self.parts, **changed}, tables=played, nominal=nominal)
 
     def with_nominal(self, values: StartValues) -> StartValues:
         """Start values by instance and variable with the nominal ones of the machine beside them."""
@@ -243,7 +277,7 @@ class Machine:
         if self.never_joined:
             raise InputError(f"{self.name}: {self.never_joined}; run it with a master instead")
         kinds = catalogue.components() | ({} if controller is None else {"": controller})
-        parts = {name: kinds[kind] for name, kind in self.parts.items()}
+        parts = {name: self._playing(name, kinds[kind]) for name, kind in self.parts.items()}
         joined = join(self.name, parts, self.wires, self.about)
         every = self.with_nominal(values or {}).items()
         given = {f"{key}.{name}": float(v) for key, of in every for name, v in of.items()}
@@ -265,6 +299,7 @@ class Machine:
         """
         known = {**self.foreign, **fmus}
         files = {instance: known[kind] for instance, kind in self.parts_with(controller).items()}
+        files |= {instance: with_table(files[instance], table) for instance, table in self.tables.items()}
         ends = {f"{name}.{each}" for name, fmu in files.items() for each in read_description(fmu).variables}
         wires = with_flag_wires(self.wires, ends)
         experiment = DefaultExperiment(0.0, self.stop_time, self.step_size)

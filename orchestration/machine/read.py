@@ -22,11 +22,12 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.packaging.tabled import table_in
 from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, Machine, Roles
+from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine, Roles
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of
@@ -61,7 +62,7 @@ class RolesTable(Table):
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedMachine:
     """A machine as a file names it: a shipped one, or the path of an SSP with the roles of its variables.
 
     `where` is the name of the file, which stands before an error message; `source` is the path of the file
@@ -79,7 +80,7 @@ class Named:
         """Path of the SSP; None if the machine is shipped."""
         return self.folder / self.system if self.system.lower().endswith(SYSTEMS) else None
 
-    def followed(self) -> Named:
+    def followed(self) -> NamedMachine:
         """What a file names whose path this is: one with the entries `system` and `roles`, as a scenario's.
 
         Raises InputError if there is no such file, or roles are given twice.
@@ -94,10 +95,10 @@ class Named:
         if system.endswith(".toml"):
             raise InputError(f"{path.name}: system: {system}: give an SSP, or the name of a shipped machine")
         read = None if roles is None else read_table(RolesTable, roles, f"{path.name}: roles")
-        return Named(system, read, path.name, path.parent, path)
+        return NamedMachine(system, read, path.name, path.parent, path)
 
 
-def machine_in(named: Named) -> Machine:
+def machine_in(named: NamedMachine) -> Machine:
     """The machine that a file names; raises InputError if there is none, or its roles do not fit it."""
     found = named.followed()
     if found.path is not None:
@@ -129,7 +130,7 @@ def with_roles(system: System, roles: RolesTable, where: str, about: str = "") -
     driven = _driven(system, roles, where)
     if driven:
         parts = {DUTY: DRIVER, **parts}
-    elif parts.get(DUTY) != DRIVER:
+    elif parts.get(DUTY) not in (DRIVER, PLAYER):
         raise InputError(
             f'{where}: name the inputs that the duty cycle drives, as speed = ["motor.speed"]; {system.name} '
             f"has no {DRIVER} called {DUTY}"
@@ -167,6 +168,7 @@ def machine_of(system: System, controllers: Collection[str] = ()) -> Machine:
         step_size=proposed.step_size or 1.0,
         foreign=foreign,
         scaled={each.target: Conversion(each.factor, each.offset) for each in changed},
+        tables={n: table_in(system.components[n].fmu) for n, kind in parts.items() if kind == PLAYER},
     )
 
 

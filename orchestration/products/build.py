@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.catalogue import Entry
@@ -17,7 +18,7 @@ from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
-from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.fmu_store import BuildProgress
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -63,6 +64,10 @@ def build(
     ------
     InputError
         If a name, the kind, a version or a platform does not exist, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> wl.build("ThermalLink", fmus="native", fmi=2)
     """
     named, version = several(names), None if fmi is None else str(fmi)
     if fmus not in KINDS:
@@ -167,7 +172,10 @@ class _Making:
         from warmlink.orchestration.fmu_store import FmuStore
         from warmlink.orchestration.system.write import write_ssp
 
-        built = self._components([name for name in entries() if name in scenario.kinds])
+        names = [name for name in entries() if name in scenario.kinds]
+        built = self._components(
+            names, {each.name: each for each in scenario.declared.values() if each.tables}
+        )
         fmus = {path.stem: path for path in built}
         store = FmuStore("python" if self.kind == "python" else "native")
         built.append(self.out / f"{scenario.name}.ssp")
@@ -182,16 +190,19 @@ class _Making:
 
         return flagged(component) if self.flags else component
 
-    def _components(self, names: Sequence[str]) -> list[Path]:
+    def _components(
+        self, names: Sequence[str], playing: Mapping[str, Component] = MappingProxyType({})
+    ) -> list[Path]:
+        """Build components by name; those that are `playing` tables of their own with these."""
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
         from warmlink.orchestration.catalogue import entries
 
-        chosen = [entries()[name] for name in names]
-        chosen = [replace(each, component=self._flagged(each.component)) for each in chosen]
+        known = ((entries()[name], playing.get(name, entries()[name].component)) for name in names)
+        chosen = [replace(entry, component=self._flagged(component)) for entry, component in known]
         built: list[Path] = []
         if self.kind != "native":
             with progress_bar("Python FMUs") as progress:
-                at_work = AtWork(progress, len(chosen))
+                at_work = BuildProgress(progress, len(chosen))
                 for each in chosen:
                     at_work.begun(each.component.name)
                     built += build_python_fmus([each], self.out / "python", at_work.done)
@@ -209,7 +220,7 @@ def _build_native(components: Sequence[Entry], how: _Making) -> list[Path]:
     chosen = platforms_named(how.platforms)
     built: list[Path] = []
     with progress_bar("native FMUs") as progress:
-        at_work = AtWork(progress, len(components) * len(how.versions))
+        at_work = BuildProgress(progress, len(components) * len(how.versions))
         for version in how.versions:
             folder = how.out / "native" / f"fmi{version[0]}"
             built += build_native_fmus(

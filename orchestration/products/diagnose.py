@@ -116,6 +116,12 @@ def diagnose(
     ------
     InputError
         If a source, or something in it, cannot be used.
+
+    Examples
+    --------
+    >>> found = wl.diagnose("run.csv")
+    >>> print(found.verdict, found.causes)
+    >>> found.write("found")
     """
     machine, known = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     assumed = [f"{name}={value}" for name, value in assume.items()]

@@ -60,6 +60,10 @@ def export(
     ------
     InputError
         If there is no such law, it computes nothing at a sample, or the design is not for it.
+
+    Examples
+    --------
+    >>> wl.export("observer", "observer.ssv", precision="single").write("plc")
     """
     found = controller_named(law)
     name, component = found.name, found.component

@@ -65,6 +65,10 @@ def live(
     ------
     InputError
         If something of a name does not exist, the system contains foreign FMUs, or zig is not installed.
+
+    Examples
+    --------
+    >>> wl.live("stop_and_go", "observer").write("stop_and_go.html")
     """
     typed = dict(parameters) if isinstance(parameters, Mapping) else {}
     files = [*sets, *(() if isinstance(parameters, Mapping) else (parameters,))]

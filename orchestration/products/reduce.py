@@ -115,6 +115,11 @@ def reduce(
     ------
     InputError
         If the part cannot be read, used so, or reduced to the tolerance.
+
+    Examples
+    --------
+    >>> part = wl.reduce("bracket.step", "0, 0, 0 mm", "330, 0, 0 mm")
+    >>> part.write_fmu("MyLink.fmu")
     """
     path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
     if not is_file(path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.machine.machine import Machine, Plots
 from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.report.page import Section, Table, write_page
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.report.page import PageTable, Section, unwrapped, write_page
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 QUANTITIES = {
@@ -36,7 +37,7 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
     scenario, statistics = outcome.scenario, outcome.result.statistics
     errors = {outcome.controller: 1e6 * outcome.error, NO_CONTROLLER: 1e6 * outcome.uncompensated_error}
     sections = [
-        Section("Figures", text=scenario.about.strip(), table=_figures(outcome)),
+        Section("Figures", text=unwrapped(scenario.about), table=_figures(outcome)),
         Section(
             "Error of the tool point",
             f"{scenario.machine.roles.score.text}, at the communication points.",
@@ -57,7 +58,7 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
         text = "Drag the duty cycle, move parameters, give thermometers faults, and see the error at once."
         sections.insert(-2, Section("Try it", text, page=live_page))
     if statistics.slaves:
-        table = Table(*statistics.table())
+        table = PageTable(*statistics.table())
         sections.append(Section("Calls of each FMU", f"{statistics.summary()}.", table))
     write_page(path, f"{scenario.title} · {outcome.controller}", _lead(outcome), sections)
 
@@ -99,7 +100,7 @@ def _lead(outcome: ClosedLoop) -> str:
     )
 
 
-def _figures(outcome: ClosedLoop) -> Table:
+def _figures(outcome: ClosedLoop) -> PageTable:
     kinds = outcome.uncompensated, outcome.metrics
     rows = [
         ("largest error", *(f"{each.max_abs_um:.2f} µm" for each in kinds)),
@@ -118,7 +119,7 @@ def _figures(outcome: ClosedLoop) -> Table:
             ("its largest leap in one step", f"{told.leap_um:.2g} µm"),
         )
     ]
-    return Table(("", NO_CONTROLLER, outcome.controller), rows)
+    return PageTable(("", NO_CONTROLLER, outcome.controller), rows)
 
 
 def _since(metrics: ErrorMetrics) -> str:
@@ -127,7 +128,7 @@ def _since(metrics: ErrorMetrics) -> str:
     return "start" if metrics.time_to_tolerance_s == 0 else f"{metrics.time_to_tolerance_s / 60:.1f} min"
 
 
-def _budget(outcome: ClosedLoop) -> Table:
+def _budget(outcome: ClosedLoop) -> PageTable:
     errors = {
         f"coupling error of {listed(outcome.scenario.machine.roles.plant)}": outcome.coupling_error_um,
         "discretisation error of any elongation": outcome.discretisation_error_um,
@@ -140,10 +141,10 @@ def _budget(outcome: ClosedLoop) -> Table:
         held = f"{audit.total:.3g} J ({share:.2g} of the heat delivered)"
         rows.append((f"heat balance over the run: {ends}", held))
         rows.append(("largest imbalance of this kind in one step", f"{audit.largest_step:.3g} J"))
-    return Table(("", "value"), rows)
+    return PageTable(("", "value"), rows)
 
 
-def _settings(outcome: ClosedLoop) -> Table:
+def _settings(outcome: ClosedLoop) -> PageTable:
     scenario = outcome.scenario
     rows = {
         "scenario": scenario.name,
@@ -154,8 +155,33 @@ def _settings(outcome: ClosedLoop) -> Table:
         "controller": outcome.controller,
         "mismatches": ", ".join(scenario.mismatches) or "none",
         "tolerance": f"±{1e6 * scenario.tolerance:g} µm",
-        **{name: str(value) for name, value in scenario.parameters.items()},
+        **_changed(scenario),
         "computed in": f"{outcome.wall_seconds:.2f} s",
         "communication points": f"{np.size(outcome.time)}",
     }
-    return Table(("setting", "value"), [*rows.items()])
+    return PageTable(("setting", "value"), [*rows.items()])
+
+
+def _changed(scenario: Scenario) -> dict[str, str]:
+    """The parameters that differ from nominal, each with its unit, and arrays in a row each."""
+    units = {
+        f"{instance}.{scalar.name}": scalar.variable.unit
+        for instance, component in scenario.declared.items()
+        for scalar in component.scalars()
+    }
+    rows: dict[str, str] = {}
+    for _, group in groupby(enumerate(scenario.parameters.items()), _in_one_row):
+        (first, value), *more = (item for _, item in group)
+        name = f"{first[:-1]}..{more[-1][0].partition('[')[2]}" if more else first
+        unit = units.get(first, "")
+        shown = f"{value:.6g} {'' if unit == '1' else unit}" if isinstance(value, float) else str(value)
+        alike = all(each == value for _, each in more)
+        rows[name] = shown.strip() if alike else f"{len(more) + 1} values"
+    return rows
+
+
+def _in_one_row(placed: tuple[int, tuple[str, object]]) -> tuple[str, int]:
+    """What elements of an array that follow each other have in common; others have nothing."""
+    place, (name, _) = placed
+    array, _, element = name.partition("[")
+    return (array, int(element[:-1]) - place) if element else (name, 0)

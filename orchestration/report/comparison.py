@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from warmlink.orchestration.closed_loop.metrics import CONDUCT
+from warmlink.orchestration.closed_loop.metrics import CONDUCT, shown_percent
 from warmlink.orchestration.report.figures import heat_map
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
@@ -37,11 +37,11 @@ def write_comparison(comparison: Comparison, path: Path) -> None:
     others = [name for name in comparison.mismatches if name != NOMINAL]
     if others:
         rows = [[comparison.worst(name, [duty], others) for name in controllers] for duty in duties]
-        text = f"Worst of {', '.join(others)}, which the pointer names."
+        text = f"The worst of {', '.join(others)}: point at a figure to see which one."
         sections.append(_map("Worst mismatch of each cell", rows, duties, text))
         every = comparison.mismatches
         rows = [[comparison.worst(name, duties, [mismatch]) for name in controllers] for mismatch in every]
-        text = "Worst of all duty cycles, which the pointer names."
+        text = "The worst of all duty cycles: point at a figure to see which one."
         sections.append(_map("Mismatch by mismatch", rows, every, text))
     differing = [(name, _about(name)) for name in comparison.mismatches]
     sections += [
@@ -58,12 +58,12 @@ def write_comparison(comparison: Comparison, path: Path) -> None:
             "its correction moves to and fro in an hour, and how far it leaps in one step.",
             table=_conduct(comparison),
         ),
-        Section("Mismatches", table=Table(("mismatch", "what differs"), differing)),
+        Section("Mismatches", table=PageTable(("mismatch", "what differs"), differing)),
         Section(
             "Every run",
             "Equal within: bound of the coupling error by a run with half the step, plus the link's own "
             "estimate of its grid's error. Scores that differ by less are equal.",
-            table=Table(_HEADINGS, [_cells(row) for row in comparison.rows.values()]),
+            table=PageTable(_HEADINGS, [_cells(row) for row in comparison.rows.values()]),
         ),
     ]
     write_page(path, "Controllers compared", _lead(comparison), sections)
@@ -116,20 +116,20 @@ def _cell(row: Row) -> str:
     error = f"{row.outcome.max_abs_um:.1f}"
     if row.controller == NO_CONTROLLER or row.removed_percent is None:
         return error
-    return f"{error}<br>{row.removed_percent:.0f} %"
+    return f"{error}<br>{shown_percent(row.removed_percent)}"
 
 
-def _won(comparison: Comparison) -> Table:
+def _won(comparison: Comparison) -> PageTable:
     mismatch = NOMINAL if NOMINAL in comparison.mismatches else comparison.mismatches[0]
     lines = []
     for duty in comparison.duty_cycles:
         rows = [comparison.row(name, duty, mismatch) for name in comparison.controllers]
         best = f"{rows[0].outcome.warm_up_first_min:.0f}"
         lines.append((duty, best, *(f"{row.minutes_won:+.0f}" for row in rows)))
-    return Table((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
+    return PageTable((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
 
 
-def _conduct(comparison: Comparison) -> Table:
+def _conduct(comparison: Comparison) -> PageTable:
     """A line for each controller that finished a run."""
     headings = ("ready [%]", "of it wrong [%]", "fine, not ready [%]", "travel [µm/h]", "leap [µm]")
     lines = []
@@ -139,8 +139,8 @@ def _conduct(comparison: Comparison) -> Table:
         if ran:
             every = [[getattr(each, of) for each in ran] for of in CONDUCT]
             shown = min(every[0]), *map(max, every[1:])
-            lines.append((name, *(f"{value:.3g}" for value in shown)))
-    return Table(("controller", *headings), lines)
+            lines.append((name, *(f"{value:.3g}" if value < 1e3 else f"{value:.0f}" for value in shown)))
+    return PageTable(("controller", *headings), lines)
 
 
 def _about(name: str) -> str:

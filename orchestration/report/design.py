@@ -15,7 +15,7 @@ from warmlink.controllers.design.steady import steady, worth
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values
 from warmlink.orchestration.report.figures import COLOURS, DASHES, chart, styled
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 if TYPE_CHECKING:
     import control
@@ -36,7 +36,7 @@ def write_report(
     for motion, speed in SPEEDS.items():
         full, kept = plant.state_space(speed), reduced.state_space(speed)
         columns += [(f"{motion}, full [min]", full), (f"{motion}, reduced [min]", kept)]
-        text = "From each input to the elongation."
+        text = "From each input to the elongation: lines for the plant, dots for the reduced model."
         bode.append(Section(f"Bode plot, {motion}", text, figure=_bode(full, kept)))
     constants = np.column_stack([time_constants(model)[:order] for _, model in columns]) / 60
     rows = [[str(i), *(f"{each:.3g}" for each in row)] for i, row in enumerate(constants, 1)]
@@ -48,7 +48,7 @@ def write_report(
         Section(
             "Time constants of the plant",
             "How long it takes a pattern of temperatures to fall to 37 %.",
-            Table(("pattern", *(heading for heading, _ in columns)), rows),
+            PageTable(("pattern", *(heading for heading, _ in columns)), rows),
         ),
         *bode,
         Section(
@@ -86,17 +86,17 @@ def _filter(plant: LinearPlant, reduced: ReducedPlant, values: Values) -> list[S
         Section(
             "Expected error, and which thermometers are worth their cable",
             f"{when}: {1e6 * found.error:.3g} µm (1 sigma), the reduction's error included. With fewer:",
-            Table(("thermometers", "expected error [µm]"), errors),
+            PageTable(("thermometers", "expected error [µm]"), errors),
         ),
         Section(
             "Gains of the filter",
             "How fast the correction moves for each kelvin by which a reading surprises the filter.",
-            Table(("thermometer", "noise [K]", "gain [µm/s/K]"), gains),
+            PageTable(("thermometer", "noise [K]", "gain [µm/s/K]"), gains),
         ),
         Section(
             "Poles of the filter",
             "As time constants: how long an error of its estimate takes to fall to 37 %.",
-            Table(("pole", "time constant [min]"), poles),
+            PageTable(("pole", "time constant [min]"), poles),
         ),
     ]
 
@@ -125,11 +125,11 @@ def _bode(plant: control.StateSpace, reduced: control.StateSpace) -> Any:
                 "marker": {"color": COLOURS[i], "symbol": i, "size": 7},
             }
             unit = "K" if name == "ambient_temperature" else "W"
-            title = f"{name} [{unit}]" if mode == "lines" else f"{name}, reduced"
-            figure.add_scatter(y=1e6 * magnitude[i][::every], name=title, row=1, col=1, **look)
+            named = {"name": f"{name} [{unit}]", "showlegend": mode == "lines"}
+            figure.add_scatter(y=1e6 * magnitude[i][::every], row=1, col=1, **named, **look)
             figure.add_scatter(y=phase[i][::every], showlegend=False, row=2, col=1, **look)
     figure.update_xaxes(type="log", exponentformat="power", dtick=1)
     figure.update_xaxes(title="frequency [rad/s]", row=2, col=1)
     figure.update_yaxes(title="elongation [µm/W, µm/K]", type="log", exponentformat="power", row=1, col=1)
     figure.update_yaxes(title="phase [degrees]", row=2, col=1)
-    return styled(figure, 560, 550)
+    return styled(figure, 560)

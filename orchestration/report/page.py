@@ -21,11 +21,14 @@ from warmlink.fmus.safe_text import printable, printable_json
 if TYPE_CHECKING:
     from markupsafe import Markup
 
+MANY = 60
+"""Rows of a table from which on a page shows them only once it is asked to."""
+
 PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly")
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """Rows of text under headings; the first column is read as names, the others as figures."""
 
     headings: Sequence[str]
@@ -42,7 +45,7 @@ class Section:
 
     heading: str
     text: str = ""
-    table: Table | None = None
+    table: PageTable | None = None
     figure: Any = None
     beside: Any = None
     warning: str = ""
@@ -55,6 +58,11 @@ class Section:
             lines = [self.table.headings, ["---"] * len(self.table.headings), *self.table.rows]
             told.append("\n".join(f"| {' | '.join(line)} |" for line in lines))
         return "\n\n".join(told)
+
+
+def unwrapped(text: str) -> str:
+    """Text whose lines end where a page's do; those of a file end where its writer broke them."""
+    return "\n\n".join(" ".join(each.split()) for each in re.split(r"\n\s*\n", text.strip()))
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section]) -> None:
@@ -71,7 +79,8 @@ def rendered(template: str, **content: Any) -> str:
     loader = PackageLoader("warmlink.orchestration", "report")
     escaping = select_autoescape(default=True)
     environment = Environment(loader=loader, autoescape=escaping, finalize=_printable)
-    environment.filters["with_code"] = _with_code
+    environment.filters |= {"with_code": _with_code, "breakable": _breakable}
+    environment.globals["many"] = MANY
     return environment.get_template(template).render(content)
 
 
@@ -87,14 +96,22 @@ def _with_code(text: object) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
-def _versions() -> Table:
+def _breakable(text: object) -> Markup:
+    """The same of a name, which a narrow page may break before a part of it rather than anywhere."""
+    from markupsafe import Markup
+
+    shown = _with_code(text)
+    return shown if "<" in shown else Markup(re.sub(r"(?<=\w)([._])(?=[a-z])", r"\1<wbr>", str(shown)))
+
+
+def _versions() -> PageTable:
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:
         try:
             rows.append((package, metadata.version(package)))
         except metadata.PackageNotFoundError:
             continue
-    return Table(("software", "version"), rows)
+    return PageTable(("software", "version"), rows)
 
 
 def _packed(sections: Sequence[Section]) -> str:

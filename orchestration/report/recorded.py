@@ -16,7 +16,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import settle
 from warmlink.orchestration.master.recording.recorder import VALUES, values_in
-from warmlink.orchestration.text_files import is_file, shown
+from warmlink.orchestration.text_files import is_file, is_folder, shown
 
 if TYPE_CHECKING:
     import pandas
@@ -83,7 +83,7 @@ def columns_of(results: Any) -> Columns:
     if not isinstance(results, str | Path):
         return _checked(results.to_frame(), "the results")
     path = Path(results)
-    if not path.is_dir():
+    if not is_folder(path):
         return _read(path)
     settle(path)
     places = [place for name in ("results.parquet", "results.csv") if is_file(place := path / name)]

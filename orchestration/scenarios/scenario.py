@@ -74,6 +74,9 @@ class Scenario:
     file: Path | None = None
     remarks: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "machine", self.machine.driven_by(self.duty.tables))
+
     @property
     def stop_time(self) -> float:
         """Stop time in s, that of what drives the system."""
@@ -222,7 +225,8 @@ def changed(
 def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
     """The scenario with start values that whoever designs for it knows; its mismatches come on top."""
     known = scenario.as_believed
-    asked = replace(known, parameters={**known.parameters, **given})
+    named = {full: value for name, value in given.items() for full in scenario.machine.addressed(name)}
+    asked = replace(known, parameters={**known.parameters, **named})
     for each in scenario.differences:
         asked = each.applied(asked)
     return asked

@@ -15,6 +15,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import locked_folder, stamped, temporary_folder, unstamped
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.progress import spinner, stretch
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
@@ -28,6 +29,9 @@ from warmlink.orchestration.studies.processes import (
 from warmlink.orchestration.studies.workers import FmuSet, Remark, Workers, agreeing, joined_systems
 
 FILE = "runs.jsonl"
+
+_COMPILED = 0.9
+"""Share of the preparation that compiling the joined systems takes; the rest tries them beside the FMUs."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ class Means:
 USUAL = Means()
 
 
-class AtWork(NamedTuple):
+class StudySession(NamedTuple):
     """The folder of a study, its FMUs, and workers that run them."""
 
     folder: Path
@@ -65,7 +69,7 @@ def at_work(
     mismatches: Sequence[Mismatch],
     means: Means,
     out: str | Path | None = None,
-) -> Iterator[AtWork]:
+) -> Iterator[StudySession]:
     """FMUs of scenarios that run under each mismatch, and workers that keep each finished run in a folder.
 
     The folder is locked for them; by default it is a temporary one. If no run was finished, a folder that was
@@ -90,11 +94,13 @@ def at_work(
             files = {name: path for each in scenarios for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
-                whole = replace(fmus, rollouts=joined_systems(scenarios, said.append))
-                fmus = agreeing(scenarios, mismatches, whole, said.append)
+                with spinner("Preparing the runs") as show:
+                    joined = joined_systems(scenarios, said.append, stretch(show, 0.0, _COMPILED))
+                    whole, trying = replace(fmus, rollouts=joined), stretch(show, _COMPILED, 1.0)
+                    fmus = agreeing(scenarios, mismatches, whole, said.append, trying)
             own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
             workers: Workers = stack.enter_context(own)
-            yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
+            yield StudySession(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
                 for path in folder.iterdir():

@@ -64,6 +64,7 @@ class Case:
         machine, roles = self.machine, self.machine.roles
         facts |= {"machine": machine.name, "parts": dict(machine.parts), "wires": machine.wires}
         facts |= {"scaled": {end: asdict(each) for end, each in machine.scaled.items()}, "plant": roles.plant}
+        facts |= {"tables": {name: table.digest for name, table in machine.tables.items()}}
         facts |= {"score": roles.score.text, "uncompensated": roles.uncompensated.text}
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 

@@ -92,6 +92,10 @@ def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | P
     ------
     InputError
         If there is no such study, or it asks for what does not exist or cannot be.
+
+    Examples
+    --------
+    >>> wl.sweep("study.toml").to_frame()
     """
     asked = study if isinstance(study, Study) else load_study(str(study))
     with swept(asked, means, out) as found:
@@ -119,7 +123,7 @@ def sweep(study: Study, points: list[Point], workers: Workers, progress: Progres
 
 
 def points_of(study: Study) -> list[Point]:
-    """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
+    """The points of a sweep in the order of its table; InputError for too many points."""
     if study.sweep.kind != "grid":
         return latin_hypercube(study, study.sweep.points)
     levels = [axis.levels(study.sweep.points) for axis in study.axes]

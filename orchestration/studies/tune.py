@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -185,15 +186,32 @@ def tune_study(
     ------
     InputError
         If there is no such study, or it asks for what does not exist or cannot be.
+
+    Examples
+    --------
+    >>> tuned = wl.tune("study.toml", trials=20, means=wl.Means(jobs=4), out="tuned")
+    >>> print(tuned)
     """
     asked = (study if isinstance(study, Study) else load_study(str(study))).lasting(trials)
     with tuned(asked, means, out) as found:
         return found
 
 
+def _table_into(folder: Path, found: Tuned) -> None:
+    found.write_csv(folder / TRIALS)
+
+
 @contextmanager
-def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]:
-    """Tune; the folder in which finished runs are kept is locked until the block ends."""
+def tuned(
+    study: Study,
+    means: Means,
+    out: str | Path | None,
+    keep: Callable[[Path, Tuned], object] = _table_into,
+) -> Iterator[Tuned]:
+    """Tune; the folder in which finished runs are kept is locked until the block ends.
+
+    `keep` is called with this folder and what is found so far after each batch in which something was run.
+    """
     import_optuna()
 
     def note(leader: Judged | None) -> str:
@@ -208,7 +226,7 @@ def tuned(study: Study, means: Means, out: str | Path | None) -> Iterator[Tuned]
                 storage,
                 lambda done, leader: show(done / study.tune.trials, note(leader)),
                 joined=study.controller.component.name in work.fmus.rollouts,
-                keep=lambda found: found.write_csv(work.folder / TRIALS),
+                keep=partial(keep, work.folder),
             )
         yield found
 

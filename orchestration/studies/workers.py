@@ -24,7 +24,9 @@ from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
+from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.scenarios.duties.duty import IDLE
 from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import (
@@ -174,21 +176,27 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
         for parts in (1, 2) if first.with_budget else (1,):
             points = CommunicationPoints.between(0.0, first.stop_time, first.step_size / parts)
             given = [cases[place].values for place in places]
-            runs.append((points, *rollout.run(given, points.count, points.step_size)))
+            played = [cases[place].machine.tables for place in places]
+            runs.append((points, *rollout.run(given, points.count, points.step_size, played=played)))
         for i, place in enumerate(places):
             if all(well[i] for *_, well in runs):
-                tables = (Table(names, units, points, values[i].T) for points, values, _ in runs)
+                tables = (RecordTable(names, units, points, values[i].T) for points, values, _ in runs)
                 yield place, *(Result(table, "completed") for table in tables)
 
 
-def joined_systems(scenarios: Sequence[Scenario], remark: Remark) -> dict[str, Rollout]:
+def joined_systems(
+    scenarios: Sequence[Scenario], remark: Remark, progress: Progress = unseen
+) -> dict[str, Rollout]:
     """The systems of a study's scenarios, joined and compiled, by the component behind the controllers.
 
     Those that hold foreign FMUs, or are run with another master than the usual one, are left out; so are
     those that cannot be compiled, with a remark.
     """
     found: dict[str, Rollout] = {}
-    for law, mine in _by_law(scenarios).items():
+    # Whatever drives them is no part of what is compiled: tables stand in place of the segments.
+    laws = _by_law([replace(each, duty=IDLE) if each.duty.tables else each for each in scenarios])
+    for done, (law, mine) in enumerate(laws.items()):
+        progress(f"compiling system {done + 1} of {len(laws)}, with {law}", done / len(laws))
         first = mine[0]
         usual = DEFAULT_MASTER, dict[str, Path](), first.made_from
         if any((each.master, each.machine.foreign, each.made_from) != usual for each in mine):
@@ -211,10 +219,14 @@ def _by_law(scenarios: Sequence[Scenario]) -> dict[str, list[Scenario]]:
 
 
 def agreeing(
-    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
+    scenarios: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    fmus: FmuSet,
+    remark: Remark,
+    progress: Progress = unseen,
 ) -> FmuSet:
     """The FMUs with those of their joined systems whose figures are theirs within the coupling error."""
-    found = tried(scenarios, mismatches, fmus, remark)
+    found = tried(scenarios, mismatches, fmus, remark, progress)
     good = {law: each for law, each in found.items() if each[0] <= each[1]}
     for law, (difference, coupling) in found.items():
         if law not in good:
@@ -222,14 +234,18 @@ def agreeing(
             remark(f"{told}, more than the coupling error of {coupling:.2g} µm; it runs on its FMUs")
     if good:
         difference, coupling = np.max(list(good.values()), axis=0)
-        told = f"joined systems: {len(good)} runs tried beside the FMUs"
+        told = f"joined systems: {len(good)} run{'s' if len(good) > 1 else ''} tried beside the FMUs"
         told += f"; figures differ by at most {difference:.2g} µm"
         remark(f"{told}, the coupling error is up to {coupling:.2g} µm ({argument('exact')} runs the FMUs)")
     return replace(fmus, rollouts={law: fmus.rollouts[law] for law in good})
 
 
 def tried(
-    scenarios: Sequence[Scenario], mismatches: Sequence[Mismatch], fmus: FmuSet, remark: Remark
+    scenarios: Sequence[Scenario],
+    mismatches: Sequence[Mismatch],
+    fmus: FmuSet,
+    remark: Remark,
+    progress: Progress = unseen,
 ) -> dict[str, tuple[float, float]]:
     """Difference of the figures of joined systems from those of FMUs, and the coupling error, both in µm.
 
@@ -240,12 +256,14 @@ def tried(
     planned = [each for each in scenarios if each.controller.component.name in fmus.rollouts]
     runs = _by_law([mismatch.applied(each) for each in planned for mismatch in mismatches])
     cases, turns = [case_of(each, (each.name,)) for each in next(iter(runs.values()), [])], dict[int, float]()
+    progress("looking for the runs to try beside the FMUs", 0.0)
     for place, result in _joined(cases, fmus.rollouts):
         growth = cases[place].machine.roles.uncompensated.value(result.__getitem__)
         turns[place] = -float(np.max(np.abs(np.diff(growth, 2)), initial=0.0))
     sharpest_first = sorted(range(len(cases)), key=lambda place: turns.get(place, 0.0))
     found = dict[str, tuple[float, float]]()
-    for (law, mine), at in zip(runs.items(), cycle(sharpest_first), strict=False):
+    for done, ((law, mine), at) in enumerate(zip(runs.items(), cycle(sharpest_first), strict=False)):
+        progress(f"trying {law} beside its FMUs", done / len(runs))
         try:
             found[law] = _difference(mine[at], fmus)
         except _UntriedError as why:

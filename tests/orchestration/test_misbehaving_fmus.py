@@ -10,21 +10,17 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from shutil import rmtree
 
 import pandas as pd
 import pytest
 
-from warmlink.orchestration.system.model import (
-    Component,
-    Connection,
-    DefaultExperiment,
-    System,
-    Value,
-)
+from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux")
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux"),
+    pytest.mark.usefixtures("in_a_fresh_folder"),
+]
 
 COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
 SHORT_WAIT = """
@@ -38,12 +34,9 @@ STEPS = 10
 ALONE = ["--no-error-budget"]
 
 
-pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
-
-
 def two(fmu: Path, second: str = "b", **values: Value) -> Path:
     """Two integrators, the second fed by the first; the values are the second's."""
-    parts = {"a": Component("a", fmu), second: Component(second, fmu, {}, dict(values))}
+    parts = {"a": FmuPart("a", fmu), second: FmuPart(second, fmu, {}, dict(values))}
     path = Path("two.ssp")
     wires = (Connection("a", "y", second, "u"),)
     write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 1.0, 1.0 / STEPS)), path)
@@ -160,9 +153,8 @@ BOTH = pytest.mark.parametrize("options", [[], ["--isolate"]], ids=["guarded", "
 
 @BOTH
 def test_an_fmu_that_writes_into_low_descriptors_reaches_nothing(fmu: Path, options: list[str]) -> None:
-    assert simulate(two(fmu), *ALONE).returncode == 0
+    assert simulate(two(fmu), *ALONE, *options).returncode == 0
     whole = pd.read_csv("o/results.csv")
-    rmtree("o")
     done = simulate(two(fmu, fail_at=0.45, fail_status=16), *ALONE, *options)
     assert (done.returncode, done.stderr) == (0, "")
     assert pd.read_csv("o/results.csv").equals(whole)
@@ -182,7 +174,7 @@ RESTORING = ["crash in restore", "exit in restore", "discard in restore", "no st
 
 def loop_of(fmu: Path, stop: float = 1.0, **values: Value) -> Path:
     """Two integrators that feed each other, whose stability is looked at after the run."""
-    parts = {"a": Component("a", fmu), "b": Component("b", fmu, {}, dict(values))}
+    parts = {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu, {}, dict(values))}
     wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
     path = Path("loop.ssp")
     write_ssp(System("loop", parts, wires, DefaultExperiment(0.0, stop, 1.0 / STEPS)), path)
@@ -252,8 +244,7 @@ def test_ctrl_c_ends_an_endless_step_and_keeps_the_values(
         wait_for_load(process.pid)
         process.send_signal(signal.SIGINT)
         assert process.stderr is not None
-        said = iter(process.stderr.readline, "")
-        assert any("press again to end it at once" in line for line in said)
+        assert any("press again to end it at once" in line for line in process.stderr)
         if presses == 2:
             process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=20)

@@ -117,3 +117,22 @@ def test_the_winner_of_another_instance_goes_with_the_study_that_had_it(
     Path("mine/winner-link.ssv").touch()
     said = told(["sweep", "study.toml", "--out", "mine"], capsys, monkeypatch)
     assert said.startswith("2 warmlink: mine: holds winner-link.ssv of warmlink tune")
+
+
+def test_a_studys_table_while_it_runs_is_no_earlier_result_and_replaces_none(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("optuna")
+    first = ["tune", "study.toml", "--trials", "2", "--no-report"]
+    assert "kept" not in told(first, capsys, monkeypatch)
+    folder = Path("out/study/tune")
+    names = {path.name for path in folder.iterdir()}
+    assert {"trials.csv", "winner.ssv", "command.txt"} <= names
+    assert not any(name.startswith("earlier") for name in names)
+    table, winner = ((folder / name).read_bytes() for name in ("trials.csv", "winner.ssv"))
+    more = ["tune", "study.toml", "--trials", "3", "--no-report"]
+    assert "(of warmlink tune study.toml --trials 2) are kept in" in told(more, capsys, monkeypatch)
+    assert (folder / "earlier-1/trials.csv").read_bytes() == table
+    assert (folder / "earlier-1/winner.ssv").read_bytes() == winner
+    assert not (folder / "earlier-2").exists()
+    assert len((folder / "trials.csv").read_text("utf-8").splitlines()) == 4

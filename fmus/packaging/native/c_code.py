@@ -85,7 +85,7 @@ class _Writer:
     def write(self, head: str, function: Any, alone: bool) -> None:
         """Write a function that takes single numbers `alone`, as they are, or by pointers as all else."""
         alones = [alone and function.nnz_in(k) == 1 for k in range(function.n_in())]
-        whole, paired, _ = written(function)
+        whole, paired, *_ = written(function)
         with unsimplified():
             numbers = whole.expand() if whole.is_a("MXFunction") else whole
         lines = _Body(self, numbers, alones, paired).lines()
@@ -102,7 +102,9 @@ class _Writer:
 
     def named(self, function: Any) -> str:
         """Name in C of a function that is called."""
-        key = function.__hash__()
+        key, by_hand = function.__hash__(), written(function).by_hand
+        if by_hand:
+            return by_hand
         if key not in self._names:
             self._names[key] = name = f"{function.name()}_{len(self._names)}"
             self.write(f"static void {name}", function, alone=True)

@@ -6,6 +6,7 @@ from itertools import accumulate
 from typing import Any
 
 from warmlink.fmus.component import FIELD, MOST_IN_A_STEP, Component, Scalar, limits
+from warmlink.fmus.component.table import Played
 from warmlink.fmus.packaging.native import joint_code, joint_step
 from warmlink.fmus.packaging.native.c_code import functions_text
 from warmlink.fmus.packaging.native.casadi_code import (
@@ -18,7 +19,7 @@ from warmlink.fmus.packaging.native.casadi_code import (
 )
 from warmlink.fmus.packaging.native.groups import output_groups
 from warmlink.fmus.packaging.native.micro_step import stepping
-from warmlink.fmus.packaging.native.wired import Plan
+from warmlink.fmus.packaging.native.wired import WirePlan
 from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
@@ -33,9 +34,9 @@ def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     the time, `deriving.c` what gives derivatives; `variables.c` a table. With `arrays` an array is exchanged
     as a whole, by the value reference of its first element.
     """
-    plan = None if component.joint is None else Plan(component)
+    plan = None if component.joint is None else WirePlan(component)
     groups, functions = _running(component, plan)
-    header = '#include "model.h"\n'
+    header = '#include "model.h"\n' + ('#include "model_table.h"\n' if component.tables else "")
     starting = header + functions_text(_starting(component, plan))
     derivatives = [each for each in functions if each.name().endswith("tangent")]
     running = header + functions_text(each for each in functions if each not in derivatives)
@@ -68,6 +69,8 @@ def _sizes_header(component: Component, arrays: bool) -> str:
         "CLOCKS": len(component.clocks),
         "ARRAYS": int(arrays),
         "EXCHANGES": int(bool(exchanged_states(component))),
+        "TABLES": len(component.tables),
+        "MOST_COLUMNS": max((len(each.columns) for each in component.tables), default=0),
     }
     return _header("Name and sizes of one component", sizes)
 
@@ -83,7 +86,7 @@ def _header(about: str, values: Mapping[str, object]) -> str:
     return f"/* {about}; generated. */\n{lines}"
 
 
-def _starting(component: Component, plan: Plan | None) -> Iterator[Any]:
+def _starting(component: Component, plan: WirePlan | None) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
@@ -97,7 +100,7 @@ def _starting(component: Component, plan: Plan | None) -> Iterator[Any]:
     yield from (function(*part) for part in beginning(component))
 
 
-def _running(component: Component, plan: Plan | None) -> tuple[list[list[int]], list[Any]]:
+def _running(component: Component, plan: WirePlan | None) -> tuple[list[list[int]], list[Any]]:
     """Groups of outputs, and the CasADi functions that run all the time, as the C wrapper calls them.
 
     Where parts of a joined component recur, what they do is called; else all is written out.
@@ -181,6 +184,7 @@ def _variables_file(component: Component, groups: Sequence[Sequence[int]], array
         ("double", "nominals", [repr(each.state.variable.nominal) for each in exchanged_states(component)]),
         ("int", "group_starts", accumulate(map(len, groups[:-1]), initial=0)),
         ("Clock", "clocks", clocks),
+        ("Played", "played", [_played(component, each) for each in component.tables]),
     )
     about = "/* Variables of one component in the order of their value references; generated. */\n"
     return about + '#include "model.h"\n' + "".join(_table(*table) for table in tables)
@@ -203,6 +207,13 @@ def _row(scalar: Scalar, arrays: bool, place: tuple[int, int] | None) -> str:
     flagged = " | ".join(name for name, holds in flags.items() if holds) or 0
     numbers = (float(value or 0) for value in values)
     cells = [*map(_string, texts), *numbers, kind, flagged, count, *(place or (0, 0))]
+    return f"{{{', '.join(map(str, cells))}}}"
+
+
+def _played(component: Component, played: Played) -> str:
+    part = played.name.rpartition(".")[0]
+    texts = (played.file, played.head.decode(), part and f".{part}")
+    cells = [*map(_string, texts), component.d.index[played.name], len(played.columns)]
     return f"{{{', '.join(map(str, cells))}}}"
 
 

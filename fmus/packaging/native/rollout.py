@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.packaging.native.library import loaded, processor
 
 Array = NDArray[np.float64]
 
 Given = Mapping[str, Mapping[str, Any]]
 """Parameters of a run, by part and name."""
+
+Played = Mapping[str, RecordedTable]
+"""Tables that a run plays, by the part in whose place they stand."""
 
 _CLOSE = 1e-9
 """Share of a micro step by which two instants may differ and be one."""
@@ -66,12 +70,18 @@ class Rollout:
         return tuple(_value(given, name, self.parameters[name]) for name in self.sample_times)
 
     def run(
-        self, given: Sequence[Given], count: int, step: float, drive: Array | None = None
+        self,
+        given: Sequence[Given],
+        count: int,
+        step: float,
+        drive: Array | None = None,
+        played: Sequence[Played] = (),
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Take so many communication steps (in s) from 0 s on, in at most `lanes` runs of equal `periods`.
 
         A `drive` stands in place of what the parts give that nothing drives: a row for each instant, which
-        holds for the micro steps before it, shape (instants, given).
+        holds for the micro steps before it, shape (instants, given). Tables that are `played` in a run stand
+        in place of what parts of their names give.
         Gives recorded values, shape (runs, recorded, count + 1), and whether the parameters and all that
         passed between the parts were finite and within their bounds, shape (runs,).
         """
@@ -81,7 +91,9 @@ class Rollout:
         tasks, times, steps = task_list(*schedule)
         free, driven, states, refused = self._started(given)
         if drive is None:
-            tables = [_table(self.table, each.tobytes(), schedule) for each in free.T]
+            every = [*played, *[played[-1] if played else {}] * (self.lanes - len(played))]
+            settled = (each.tobytes() for each in free.T)
+            tables = [self._table(*each, schedule) for each in zip(settled, every, strict=True)]
         else:
             tables = [_by_change(drive)] * self.lanes
             times = np.round(np.where(tasks == _ADVANCE, times + steps, times), 6)
@@ -91,6 +103,19 @@ class Rollout:
         sizes = ctypes.c_long(tasks.size), ctypes.c_long(count + 1)
         loaded(self.library).rollout(*sizes, *(each.ctypes for each in arrays))
         return rows[: len(given)], refused[0, : len(given)] == 0
+
+    def _table(self, settled: bytes, played: Played, schedule: tuple[Any, ...]) -> Array:
+        """What is given from instant to instant, as `_by_change`."""
+        if not played:
+            return _table(self.table, settled, schedule)
+        instants = _instants(schedule)
+        rows = _values(self.table, settled, instants)
+        for part, table in played.items():
+            own = dict(zip(table.names, table.over(instants).T, strict=True))
+            for i, name in enumerate(self.given):
+                if name.rpartition(".")[0] == part:
+                    rows[:, i] = own[name.rpartition(".")[2]]
+        return _by_change(rows)
 
     def _started(self, given: Sequence[Given]) -> list[Array]:
         """What each run starts from, side by side, the last run in the lanes that are left."""
@@ -133,9 +158,18 @@ def task_list(count: int, step: float, periods: tuple[float, ...], micro_step: f
 @lru_cache(maxsize=32)
 def _table(function: Any, settled: bytes, schedule: tuple[Any, ...]) -> Array:
     """What parts that nothing drives give, from what they settled, as `_by_change`."""
+    return _by_change(_values(function, settled, _instants(schedule)))
+
+
+def _values(function: Any, settled: bytes, instants: Array) -> Array:
+    """What such parts give at instants in s, shape (instants, given)."""
+    return np.array(function(np.frombuffer(settled), instants[None]).toarray().T)
+
+
+def _instants(schedule: tuple[Any, ...]) -> Array:
+    """Instants in s at which anything is done."""
     _, done, _ = task_list(*schedule)
-    instants = done[np.append(True, np.diff(done) != 0)]
-    return _by_change(function(np.frombuffer(settled), instants[None]).toarray().T)
+    return np.asarray(done[np.append(True, np.diff(done) != 0)])
 
 
 def _by_change(rows: Array) -> Array:

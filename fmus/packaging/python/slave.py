@@ -70,12 +70,13 @@ class ComponentSlave(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self._instance = Instance(self.component, self.instance_name)
+        resources = str(kwargs.get("resources", ""))
+        self._instance = Instance(_with_tables(self.component, resources), self.instance_name)
         self._instance.warn = lambda sentence: self.log(sentence, Fmi2Status.warning)
         self._types = {s.reference: s.variable.type for s in self.component.scalars()}
         self._begun = False
         self._memory = _Memory()
-        _finish_at_exit(kwargs.get("resources", ""))
+        _finish_at_exit(resources)
 
     # pythonfmu's library calls what follows by names that it expects.
 
@@ -216,6 +217,12 @@ class ComponentSlave(Fmi2Slave):
         if isinstance(error, InputError):
             return str(error)
         return f"{self.instance_name}: {type(error).__name__} at {self._instance.time:g} s: {error}"
+
+
+def _with_tables(component: Component, resources: str) -> Component:
+    """The component with the tables in the FMU's resources in place of those it was declared with."""
+    found = [each.read((Path(resources) / each.file).read_bytes(), each.file) for each in component.tables]
+    return replace(component, tables=tuple(found)) if found else component
 
 
 def _integer(value: float) -> int:

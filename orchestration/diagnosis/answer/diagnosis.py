@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.doubtful import (
@@ -19,6 +17,7 @@ from warmlink.orchestration.diagnosis.answer.doubtful import (
     understated,
 )
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.refusals import Refusals
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
@@ -44,8 +43,6 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
     judged,
 )
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
-
-Answered = TypeVar("Answered")
 
 
 @dataclass(frozen=True)
@@ -265,7 +262,7 @@ class Diagnosis:
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the model as a feed-forward, before and after."""
-        return self._asked("feed_forward", self._feed_forward)
+        return self._refused.asked("feed_forward", self._feed_forward)
 
     def _feed_forward(self) -> tuple[Compensated, Compensated] | None:
         before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
@@ -274,7 +271,7 @@ class Diagnosis:
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        return self._asked("observer", self._observer)
+        return self._refused.asked("observer", self._observer)
 
     def _observer(self) -> tuple[Compensated, Compensated] | None:
         null, chosen = self.before.fit, self.adopted.fit
@@ -285,7 +282,7 @@ class Diagnosis:
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
         """What the model to use from now on says of the standard duty cycles."""
-        return self._asked("claims", self._claims) or ()
+        return self._refused.asked("claims", self._claims) or ()
 
     def _claims(self) -> tuple[Claim, ...]:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
@@ -300,15 +297,8 @@ class Diagnosis:
         return dict(self._refused)
 
     @cached_property
-    def _refused(self) -> dict[str, str]:
-        return {}
-
-    def _asked(self, part: str, answer: Callable[[], Answered]) -> Answered | None:
-        try:
-            return answer()
-        except InputError as fault:
-            self._refused[part] = str(fault)
-            return None
+    def _refused(self) -> Refusals:
+        return Refusals()
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

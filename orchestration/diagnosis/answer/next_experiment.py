@@ -109,7 +109,7 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
         items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
         told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
         check = next(iter(items.values())).cause.check
-        return Proposed((), f"No duty cycle of a day tells {told}. {check}", 0.0, 0.0, written)
+        return Proposed((), f"No duty cycle of up to a day tells {told}. {check}", 0.0, 0.0, written)
     table[:, never] = np.inf
     duty, separations, chance = _surest(design, feasible, table, never)
     among = separations[:, : len(members)]

@@ -30,10 +30,10 @@ def summary(diagnosis: Diagnosis) -> str:
     lines.append(_verdict_line(diagnosis))
     name = max(diagnosis.wrong, key=lambda each: diagnosis.wrong[each].rmse / diagnosis.wrong[each].noise)
     wrong = wrong_entries(diagnosis, diagnosis.wrong)[name]
-    when = f", worst {wrong['when'][0]}" if wrong["when"] else ""
+    when, unit = f", worst {_during(wrong['when'][0])}" if wrong["when"] else "", _shown(wrong["unit"])
     lines.append(
-        f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {wrong['unit']} rms "
-        f"against {wrong['noise']:.2g} {wrong['unit']} of noise{_paused(diagnosis)}{when}."
+        f"As it stands the simulation is off most in {name}: {wrong['rmse']:.3g} {unit} rms "
+        f"against {wrong['noise']:.2g} {unit} of noise{_paused(diagnosis)}{when}."
     )
     lines += [f"Look at the data first: {each}" for each in diagnosis.doubts[:2]]
     lines += [*filter(None, (met_bounds(diagnosis),)), *calibration_doubts(diagnosis)]
@@ -57,7 +57,9 @@ def _slip_lines(diagnosis: Diagnosis) -> list[str]:
 
 def _calibrated(diagnosis: Diagnosis) -> str:
     without = argument("calibrate_only")
-    told = f"Calibration leaves what is no noise: leave out {without} to hear what may cause it."
+    told = (
+        f"After calibration the error still exceeds the noise: leave out {without} to hear what may cause it."
+    )
     if diagnosis.verdict == "adequate":
         told = "The calibrated model explains the data to within their noise."
     lines = [
@@ -126,20 +128,30 @@ def _cause_line(diagnosis: Diagnosis, item: Item) -> str:
 
 def _number(name: str, equals: str, of: Mapping[str, Any]) -> str:
     """A number with its unit and interval."""
-    value = f"{name} {equals} {of['value']:.4g} {of['unit']}".removesuffix(" 1")
+    value = f"{name} {equals} {of['value']:.4g} {_shown(of['unit'])}".removesuffix(" 1")
     return f"{value} (95 %: {of['low95']:.4g} to {of['high95']:.4g})"
+
+
+def _during(phase: str) -> str:
+    """A phase of a run, with the word that goes before it."""
+    return phase if phase.startswith("after") else f"while {phase}"
+
+
+def _shown(unit: str) -> str:
+    """A unit of a file as people write it."""
+    return "µm" if unit == "um" else unit
 
 
 def _gain_lines(diagnosis: Diagnosis) -> list[str]:
     """What the causes that were found gain: on these data, in an observer, and in other duty cycles."""
     parts = [
-        f"{errors['rmse_before']:.3g} to {errors['rmse_after']:.3g} on {word} rows"
+        f"{errors['rmse_before']:.3g} before and {errors['rmse_after']:.3g} after on {word} rows"
         for word, errors in _errors(diagnosis, diagnosis.after)
     ]
-    lines = [f"Error in units of noise: {', '.join(parts)}."]
+    lines = [f"Error as a multiple of the noise: {'; '.join(parts)}."]
     if diagnosis.observer is not None:
         before, after = diagnosis.observer
-        first, then = (f"{1e6 * each.largest:.2g} um" for each in (before, after))
+        first, then = (f"{1e6 * each.largest:.2g} µm" for each in (before, after))
         clear = "" if after.high95 < before.low95 or before.high95 < after.low95 else ", no clear difference"
         lines.append(
             f"With an observer the tool point is off by {first} at most; designed anew, by {then}{clear}."
@@ -148,11 +160,12 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
         doubtful = ", ".join(each.duty for each in diagnosis.claims if not each.holds)
         widest = 1e6 * max(each.widest for each in diagnosis.claims)
         if doubtful:
-            most = f"{1e6 * DEFAULT_TOLERANCE:g} um"
-            lines.append(f"Not for other duty cycles: its band is wider than {most} in {doubtful}.")
+            most = f"{1e6 * DEFAULT_TOLERANCE:g} µm"
+            told = f"what it foresees is uncertain by more than {most} in {doubtful}"
+            lines.append(f"Do not use it for other duty cycles: {told}.")
         else:
             count = len(diagnosis.claims)
-            lines.append(f"In {count} other duty cycles it foresees the growth within {widest:.2g} um.")
+            lines.append(f"In {count} other duty cycles it foresees the growth within {widest:.2g} µm.")
     return lines
 
 

@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.fit.noise import (
     LIKED,
     TOLERATED,
     NoiseModel,
-    Sample,
+    NoiseSample,
     Spectrum,
     estimate,
     slow_courses,
@@ -100,7 +100,9 @@ def assess(experiment: Experiment, progress: Progress = unseen) -> Assessment:
     progress("simulating as it stands", 0.0)
     begun = problem.values_by_run(problem.calibrated, [f.start for f in problem.calibrated])
     problem.refine(begun)
+    progress("estimating the noise", _AS_IT_STANDS / 3)
     noise = _noise(problem, None)
+    progress("simulating with smaller steps and cells", _AS_IT_STANDS / 2)
     # An artefact of the simulation looks like an effect, so it is ruled out before any physics is blamed.
     artefact = problem.artefact(begun, noise)
     before: dict[frozenset[str], Fit] = {}
@@ -160,11 +162,13 @@ def _searched_again(
 ) -> tuple[Search, Fit]:
     """Search again from the best models so far, where the grid's error and the noise are better known."""
     problem = search.fitter.problem
-    progress("looking again from " + (" + ".join(sorted(best.key)) or "the start"), 0.0)
+    doing = "looking again from " + (" + ".join(sorted(best.key)) or "the start")
+    progress(doing, 0.0)
     _refine(problem, best)
     known = [best, *search.rivals(best)] if best.items else []
     fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)
-    for seed in known[:_SEEDS]:
+    for k, seed in enumerate(seeds := known[:_SEEDS]):
+        progress(f"{doing}: fit {k + 1} of {len(seeds)}", 0.0)
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
@@ -256,7 +260,7 @@ def _without_slow_courses(problem: Problem, fit: Fit | None, liked: float) -> li
             leaps = leaps[:, np.linalg.norm(leaps, axis=0) > max(data.scatter[channel], floor)]
             removed = orthonormal(np.column_stack([columns, leaps, slow_courses(data.time[rows])]), 1e-3)
             residual = residual - removed @ (removed.T @ residual)
-            samples += undisturbed(Sample(data.time[rows], residual, removed, data.averaging))
+            samples += undisturbed(NoiseSample(data.time[rows], residual, removed, data.averaging))
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
         together = np.concatenate(raw)
         unresolved = float(np.sqrt(together @ together / max(together.size, 1)))

@@ -18,7 +18,14 @@ from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERAT
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.scenarios.duties.duty import PAD_POWER, Duty, Segment, demands_at, length
+from warmlink.orchestration.scenarios.duties.duty import (
+    PAD_POWER,
+    Duty,
+    Recorded,
+    Segment,
+    demands_at,
+    length,
+)
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 
@@ -68,15 +75,16 @@ def duty_of(name: str) -> tuple[Segment, ...]:
     power.
     """
     duty = load_scenario(name).duty
-    if not isinstance(duty, Duty):
+    if not isinstance(duty, Duty | Recorded):
         raise InputError(
             f"{name}: is a program of the arm; give a duty cycle, or {argument('axis')} with the program"
         )
     if duty.stop_time > MOST_DAYS * 86400:
         raise InputError(f"{name}: lasts {duty.stop_time / 86400:.4g} days; give at most {MOST_DAYS:g}")
-    if any(segment.pad_mode == PAD_POWER for segment in duty.segments):
+    segments = duty.unrolled()
+    if any(segment.pad_mode == PAD_POWER for segment in segments):
         raise InputError(f"{name}: a run is made with a pad held at a temperature; give pad_temperature")
-    return duty.unrolled()
+    return segments
 
 
 def hide(

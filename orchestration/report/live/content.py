@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import product, starmap
 from typing import Any, NamedTuple
 
-from warmlink.fmus.component import Component, Parameter
+from warmlink.fmus.component import Component, Output, Parameter
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
 from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.machine.machine import Plots
 from warmlink.orchestration.report.closed_loop import QUANTITIES, plots_of
@@ -40,7 +41,7 @@ UNITS = {
 """Spellings of units that the page knows in a measured run, by SI unit; the command knows more."""
 
 
-class Whole(NamedTuple):
+class WholeSystem(NamedTuple):
     """A scenario with one controller, its system as one component without start values, and compiled."""
 
     scenario: Scenario
@@ -74,7 +75,7 @@ class Asked:
         return [self.scenario, *options]
 
 
-def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
+def content(systems: Sequence[WholeSystem], asked: Asked) -> dict[str, Any]:
     """Content of the page, to be written as JSON.
 
     Parameters
@@ -91,7 +92,8 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
     roles, machine, drivers = scenario.machine.roles, scenario.machine, drivers_of(scenario)
     plots = plots_of(machine, {v.name: v.unit for v in first.outputs if v.size is None})
     laws = [each.scenario.controller.name for each in systems]
-    drawn = {name for of in plots.values() for name in of.values()}
+    recorded = _recorded(scenario)
+    drawn = {*recorded, *(name for of in plots.values() for name in of.values())}
     watched = sorted({*roles.score.variables, *roles.uncompensated.variables, *drawn})
     score, uncompensated = (f"1e6 * ({each.javascript})" for each in (roles.score, roles.uncompensated))
     errors = [_line(NO_CONTROLLER, uncompensated), *_of_laws("", score, laws)]
@@ -101,7 +103,7 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "asked": asked.words,
         "given": asked.given,
         "options": asked.options,
-        "scenario": _file_content(scenario),
+        "scenario": _file_content(scenario, asked),
         "ssv": to_bytes(parameter_set_element(scenario.name, {})).decode(),
         "step": scenario.step_size,
         "score": score,
@@ -111,12 +113,40 @@ def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
         "plots": [
             _plot("Error of the tool point", "error [µm]", errors, band),
             *(_plot_of(*each, of, machine.controllers, laws) for each, of in plots.items()),
+            *starmap(_recorded_plot, recorded.items()),
         ],
         "words": words_of(drivers),
-        "repeat": f"{drivers[0]}.repeat",
+        "repeat": "".join(f"{first}.repeat" for first in drivers[:1]),
         "most": SEGMENTS,
+        "played": _played(first) if first.tables else None,
         "laws": {each.scenario.controller.name: _law(each, watched, drivers) for each in systems},
     }
+
+
+def _recorded(scenario: Scenario) -> dict[str, Output]:
+    """Outputs that play a recorded duty's columns, by their full names, but for those that never change."""
+    return {
+        f"{part}.{output.name}": output
+        for part, table in scenario.machine.tables.items()
+        for output, values in zip(PLAYER.outputs, table.columns, strict=True)
+        if values.size > 1
+    }
+
+
+def _played(whole: Component) -> dict[str, Any]:
+    """First line of the file of a table that the page may be given, and how it shows each column."""
+    (played, *_) = whole.tables
+    units = {output.name: output.unit for output in PLAYER.outputs}
+    shown = {name: QUANTITIES.get(unit, ("", 1.0, 0.0))[1:] for name, unit in units.items()}
+    return {"head": played.head.decode(), "columns": shown}
+
+
+def _recorded_plot(name: str, output: Output) -> dict[str, Any]:
+    """A plot of a column of a recorded duty."""
+    unit, factor, zero = QUANTITIES.get(output.unit, (output.unit, 1.0, 0.0))
+    word = output.name.replace("_", " ")
+    label = unit if output.unit in QUANTITIES else f"{word} [{unit}]"
+    return _plot(f"Recorded duty: {word}", label, [_line(word, f"{factor!r} * (v[{name!r}][i] - {zero!r})")])
 
 
 def _bands(component: Component, watched: Sequence[str]) -> dict[str, list[float | str]]:
@@ -158,7 +188,7 @@ def _of_laws(name: str, expression: str, laws: Sequence[str]) -> list[dict[str, 
     return [_line(f"{name}{law}", expression, law) for law in laws if law != NO_CONTROLLER]
 
 
-def _law(system: Whole, watched: Sequence[str], drivers: Sequence[str]) -> dict[str, Any]:
+def _law(system: WholeSystem, watched: Sequence[str], drivers: Sequence[str]) -> dict[str, Any]:
     """What a reader should know of a law, its value references, and the scenario's start values by these.
 
     A variable has references by its place in the page's field; what all joints do has one in each of them.
@@ -207,7 +237,7 @@ def _units(unit: str) -> dict[str, tuple[float, float]]:
     return {spelled: (each.factor, each.offset) for spelled, each in found.items()}
 
 
-def _file_content(scenario: Scenario) -> dict[str, Any]:
+def _file_content(scenario: Scenario, asked: Asked) -> dict[str, Any]:
     """What a scenario's file says besides its duty cycle: its head, its further tables, its parameters."""
     top: dict[str, Any] = {
         "title": scenario.title,
@@ -218,6 +248,9 @@ def _file_content(scenario: Scenario) -> dict[str, Any]:
     sensors = {"noise": scenario.sensors.noise, "used": scenario.sensors.used}
     tables = _toml("[sensors]", {name: value for name, value in sensors.items() if value is not None})
     written = {} if scenario.file is None else read_toml(scenario.file)
+    for table in scenario.machine.tables.values():
+        top["duty"] = written.get("duty", asked.scenario)
+        top |= {"linear": sorted(table.linear)} if table.linear else {}
     if "roles" in written:
         top["system"] = written["system"]
         tables += _toml("[roles]", written["roles"])

@@ -16,6 +16,7 @@ let ranked = []; // rows of sliders, once they are ranked
 
 /** Draw the segments with the demand that is chosen, and show their table's columns that belong to it. */
 export function drawDuty() {
+  if (!content.words.duration) return;
   const { value: name, selectedOptions: [{ text: label }] } = at("dragged");
   const [shown, [duration]] = [texts(), content.words.duration];
   const [durations, values] = [duration, name].map((each) => shown[each].split(",").map(Number));

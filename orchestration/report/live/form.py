@@ -45,7 +45,12 @@ def drivers_of(scenario: Scenario) -> list[str]:
 
 
 def words_of(drivers: Sequence[str]) -> dict[str, list[str]]:
-    """Vectors that hold the duty's segments by what they hold, one for each joint that has its own."""
+    """Vectors that hold the duty's segments by what they hold, one for each joint that has its own.
+
+    None of them where the duty is recorded.
+    """
+    if not drivers:
+        return {}
     demands = {w: [f"{each}.segment_{w}" for each in drivers[: None if w in OWN else 1]] for w in DEMANDS}
     return {"duration": [f"{drivers[0]}.duration"], **demands}
 
@@ -59,7 +64,7 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
         if isinstance(scalar.variable, Parameter) and instance not in scenario.machine.controllers:
             value = float(values.get(instance, {}).get(name, scalar.start or 0.0))
             fields[scalar.name] = _field(scalar, value, instance in drivers, kept)
-    durations = [fields[f"{drivers[0]}.duration[{i}]"] for i in range(1, SEGMENTS + 1)]
+    durations = [fields[f"{first}.duration[{i}]"] for first in drivers[:1] for i in range(1, SEGMENTS + 1)]
     faults = {label: _fault(kind, fields, scenario.stop_time) for kind, label in _thermometers(scenario)}
     known = [name.split(".") for name in (*THERMAL_PARAMETERS, EXPANSION)]
     first = [f"{part}.{name}" for kind, name in known for part in scenario.machine.called(kind)]
@@ -67,7 +72,9 @@ def form(scenario: Scenario, whole: Component) -> dict[str, Any]:
     return {
         "fields": fields,
         "columns": list(_columns(drivers, fields)),
-        "used": max(i for i, each in enumerate(durations, start=1) if each.shown["value"] != "0"),
+        "used": max(
+            (i for i, each in enumerate(durations, start=1) if each.shown["value"] != "0"), default=0
+        ),
         "parameters": [
             fields[name]
             for name in dict.fromkeys((*first, *fields))
@@ -87,10 +94,16 @@ def _columns(drivers: Sequence[str], fields: Mapping[str, Field]) -> Iterator[tu
             yield told, name, joint, f"{told} [{unit}]" if unit else told
 
 
+def longest(scenario: Scenario) -> float:
+    """Longest run in s that the page takes."""
+    return max(LONGEST, scenario.stop_time)
+
+
 def _stop(scenario: Scenario) -> Field:
-    shown = {"name": "stop", "value": f"{scenario.stop_time:.12g}", "min": scenario.step_size, "max": LONGEST}
-    given = {"data-kind": "page", "data-unit": "s", "data-factor": 1, "data-offset": 0}
-    return Field(shown | given, "stop time", {}, ())
+    shown: dict[str, Any] = {"name": "stop", "value": f"{scenario.stop_time:.12g}", "min": scenario.step_size}
+    shown["max"] = longest(scenario)
+    shown |= {"data-kind": "page", "data-unit": "s", "data-factor": 1, "data-offset": 0}
+    return Field(shown, "stop time", {}, ())
 
 
 def _field(scalar: Scalar, value: float, duty: bool, mismatched: bool) -> Field:

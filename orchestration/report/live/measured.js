@@ -87,3 +87,37 @@ export function measuredSegments(rows) {
   });
   return segments;
 }
+
+/** CRC-32 of bytes, as zlib computes it. */
+function checksum(bytes) {
+  const step = (c) => (c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1);
+  const table = Array.from({ length: 256 }, (_, i) => Array.from({ length: 8 }).reduce(step, i));
+  return (bytes.reduce((crc, byte) => table[(crc ^ byte) & 255] ^ (crc >>> 8), -1) ^ -1) >>> 0;
+}
+
+/**
+ * The file of a table (fmus/recorded_duty/README.md) that plays a measured duty's segments, each held until the next.
+ *
+ * `head` is its first line, `columns` has for each column factor and zero of what the page shows of it.
+ */
+export function tableOf(segments, { head, columns }) {
+  const [names, count] = [Object.keys(columns), segments.length];
+  const begins = [];
+  segments.reduce((time, { duration }) => (begins.push(time), time + duration), 0);
+  const [wholes, numbers] = [1 + 2 * names.length, (1 + names.length) * count];
+  const text = new TextEncoder().encode(head);
+  const bytes = new Uint8Array(text.length + 8 * (wholes + numbers + 1));
+  const view = new DataView(bytes.buffer);
+  let at = text.length;
+  const put = (value, kind) => (view[`set${kind}`](at, value, true), (at += 8));
+  bytes.set(text);
+  put(BigInt(count), "BigUint64");
+  for (const _ of names) for (const whole of [0, count]) put(BigInt(whole), "BigUint64"); // held, one for each row
+  for (const begin of begins) put(begin, "Float64");
+  for (const name of names) {
+    const [factor, zero] = columns[name];
+    for (const segment of segments) put(segment[name] / factor + zero, "Float64");
+  }
+  put(BigInt(checksum(bytes.subarray(0, at))), "BigUint64");
+  return bytes;
+}

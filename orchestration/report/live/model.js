@@ -11,7 +11,7 @@ export const content = JSON.parse(at("content").textContent, (key, value) =>
 export const measured = { rows: [] }; // a measured run: its file's name, and its rows
 
 const [form, table] = [at("form"), at("segments")];
-const [duration] = content.words.duration;
+const [duration] = content.words.duration ?? []; // none where the duty is recorded
 const unseen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
 unseen.fillStyle = "#0008";
 

@@ -3,7 +3,7 @@
 import { copies, drawDuty, rank, showSliders, slid } from "./controls.js";
 import { engine } from "./engine.js";
 import { digits, drawLines, errorFigures, lasting, removed } from "./figures.js";
-import { demand, measuredSegments, readMeasured } from "./measured.js";
+import { demand, measuredSegments, readMeasured, tableOf } from "./measured.js";
 import { at, changed, content, fields, laws, measured, put, run, start, texts } from "./model.js";
 import { commands, parameterSet, restore, scenarioText, settings } from "./share.js";
 
@@ -66,15 +66,21 @@ function show() {
 
 /** Take a measured run: its duty where it holds one, and its readings over the lines. */
 async function take(file) {
-  const { columns, most, repeat, step, words } = content;
+  const { columns, most, played, repeat, step, words } = content;
   const rows = readMeasured(await file.text(), columns);
   const [{ min, max }, lasts] = [fields("stop")[0], step * Math.floor(rows.at(-1).time / step)];
   demand(lasts >= min && lasts <= max, `lasts ${digits(rows.at(-1).time)} s; the page takes runs of ${min} s to ${max} s`);
   const given = { stop: digits(lasts, 12) };
-  if (rows.some((row) => "speed" in row || "torque" in row)) {
+  const driven = rows.some((row) => "speed" in row || "torque" in row);
+  if (driven && played) {
+    const bytes = tableOf(measuredSegments(rows), played);
+    for (const { engine } of Object.values(content.laws)) engine.play(0, bytes);
+    measured.duty = file.name;
+  } else if (driven) {
     demand(words.speed.length === 1, "the page takes measured runs of a single axis only");
     const segments = measuredSegments(rows);
-    demand(segments.length <= most, `${segments.length} segments are above the page's ${most}; average the duty over longer times`);
+    const remedy = `the page that warmlink live makes of ${file.name} plays them all`;
+    demand(segments.length <= most, `${segments.length} segments are above this page's ${most}; ${remedy}`);
     for (const [word, [name]] of Object.entries(words)) given[name] = segments.map((each) => digits(each[word], 12)).join();
     given[repeat] = "0";
   }
@@ -94,7 +100,8 @@ const actions = {
   copies: (button) => copies(button.closest("tr").sectionRowIndex, Number(button.value)),
 };
 
-for (const [name, law] of Object.entries(content.laws)) law.engine = await engine(at(`module-${name}`).textContent);
+const tables = Array.from(document.querySelectorAll(".table"), ({ textContent }) => textContent);
+for (const [name, law] of Object.entries(content.laws)) law.engine = await engine(at(`module-${name}`).textContent, tables);
 
 at("form").addEventListener("change", ({ target }) => {
   if (target.files) return load(target);

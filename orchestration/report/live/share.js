@@ -21,7 +21,7 @@ export const settings = () =>
   Object.fromEntries(Object.entries(changed()).filter(isParameter).map(([name, text]) => [name, quantity(name, text)]));
 
 /** Whether only a file can say what was changed: the duty cycle, or a value that a mismatch would change once more. */
-const needsFile = () => Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
+const needsFile = () => measured.duty || Object.keys(changed()).some((name) => "file" in fields(name)[0].dataset);
 
 /** A word of a command as a shell reads it; names may hold anything, and none of it may run. */
 const quoted = (word) =>
@@ -46,14 +46,18 @@ const lines = (table) =>
 export function scenarioText() {
   const { scenario: { top, tables, parameters }, repeat, words } = content;
   const shown = texts();
-  const segments = shown[words.duration[0]].split(",").flatMap((_, i) => {
+  const durations = words.duration ? shown[words.duration[0]].split(",") : [];
+  const segments = durations.flatMap((_, i) => {
     const of = (name) => quantity(name, shown[name].split(",")[i]);
     const told = Object.entries(words).map(([word, names]) => [word, names.length > 1 ? names.map(of) : of(names[0])]);
     const { pad_mode, pad_power, pad_temperature, ...demands } = Object.fromEntries(told);
     return ["", "[[segment]]", ...lines({ ...demands, ...[{}, { pad_power }, { pad_temperature }][pad_mode] })];
   });
-  const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop), repeat: shown[repeat] === "1" };
-  return [...top, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
+  const now = { controller: laws()[0], stop_time: quantity("stop", shown.stop) };
+  if (repeat) now.repeat = shown[repeat] === "1";
+  const recorded = top.filter((line) => !measured.duty || !/^(duty|linear) = /.test(line));
+  if (measured.duty) now.duty = measured.duty;
+  return [...recorded, ...lines(now), ...segments, ...tables, "", "[parameters]", ...lines({ ...parameters, ...settings() })].join("\n");
 }
 
 /** The parameters set on the page as an SSP parameter set. */

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.component.table import EARLY, RecordedTable
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
-from warmlink.fmus.duty_cycle.equations import DEMANDS, EARLY
+from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.machine.machine import DUTY
 from warmlink.orchestration.system.model import StartValues
 
 NO_PAD, PAD_POWER, PAD_TEMPERATURE = 0, 1, 2
@@ -103,6 +105,15 @@ class Drive:
         """Start values of the instances that drive the others."""
         raise NotImplementedError
 
+    @property
+    def tables(self) -> Mapping[str, RecordedTable]:
+        """Tables that instances play in place of segments, by the instance."""
+        return {}
+
+    def unrolled(self) -> tuple[Segment, ...]:
+        """Segments of one joint up to the stop time; raises InputError where they are too many."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
 class Duty(Drive):
@@ -131,7 +142,7 @@ class Duty(Drive):
 
     def start_values(self) -> StartValues:
         """Start values of the instance `duty`; raises as `component_parameters`."""
-        return {"duty": self.component_parameters}
+        return {DUTY: self.component_parameters}
 
     @cached_property
     def component_parameters(self) -> dict[str, float | bool]:
@@ -139,8 +150,8 @@ class Duty(Drive):
         if len(self.segments) > SEGMENTS:
             raise InputError(
                 f"{self.name}: {len(self.segments)} segments are more than the {SEGMENTS} that the DutyCycle "
-                "component holds; use fewer and longer ones, or repeat; a recording's equal rows are one, so "
-                "round or average its columns"
+                "component holds; use fewer and longer ones, or repeat, or write them as rows of a CSV file, "
+                "which may have any number"
             )
         values: dict[str, float | bool] = {"repeat": self.repeat}
         unused = [Segment(0.0)] * (SEGMENTS - len(self.segments))
@@ -149,6 +160,59 @@ class Duty(Drive):
             for name in DEMANDS:
                 values[f"segment_{name}[{i}]"] = getattr(segment, name)
         return values
+
+
+IDLE = Duty("idle", "idle", "", 1.0, (Segment(1.0),))
+"""A duty cycle that demands nothing."""
+
+
+@dataclass(frozen=True)
+class Recorded(Drive):
+    """A recorded duty: a table of any length, whose last row holds; each column held or linear."""
+
+    table: RecordedTable
+
+    def until(self, stop_time: float) -> Self:
+        """The same with another stop time in s; a remark says where that is after the last row."""
+        told = tuple(each for each in self.remarks if not each.endswith(_HOLDS))
+        if stop_time > self.table.end + EARLY:
+            told += (f"{self.name} ends at {self.table.end:g} s{_HOLDS}",)
+        return replace(self, stop_time=stop_time, remarks=told)
+
+    def start_values(self) -> StartValues:
+        """No start values: the table says it all."""
+        return {}
+
+    @property
+    def tables(self) -> Mapping[str, RecordedTable]:
+        """The table, which the instance `duty` plays."""
+        return {DUTY: self.table}
+
+    def unrolled(self) -> tuple[Segment, ...]:
+        """A segment for each row that differs from the one before, up to the stop time.
+
+        InputError where they are too many, or a column is linear between rows.
+        """
+        if self.table.linear:
+            told = f"{', '.join(sorted(self.table.linear))} is linear between rows, as no segment is"
+            raise InputError(f"{self.name}: {told}; have it held")
+        table = self.table
+        values = np.column_stack([np.broadcast_to(each, table.times.shape) for each in table.columns])
+        begins = np.flatnonzero(np.append(True, np.any(values[1:] != values[:-1], axis=1)))
+        begins = begins[table.times[begins] < self.stop_time]
+        check_segments(begins.size, self.name)
+        lasting = np.diff([*table.times[begins], self.stop_time]).tolist()
+        return tuple(
+            Segment(
+                **{**dict(zip(table.names, row, strict=True)), "duration": lasts, "pad_mode": round(mode)}
+            )
+            for row, mode, lasts in zip(
+                values[begins].tolist(), values[begins, table.names.index("pad_mode")], lasting, strict=True
+            )
+        )
+
+
+_HOLDS = "; its last row holds from then on"
 
 
 def check_segments(count: float, where: str) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.duties.duty import (
     MOST_SEGMENTS,
     Duty,
+    Recorded,
     Segment,
     check_segments,
     padded,
@@ -28,6 +30,12 @@ from warmlink.orchestration.scenarios.duties.duty import (
 from warmlink.orchestration.text_files import read_toml, shortened
 from warmlink.orchestration.written.entries import Bounds, Flag, Quantity, Text, Whole
 from warmlink.orchestration.written.tables import Table, read_table
+
+RECORDED_IN = (".csv", ".parquet", ".pq")
+"""Endings of files that hold a recorded duty."""
+
+COLUMNS = ("time", "speed", "torque", "ambient_temperature", "pad_temperature", "pad_power")
+"""What a column of a recorded duty may be."""
 
 LIBRARY = Path(__file__).parents[1] / "duty_cycles"
 
@@ -157,21 +165,29 @@ def names() -> list[str]:
     return sorted(path.stem for path in LIBRARY.glob("*.toml"))
 
 
-def load(source: str | Path) -> Duty:
-    """Duty cycle from the library by name, or from a .toml or .csv file by path.
+def load(
+    source: str | Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
+) -> Duty | Recorded:
+    """Duty cycle from the library by name, or from a .toml, .csv or .parquet file by path.
 
-    Raises InputError where there is no such duty cycle, or its file cannot be used.
+    `linear` names the columns of a recorded one that are so between its rows, `columns` says what its own
+    names are. Raises InputError where there is no such duty cycle, its file cannot be used, or it has no
+    columns.
     """
     path, name = Path(source), str(source)
-    if path.suffix == ".csv":
-        from warmlink.orchestration.scenarios.duties.recorded import read_csv
+    if path.suffix in RECORDED_IN:
+        from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
-        return read_csv(path)
+        return read_recorded(path, linear, columns)
+    for key, given in (("linear", linear), ("columns", columns)):
+        if given:
+            told = f"{key}: {shortened(name)} has segments and no columns"
+            raise InputError(f"{told}; name a recorded duty (CSV, Parquet), or leave it out")
     if path.suffix != ".toml":
         if name not in names():
             raise InputError(f"{shortened(name)}: no such duty cycle; {instead(name, names())}")
         path = LIBRARY / f"{name}.toml"
-    return parsed(read_toml(path, "give an existing .toml or .csv"), path.stem)
+    return parsed(read_toml(path, "give an existing .toml, .csv or .parquet"), path.stem)
 
 
 def parsed(given: Mapping[str, Any], name: str) -> Duty:

@@ -1,20 +1,32 @@
-"""Recorded duty cycles: CSV files as loggers write them, also those of a run that `diagnose` reads."""
+"""Recorded duties: files as loggers write them, also those of a run that `diagnose` reads."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from warmlink.controllers.interface import SENSED
-from warmlink.fmus.duty_cycle.component import COMPONENT
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.component.table import Played
+from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
+from warmlink.fmus.recorded_duty.component import duty_table
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.duties.duty import UNITS, Duty, Segment, padded
+from warmlink.orchestration.scenarios.duties.duty import (
+    NO_PAD,
+    PAD_POWER,
+    PAD_TEMPERATURE,
+    UNITS,
+    Duty,
+    Recorded,
+    Segment,
+    padded,
+)
 from warmlink.orchestration.scenarios.logged.cells import held, signal
 from warmlink.orchestration.scenarios.logged.clock import times
 from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, name_and_unit, plain, with_suffix
@@ -27,33 +39,50 @@ RECORDED = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != 
 MEASURED = (*SENSED, "elongation")
 """Columns that may stand beside it, as in a run that `diagnose` reads; they are no part of the duty cycle."""
 
+_GROWTH = "growth"
+"""Column of the true growth, where a log has one."""
+
 _DEMANDS = {scalar.name: scalar for scalar in COMPONENT.scalars()}
 
 
-def read_csv(path: Path) -> Duty:
-    """Recorded duty cycle from a CSV file with columns named `name [unit]`, `time [s]` among them.
+def read_recorded(
+    path: Path, linear: Sequence[str] = (), columns: Mapping[str, str] = MappingProxyType({})
+) -> Duty | Recorded:
+    """Recorded duty from a table (CSV, Parquet) of columns named `name [unit]`, `time [s]` among them.
 
-    Inputs hold until the next row, an empty cell holds the last value, an empty pad cell switches the pad
-    off. Rows in sequence that demand the same make one segment.
+    Inputs hold until the next row, but those that are `linear` between rows; an empty cell holds the last
+    value, an empty pad cell switches the pad off. Rows in sequence that demand the same make one segment: so
+    few that DutyCycle holds them are segments, any number of others a table that is played.
+
+    Where `columns` say what the file calls them, no others are read but the time.
 
     Raises InputError where the file cannot be read, a column or unit is not known or stands twice, a cell
     holds no reading, or time does not increase.
     """
     if not is_file(path):
-        raise InputError(f"{shortened(str(path))}: no such file; give an existing .toml or .csv")
+        raise InputError(f"{shortened(str(path))}: no such file; give an existing .toml, .csv or .parquet")
     sheet = read_sheet(path)
-    places = _places(sheet)
+    places = _chosen(sheet, columns) if columns else _places(sheet)
+    if TIME not in places:
+        raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
     at, _ = times(sheet, places.pop(TIME))
     if at.size < 2:
         raise InputError(f"{path.name}: {at.size} rows under the header; give at least two times")
-    rows = _rows(sheet, {name: _demand(sheet, place) for name, place in places.items()})[:-1]
-    begins = [i for i, row in enumerate(rows) if i == 0 or row != rows[i - 1]]
-    lasting = np.diff([*at[begins], at[-1]]).tolist()
-    segments = tuple(replace(rows[i], duration=lasts) for i, lasts in zip(begins, lasting, strict=True))
+    demands = _demanded(sheet, {name: _demand(sheet, place) for name, place in places.items()})
     absent = [name for name in ("speed", "torque") if name not in places]
-    told = (f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
-    reason = f"recorded, {path.name}"
-    return Duty(path.stem, path.stem, reason, float(at[-1]), segments, remarks=tuple(told))
+    told = tuple(f"{path.name} has no column {name}, which is taken as 0 {RECORDED[name]}" for name in absent)
+    try:
+        table = Played("rows", PLAYER.tables[0].columns, duty_table(at, demands, linear)).table
+    except InputError as fault:
+        raise InputError(f"{path.name}: {fault}") from None
+    # Of the last row nobody knows how long it lasts.
+    whole = Recorded(path.stem, path.stem, f"recorded, {path.name}", float(at[-1]), table, remarks=told)
+    values = np.column_stack(
+        [np.broadcast_to(each[:-1] if each.size > 1 else each, at.size - 1) for each in table.columns]
+    )
+    if linear or np.count_nonzero(np.any(values[1:] != values[:-1], axis=1)) >= SEGMENTS:
+        return whole
+    return Duty(whole.name, whole.title, whole.reason, whole.stop_time, whole.unrolled(), remarks=told)
 
 
 def _places(sheet: Sheet) -> dict[str, Place]:
@@ -74,15 +103,32 @@ def _places(sheet: Sheet) -> dict[str, Place]:
         if unit is None and variable in _DEMANDS:
             raise InputError(f"{sheet.of(column)} has no unit; write '{name} [{RECORDED[variable]}]'")
         found[variable] = Place(column, name, unit, variable, "header", chosen=False)
-    if TIME not in found:
-        raise InputError(f"{sheet.name}: no column 'time [s]'; add it")
     return {name: place for name, place in found.items() if name in RECORDED}
+
+
+def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
+    """Column of time and of each demand, by name, as the user says it of the file's own names."""
+    found: dict[str, Place] = {}
+    headers = [name_and_unit(header) for header in sheet.headers]
+    for own, variable in columns.items():
+        fits = [i for i, (name, _) in enumerate(headers) if own in (name, sheet.headers[i])]
+        if len(fits) != 1:
+            told = "stands twice; rename one" if fits else instead(own, [name for name, _ in headers])
+            raise InputError(f"{sheet.name}: columns: {'' if fits else 'no column '}{shown(own)}; {told}")
+        if variable in found:
+            raise InputError(f"{sheet.name}: columns: two columns are {variable}; keep one")
+        name, unit = headers[fits[0]]
+        found[variable] = Place(fits[0], name, unit or sheet.units[fits[0]], variable, "header", chosen=True)
+    for i, (name, unit) in enumerate(headers):
+        if TIME not in found and _known(name) == TIME:
+            found[TIME] = Place(i, name, unit or sheet.units[i], TIME, "header", chosen=False)
+    return found
 
 
 def _known(name: str) -> str:
     """Column that a name says; empty where it says none."""
     short = plain(name)
-    return TIME if short in TIMES else short if short in (*RECORDED, *MEASURED) else ""
+    return TIME if short in TIMES else short if short in (*RECORDED, *MEASURED, _GROWTH) else ""
 
 
 def _demand(sheet: Sheet, place: Place) -> Array:
@@ -96,15 +142,18 @@ def _demand(sheet: Sheet, place: Place) -> Array:
     return held(sheet, place, values, lost)
 
 
-def _rows(sheet: Sheet, demands: Mapping[str, Array]) -> list[Segment]:
-    """Demands of each row; raises InputError where one gives a pad's temperature and its power."""
-    columns = {name: values.tolist() for name, values in demands.items()}
-    found = []
-    for i, line in enumerate(sheet.cells.index):
-        given = {name: values[i] for name, values in columns.items() if math.isfinite(values[i])}
+def _demanded(sheet: Sheet, demands: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns of the duty's table; raises InputError where a row gives a pad's temperature and its power."""
+    found, rows = dict(demands), len(sheet.cells)
+    off = np.full(rows, np.nan)
+    temperature, power = (found.pop(name, off) for name in ("pad_temperature", "pad_power"))
+    held, powered = np.isfinite(temperature), np.isfinite(power)
+    for row in np.flatnonzero(held & powered)[:1].tolist():
         try:
-            pad = padded(given.pop("pad_temperature", None), given.pop("pad_power", None))
+            padded(temperature[row], power[row])
         except InputError as fault:
-            raise InputError(f"{sheet.name}: row {line}: {fault}") from None
-        found.append(Segment(0.0, **given, **pad))
+            raise InputError(f"{sheet.name}: row {sheet.cells.index[row]}: {fault}") from None
+    found["pad_mode"] = np.select([held, powered], [PAD_TEMPERATURE, PAD_POWER], NO_PAD)
+    found["pad_temperature"] = np.where(held, temperature, ROOM_TEMPERATURE)
+    found["pad_power"] = np.where(powered, power, 0.0)
     return found

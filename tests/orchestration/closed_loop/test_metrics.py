@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics, reduction_percent
+from warmlink.orchestration.closed_loop.metrics import (
+    conduct,
+    error_metrics,
+    reduction_percent,
+    shown_percent,
+)
 
 TOLERANCE = 5e-6
 
@@ -70,3 +75,9 @@ def test_conduct_counts_time_ready_travel_and_leaps() -> None:
     assert found.leap_um == pytest.approx(4)
     never = conduct(time, error, (0 * first,), corrections, TOLERANCE)
     assert (never.ready_percent, never.ready_wrong_percent) == (0.0, 0.0)
+
+
+def test_what_is_nearly_all_is_not_shown_as_all() -> None:
+    shares = {97.0: "97 %", 99.4: "99 %", 99.6: "99.6 %", 99.996: "99.9 %", 100.0: "100 %", 165.3: "165 %"}
+    assert {share: shown_percent(share) for share in shares} == shares
+    assert shown_percent(-3.2) == "-3 %"

@@ -1,5 +1,6 @@
 """What is foreseen for other duty cycles holds in the other solver, and says so where it does not."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +33,12 @@ def test_the_growth_in_other_duty_cycles_lies_in_its_band(loose: Diagnosis) -> N
         assert np.all(np.abs(truth - claim.elongation) <= claim.band + 0.05e-6), claim.duty
         assert np.abs(truth - claim.elongation).max() < 0.3 * np.abs(truth - claim.before).max()
         assert claim.holds
-    assert "other duty cycles it foresees the growth" in summary(loose)
+    told = summary(loose)
+    assert "other duty cycles it foresees the growth" in told
+    assert re.search(
+        r"elongation: [\d.]+ µm rms against [\d.]+ µm of noise, worst (while \w+|after a change)", told
+    )
+    assert re.search(r"noise: [\d.]+ before and [\d.]+ after on fitted rows; [\d.]+ before and", told)
     assert [each["duty"] for each in json_content(loose)["claims"]] == list(DUTIES)
 
 

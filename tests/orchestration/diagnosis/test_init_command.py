@@ -99,3 +99,19 @@ def test_what_is_commented_out_in_a_cell_and_a_study_can_be_used(
     text = (TEMPLATES / f"{kind}.toml").read_text("utf-8")
     (tmp_path / "mine.toml").write_text(uncommented(text, "cell.toml"))
     assert read(str(tmp_path / "mine.toml"))
+
+
+def test_a_schema_that_lies_there_already_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told(monkeypatch, capsys, "scenario")
+    assert "warmlink run cell.toml" in told(monkeypatch, capsys, "cell")
+    Path("scenario.json").write_text("{}")
+    Path("cell.toml").unlink()
+    assert "scenario.json: exists already" in told(monkeypatch, capsys, "cell")
+    assert not Path("cell.toml").exists()
+    assert Path("scenario.json").read_text() == "{}"
+    Path("scenario.json").unlink()
+    Path("scenario.json").mkdir()
+    assert "scenario.json: exists already" in told(monkeypatch, capsys, "cell")

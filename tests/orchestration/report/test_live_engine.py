@@ -11,6 +11,8 @@ from tests.node import node
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.fmu import browser_module, build_native_fmus
+from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
+from warmlink.fmus.recorded_duty.component import duty_table, playing
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
@@ -77,3 +79,29 @@ def test_a_refusal_is_the_components_sentence() -> None:
     assert node(RUN, job(LINK, 20, ["elongation"], {"length": -0.1})) == (
         "ThermalLink.length: -0.1 m is not positive; give a value above 0 m"
     )
+
+
+PLAYED = """
+import { engine } from "${page}/engine.js";
+let result;
+try {
+  const run = await engine(given.module, [given.table]);
+  result = run(given.watched, 40, 1.0, []).map((each) => [...each]);
+} catch (fault) {
+  result = fault.message;
+}
+"""
+
+
+def test_a_table_of_any_length_is_played() -> None:
+    generator = np.random.default_rng(4)
+    times = np.cumsum(generator.uniform(0.1, 3.0, 20_000)) - 1.0
+    columns = {"speed": generator.uniform(0, 4, times.size), "torque": generator.uniform(0, 3, times.size)}
+    whole = playing(PLAYER, duty_table(times, columns, ["torque"]))
+    (played,) = whole.tables
+    given = {"module": packed(browser_module(whole)), "watched": [0, 1, 2]}
+    found = node(PLAYED, {**given, "table": packed(played.content)})
+    np.testing.assert_array_equal(np.array(found).T, played.table.over(np.arange(41.0))[:, :3])
+    damaged = played.content[:-8] + bytes(8)
+    told = node(PLAYED, {**given, "table": packed(damaged)})
+    assert told == "the table of the recorded duty is damaged, its checksum differs"

@@ -11,7 +11,7 @@ from warmlink.orchestration.closed_loop.metrics import error_metrics
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.report.live.content import columns
 from warmlink.orchestration.scenarios.duties.duty import Segment, demands_at
-from warmlink.orchestration.scenarios.duties.recorded import read_csv
+from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 from warmlink.orchestration.written.expression import Expression
 
@@ -76,7 +76,7 @@ def test_a_measured_run_is_read_as_the_command_reads_it(tmp_path: Path) -> None:
     (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    duty = read_csv(path)
+    duty = read_recorded(path)
     times = np.arange(0.0, duty.stop_time, 10.0)
     segments = [
         Segment(s["duration"], **{name: s[name] + shown_from(name) for name in DEMANDS})
@@ -115,7 +115,7 @@ def test_a_measured_run_is_read_however_a_logger_separates_it(
     (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    expected = read_csv(path).segments
+    expected = read_recorded(path).segments
     assert len(found["segments"]) == len(expected) == 2
     for shown, segment in zip(found["segments"], expected, strict=True):
         assert shown["duration"] == pytest.approx(segment.duration)
@@ -128,7 +128,7 @@ def test_what_a_measured_run_does_not_tell_is_as_the_command_takes_it(tmp_path: 
     (found,) = node(READ, {"columns": columns(WARMUP_CELL.plots), "texts": [text]})
     path = tmp_path / "run.csv"
     path.write_text(text, "utf-8")
-    expected = read_csv(path).segments
+    expected = read_recorded(path).segments
     assert len(found["segments"]) == len(expected)
     for shown, segment in zip(found["segments"], expected, strict=True):
         for name in DEMANDS:

@@ -12,9 +12,10 @@ from tests.browser import Browser
 from tests.chromium import Chromium
 from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.command_line.diagnose import diagnose, hide
+from warmlink.orchestration.command_line.laws import design
 from warmlink.orchestration.report.figures import LOOK_OF, LOOKS, heat_map, looks_of, time_plot
 from warmlink.orchestration.report.live.content import _plot as live_plot
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 
 LAWS = ("none", "lag", "observer", "observer_drift", "regression")
@@ -51,7 +52,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = ("stop_and_go", "overnight_stop_and_warm_restart")
     texts = [["57.2", *["12.0<br>79 %"] * 4]] * 2
     figure = heat_map(LAWS, rows, np.full((2, 5), 12.0), texts, 5.0, "µm")
-    table = Table(("duty cycle", *LAWS), [(name, *["-1234.5"] * 5) for name in rows])
+    table = PageTable(("duty cycle", *LAWS), [(name, *["-1234.5"] * 5) for name in rows])
     write_page(path, "Compared", "Lead.", [Section("Map", figure=figure, table=table)])
     return path
 
@@ -80,6 +81,17 @@ def test_every_controller_of_a_comparison_is_seen(chromium: Browser, compared: P
 @pytest.mark.parametrize("width", [400, 1300])
 def test_tables_and_residuals_of_a_diagnosis_are_seen(chromium: Browser, diagnosed: Path, width: int) -> None:
     chromium.open(diagnosed, width)
+    found = chromium.evaluate(DRAWN)
+    assert found["scrollWidth"] <= width
+    assert found["beyond"] < 1
+    assert found["hidden"] == 0
+
+
+@pytest.mark.parametrize("width", [400, 1300])
+def test_the_bode_plots_of_a_design_are_seen(chromium: Browser, tmp_path: Path, width: int) -> None:
+    pytest.importorskip("control")
+    design("WarmupCell", law="observer", out=tmp_path / "observer.ssv", report=tmp_path / "design.html")
+    chromium.open(tmp_path / "design.html", width)
     found = chromium.evaluate(DRAWN)
     assert found["scrollWidth"] <= width
     assert found["beyond"] < 1

@@ -12,7 +12,7 @@ import pytest
 from warmlink.fmus.packaging.native import library
 from warmlink.fmus.packaging.native import rollout as rollout_module
 from warmlink.fmus.packaging.native.library import loaded
-from warmlink.fmus.packaging.native.rollout import Given, Rollout, task_list
+from warmlink.fmus.packaging.native.rollout import Given, Played, Rollout, task_list
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
@@ -108,8 +108,10 @@ def test_what_an_fmu_would_refuse_at_either_step_is_run_on_the_fmus(
     case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
     run = Rollout.run
 
-    def refusing(self: Rollout, given: Sequence[Given], count: int, step: float) -> object:
-        values, well = run(self, given, count, step)
+    def refusing(
+        self: Rollout, given: Sequence[Given], count: int, step: float, played: Sequence[Played]
+    ) -> object:
+        values, well = run(self, given, count, step, played=played)
         return values, well & (step != refused * case.step_size)
 
     monkeypatch.setattr(Rollout, "run", refusing)

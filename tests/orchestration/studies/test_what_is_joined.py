@@ -1,6 +1,7 @@
 """Which runs go on joined systems, and what is said of those that do not."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +11,10 @@ from warmlink.fmus.packaging.native import compile
 from warmlink.fmus.packaging.native.rollout_code import compiled
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.progress import Progress
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies import at_work
 from warmlink.orchestration.studies.case import COMPARED, case_of
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -46,6 +49,26 @@ def remarks(fmus: FmuSet, scenarios: Sequence[Scenario]) -> list[str]:
     said: list[str] = []
     assert agreeing(scenarios, NOMINAL, fmus, said.append).rollouts == {}
     return said
+
+
+def test_it_says_which_system_is_compiled_and_which_is_tried(
+    pause: Scenario, fmus: FmuSet, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    doing: list[tuple[str, float | None]] = []
+
+    @contextmanager
+    def shown(what: str) -> Iterator[Progress]:
+        yield lambda text, share=None: doing.append((f"{what}: {text}", share))
+
+    monkeypatch.setattr(at_work, "spinner", shown)
+    with at_work.at_work([pause], NOMINAL, at_work.USUAL, folder / "part"):
+        shares = [share for _, share in doing if share is not None]
+    assert [text for text, _ in doing] == [
+        f"Preparing the runs: compiling system 1 of 1, with {LAW}",
+        "Preparing the runs: looking for the runs to try beside the FMUs",
+        f"Preparing the runs: trying {LAW} beside its FMUs",
+    ]
+    assert shares == sorted(shares)
 
 
 @pytest.mark.parametrize("part", ["sensors.fault_kind[1]", "sensors.fault_kind[5]", "camera.fault_kind"])

@@ -4,6 +4,8 @@
 #include "model_checks.h"
 #include "model_values.h"
 #include "model_step.h"
+#include "model_rows.h"
+#include <stdlib.h>
 
 #define EXPORTED(name) __attribute__((export_name(#name))) exported_##name
 
@@ -29,6 +31,23 @@ void EXPORTED(reset)(void)
     memset(reported, 0, sizeof reported);
     model_reset(&model);
 }
+
+#if WL_TABLES
+/* Room for so many bytes of a table's file; what was there before is gone. */
+unsigned char *EXPORTED(room)(int table, unsigned size)
+{
+    free(model.tables[table].bytes);
+    memset(&model.tables[table], 0, sizeof model.tables[table]);
+    return model.tables[table].bytes = malloc(size);
+}
+
+/* What is wrong with the bytes that were put there; empty where all is well. */
+const char *EXPORTED(take)(int table, unsigned size)
+{
+    const char *problem = table_taken(&model.tables[table], &WL(played)[table], model.tables[table].bytes, size);
+    return problem ? problem : "";
+}
+#endif
 
 int EXPORTED(set)(unsigned reference, double value)
 {

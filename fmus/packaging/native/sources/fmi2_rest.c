@@ -43,10 +43,11 @@ const char *fmi2GetTypesPlatform(void)
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
-    (void)resources, (void)visible, (void)logging;
+    (void)visible, (void)logging;
     int exchanges = type != fmi2CoSimulation;
     const char *problem = exchanges && !WL_EXCHANGES ? ONLY_STEPS : NULL;
-    Instance *instance = callbacks ? instantiated((Host){*callbacks, name ? name : ""}, guid, problem) : NULL;
+    Instance *instance = callbacks ? instantiated((Host){*callbacks, name ? name : ""}, guid, resources, problem)
+                                   : NULL;
     if (instance)
         instance->model.exchanges = exchanges;
     return instance;

@@ -20,19 +20,19 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update)
 {
-    (void)resources, (void)visible, (void)logging, (void)required, (void)required_count;
+    (void)visible, (void)logging, (void)required, (void)required_count;
     const char *problem = event_mode ? WL_NAME ": has no event mode; instantiate it without" : NULL;
     Host host = {environment, log, name ? name : "", WL_CLOCKS ? NULL : update, early_return};
-    return instantiated(host, token, problem);
+    return instantiated(host, token, resources, problem);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback log)
 {
-    (void)resources, (void)visible, (void)logging;
+    (void)visible, (void)logging;
     Host host = {environment, log, name ? name : "", NULL, false};
-    Instance *instance = instantiated(host, token, WL_EXCHANGES ? NULL : ONLY_STEPS);
+    Instance *instance = instantiated(host, token, resources, WL_EXCHANGES ? NULL : ONLY_STEPS);
     if (instance)
         instance->model.exchanges = 1;
     return instance;
@@ -44,9 +44,9 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
                                                fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
                                                fmi3UnlockPreemptionCallback unlock)
 {
-    (void)resources, (void)visible, (void)logging, (void)clock, (void)lock, (void)unlock;
+    (void)visible, (void)logging, (void)clock, (void)lock, (void)unlock;
     Host host = {environment, log, name ? name : "", NULL, false};
-    return instantiated(host, token, WL_NAME ": is for co-simulation, not for scheduled execution");
+    return instantiated(host, token, resources, WL_NAME ": is for co-simulation, not for scheduled execution");
 }
 
 /* ---- phases ---- */

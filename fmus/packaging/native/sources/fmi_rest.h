@@ -3,11 +3,12 @@
    The file around has allocate(), whose memory is 0, and release(). */
 #include "fmi_values.h"
 #include "model_state.h"
+#include "fmi_tables.h"
 
 #define ONLY_STEPS WL_NAME ": is for co-simulation, not for model exchange"
 
 /* An instance of the host's name, unless there is a problem, which is reported. */
-static Instance *instantiated(Host host, const char *token, const char *problem)
+static Instance *instantiated(Host host, const char *token, const char *resources, const char *problem)
 {
     Instance *instance = NULL;
     if (!*host.name)
@@ -25,6 +26,10 @@ static Instance *instantiated(Host host, const char *token, const char *problem)
     instance->host.name = instance->model.name = strcpy((char *)(instance + 1), host.name);
     instance->model.host = &instance->host;
     model_reset(&instance->model);
+    if (!take_tables(&instance->model, resources)) {
+        release(&host, instance);
+        return NULL;
+    }
     return instance;
 }
 
@@ -87,8 +92,10 @@ const char *FUNCTION(GetVersion)(void)
 
 void FUNCTION(FreeInstance)(void *instance)
 {
-    if (instance)
+    if (instance) {
+        drop_tables(&((Instance *)instance)->model);
         release(&((Instance *)instance)->host, instance);
+    }
 }
 
 /* There is nothing to switch: an instance speaks of errors alone, and of those always. */

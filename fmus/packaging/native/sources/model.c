@@ -1,6 +1,7 @@
 /* What runs now and then in an instance: its beginning, parameters, derivatives, and the sentences for what is wrong. */
 #include "model.h"
 #include "model_checks.h"
+#include "model_table.h"
 
 /* Share of its nominal value by which an input may miss a bound, as sums and means of hosts do. */
 #define BOUND_TOLERANCE 1e-9
@@ -100,6 +101,21 @@ int model_mend(Model *model, int input, double *value)
     return within(model, &WL(variables)[FIRST_INPUT + input], *value);
 }
 
+void model_tell_ends(Model *model)
+{
+    for (int i = 0; i < WL_TABLES; i++) {
+        Table *table = &model->tables[i];
+        double end = table->rows ? table->times[table->rows - 1] : HUGE_VAL;
+        if (table->ended || !(model->memory.time > end + EARLY))
+            continue;
+        Severity before = model->severity;
+        model->severity = WARNING;
+        model_report(model, "%s: its table ends at %g s; the last row holds from then on", WL(played)[i].part, end);
+        model->severity = before;
+        table->ended = 1;
+    }
+}
+
 void model_reset(Model *model)
 {
     Memory *memory = &model->memory;
@@ -112,6 +128,8 @@ void model_reset(Model *model)
     memory->phase = INSTANTIATED;
     model->severity = FAILURE;
     memset(model->clamped, 0, sizeof model->clamped);
+    for (int i = 0; i < WL_TABLES; i++)
+        model->tables[i].ended = 0;
     model->begun = 0;
     model->fresh = 0;
 }
@@ -120,7 +138,7 @@ void model_reset(Model *model)
 void model_begin(Model *model)
 {
     Memory *memory = &model->memory;
-    WL(settle)(memory->parameters, model->settled);
+    settle(model);
 #if WL_STATES
     WL(begin)(memory->inputs, model->settled, memory->states);
 #endif
@@ -148,7 +166,7 @@ int model_tune(Model *model, unsigned reference, double value)
     int well = parameters_are_well(model, model->memory.parameters);
     if (!well)
         *parameter = before;
-    WL(settle)(model->memory.parameters, model->settled);
+    settle(model);
     model->fresh = 0;
     return well;
 }

@@ -44,6 +44,23 @@ typedef struct {
     int first, count;
 } Clock;
 
+/* A table that is played: the name and first line of its file, whose component it is (with a point before it, or
+   empty), where its handle stands among what is settled, and how many columns it has. */
+typedef struct {
+    const char *file, *head, *part;
+    int settled, columns;
+} Played;
+
+/* The rows of a table, where they lie in the bytes of its file. */
+typedef struct {
+    unsigned char *bytes;
+    long long rows;
+    int columns;
+    const double *times, *values[AT_LEAST_1(WL_MOST_COLUMNS)];
+    unsigned char constant[AT_LEAST_1(WL_MOST_COLUMNS)], linear[AT_LEAST_1(WL_MOST_COLUMNS)];
+    int ended; /* of which it has been said */
+} Table;
+
 /* Generated. Vectors: states x, inputs u, parameters p, parameters and what they settle d. */
 extern const Variable WL(variables)[];
 extern const StateVariable WL(state_variables)[];
@@ -51,6 +68,7 @@ extern const Sentence WL(sentences)[];
 extern const double WL(nominals)[]; /* of the states, where hosts may integrate them */
 extern const int WL(group_starts)[]; /* among all outputs */
 extern const Clock WL(clocks)[]; /* in the order of sampling */
+extern const Played WL(played)[];
 
 void WL(settle)(const double *p, double *d);
 void WL(margins)(const double *p, double *margins);
@@ -81,6 +99,9 @@ void WL(sample)(int clock, const double *x, const double *u, const double *d, co
 #define FIRST_OUTPUT (WL_PARAMETERS + WL_INPUTS)
 #define FIRST_LOCAL (WL_PARAMETERS + WL_INPUTS + WL_OUTPUTS)
 #define VARIABLES (FIRST_LOCAL + WL_LOCALS)
+/* Of a reference that is known to be one of them; as an int, since there may be none, and none lies below 0. */
+#define IS_PARAMETER(reference) ((int)(reference) < FIRST_INPUT)
+#define IS_INPUT(reference) (!IS_PARAMETER(reference) && (int)(reference) < FIRST_OUTPUT)
 /* After time, for hosts that integrate: the states and their rates. */
 #define FIRST_STATE (VARIABLES + 1)
 #define FIRST_RATE (FIRST_STATE + WL_STATES)
@@ -116,6 +137,7 @@ typedef struct {
     unsigned char clamped[AT_LEAST_1(WL_INPUTS)]; /* of which it has been said */
     Severity severity;                            /* of what is reported next */
     int exchanges;                                /* the host integrates */
+    Table tables[AT_LEAST_1(WL_TABLES)];
     const char *name;
     void *host;
 } Model;
@@ -140,6 +162,7 @@ void report(void *host, Severity severity, const char *sentence);
 #define model_report WL(model_report)
 #define model_refuse WL(model_refuse)
 #define model_mend WL(model_mend)
+#define model_tell_ends WL(model_tell_ends)
 #define model_reset WL(model_reset)
 #define model_begin WL(model_begin)
 #define model_initialize WL(model_initialize)
@@ -152,6 +175,7 @@ void report(void *host, Severity severity, const char *sentence);
 int model_report(Model *model, const char *format, ...);
 int model_refuse(Model *model, unsigned reference, Kind kind);
 int model_mend(Model *model, int input, double *value);
+void model_tell_ends(Model *model);
 void model_reset(Model *model);
 void model_begin(Model *model);
 int model_initialize(Model *model);

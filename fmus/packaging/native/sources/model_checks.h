@@ -87,6 +87,17 @@ static inline const Variable *variable_of(Model *model, unsigned reference, Kind
     return NULL;
 }
 
+/* What the parameters settle, and beside it the tables' handles. */
+static inline void settle(Model *model)
+{
+    WL(settle)(model->memory.parameters, model->settled);
+    for (int i = 0; i < WL_TABLES; i++) {
+        const Table *table = &model->tables[i];
+        model->tables[i].columns = WL(played)[i].columns;
+        memcpy(&model->settled[WL(played)[i].settled], &table, sizeof table);
+    }
+}
+
 static inline void rates_of(const Model *model, double *rates)
 {
 #if WL_EXCHANGES

@@ -6,7 +6,7 @@ int model_set_derivative(Model *model, unsigned reference, int order, double val
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_CLOCKS || reference < FIRST_INPUT || reference >= FIRST_OUTPUT)
+    if (WL_CLOCKS || !IS_INPUT(reference))
         return model_report(model, ".%s: takes no derivative; only inputs of continuous components do", variable->name);
     if (order < 1 || order > 2)
         return model_report(model, ".%s: a derivative of order %d; give order 1 or 2", variable->name, order);
@@ -23,7 +23,7 @@ int model_output_derivative(Model *model, unsigned reference, int order, double 
     const Variable *variable = variable_of(model, reference, REAL);
     if (!variable)
         return 0;
-    if (WL_CLOCKS || order != 1 || reference < FIRST_OUTPUT || reference >= FIRST_LOCAL
+    if (WL_CLOCKS || order != 1 || (int)reference < FIRST_OUTPUT || reference >= FIRST_LOCAL
         || model->memory.phase < STEPPING)
         return model_report(model, ".%s: no derivative of order %d; outputs of continuous components have the first, "
                                    "once the run has begun", variable->name, order);
@@ -49,7 +49,7 @@ int model_seed(Model *model, unsigned reference, double seed, Direction *directi
         direction->states[reference - FIRST_STATE] += seed;
     else if (!(variable = variable_of(model, reference, REAL)))
         return 0;
-    else if (reference < FIRST_INPUT || reference >= FIRST_OUTPUT)
+    else if (!IS_INPUT(reference))
         return model_report(model, ".%s: is no input; derivatives are by inputs", variable->name);
     else
         direction->inputs[reference - FIRST_INPUT] += seed;
@@ -80,7 +80,7 @@ int model_sensitivity(Model *model, unsigned reference, Direction *direction, do
     int rate = IS_RATE(reference);
     if (!rate && !(variable = variable_of(model, reference, REAL)))
         return 0;
-    if (!rate && (reference < FIRST_OUTPUT || reference >= FIRST_LOCAL))
+    if (!rate && ((int)reference < FIRST_OUTPUT || reference >= FIRST_LOCAL))
         return model_report(model, ".%s: is no output; derivatives are of outputs", variable->name);
     if (!direction->computed)
         compute(model, direction);

@@ -119,5 +119,5 @@ static void model_restore(Model *model, const Memory *memory)
     model->fresh = 0;
     model->begun = memory->phase >= STEPPING;
     if (model->begun && !settled)
-        WL(settle)(memory->parameters, model->settled);
+        settle(model);
 }

@@ -214,6 +214,8 @@ static Outcome model_step(Model *model, double time, double step, Between betwee
     model->severity = FAILURE;
     if (!well)
         memcpy(memory->inputs, before, sizeof before);
+    else if (WL_TABLES)
+        model_tell_ends(model);
     model->fresh = 0;
     return well ? DONE : DISCARDED;
 }

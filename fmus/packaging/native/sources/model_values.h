@@ -6,14 +6,14 @@ int model_set(Model *model, unsigned reference, Kind kind, double value)
     const Variable *variable = variable_of(model, reference, kind);
     if (!variable)
         return 0;
-    if (reference < FIRST_INPUT) {
+    if (IS_PARAMETER(reference)) {
         if ((memory->phase == STEPPING || memory->phase == EVENTS) && (variable->flags & TUNABLE))
             return model_tune(model, reference, value);
         if (memory->phase >= STEPPING)
             return model_report(model, ".%s: parameters are fixed once the run has begun; set it before "
                                        "initialization", variable->name);
         memory->parameters[reference] = value;
-    } else if (reference < FIRST_OUTPUT) {
+    } else if (IS_INPUT(reference)) {
         if (memory->phase == TERMINATED)
             return model_report(model, ".%s: the run has ended; reset the instance to set it", variable->name);
         if (memory->phase == CONTINUOUS && kind != REAL)
@@ -59,9 +59,9 @@ int model_get(Model *model, unsigned reference, Kind kind, double *value)
     const Variable *variable = variable_of(model, reference, kind);
     if (!variable)
         return 0;
-    *value = reference < FIRST_INPUT    ? model->memory.parameters[reference]
-             : reference < FIRST_OUTPUT ? model->memory.inputs[reference - FIRST_INPUT]
-                                        : output(model, variable);
+    *value = IS_PARAMETER(reference) ? model->memory.parameters[reference]
+             : IS_INPUT(reference)   ? model->memory.inputs[reference - FIRST_INPUT]
+                                     : output(model, variable);
     return 1;
 }
 

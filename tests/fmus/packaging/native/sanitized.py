@@ -9,6 +9,7 @@ import pytest
 
 from tests.built import Ended, built
 from warmlink.fmus.catalogue import catalogue
+from warmlink.fmus.packaging.beside import table_files
 from warmlink.fmus.packaging.native.compile import Compiler, _needed
 from warmlink.fmus.packaging.native.fmu import FmiVersion, header_folder, native_sources
 
@@ -34,6 +35,10 @@ def compile_sanitized(
     sources, _ = native_sources(COMPONENTS[name], version)
     for file, text in sources.items():
         (home / file).write_text(text, encoding="utf-8")
+    for place, content in table_files(COMPONENTS[name]).items():
+        (home / place).parent.mkdir(exist_ok=True)
+        (home / place).write_bytes(content)
+    options = (f'-DRESOURCES="{home / "resources"}"', *options)
     headers = [each.read_bytes() for each in sorted(header_folder().glob("*.h"))]
     units = {unit: _ARITHMETIC if unit in _GENERATED else () for unit in sources if unit.endswith(".c")}
     for unit, more in units.items():

@@ -5,10 +5,15 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.scenarios.duties.recorded import read_csv
+from warmlink.orchestration.closed_loop.load import load_scenario
+from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded, Segment
+from warmlink.orchestration.scenarios.duties.duty_files import load
+from warmlink.orchestration.scenarios.duties.recorded import read_recorded
 
 HEADER = "time [min],speed [rad/s],torque [N.m]"
 ROWS = "0,3.43,2.5\n10,0,0\n20,3.43,2.5"
@@ -22,25 +27,25 @@ def written(folder: Path, text: str, encoding: str = "utf-8") -> Path:
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
 def test_rows_become_segments(tmp_path: Path, encoding: str) -> None:
-    duty = read_csv(written(tmp_path, f"{HEADER}\n{ROWS}\n\n", encoding))
+    duty = read_recorded(written(tmp_path, f"{HEADER}\n{ROWS}\n\n", encoding))
     assert [(s.duration, s.speed, s.torque) for s in duty.segments] == [(600, 3.43, 2.5), (600, 0, 0)]
     assert duty.stop_time == 1200
 
 
 def test_measured_columns_may_stand_beside(tmp_path: Path) -> None:
     text = f"{HEADER},shaft_temperature [degC],elongation\n0,1,1,20,0\n10,1,1,21,\n"
-    assert len(read_csv(written(tmp_path, text)).segments) == 1
+    assert len(segments_of(written(tmp_path, text))) == 1
 
 
 def test_a_pad_is_switched_by_whichever_of_its_cells_is_given(tmp_path: Path) -> None:
     text = "time [s],pad_power [W],pad_temperature [degC]\n0,20,\n10,,36\n20,,\n30,,\n"
-    assert [s.pad_mode for s in read_csv(written(tmp_path, text)).segments] == [1, 2, 0]
+    assert [s.pad_mode for s in segments_of(written(tmp_path, text))] == [1, 2, 0]
 
 
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
-    duty = read_csv(written(tmp_path, "time [s],speed [rad/s]\n0,3\n10,3\n"))
+    duty = read_recorded(written(tmp_path, "time [s],speed [rad/s]\n0,3\n10,3\n"))
     assert duty.remarks == ("recorded.csv has no column torque, which is taken as 0 N.m",)
-    assert read_csv(written(tmp_path, f"{HEADER}\n{ROWS}")).remarks == ()
+    assert read_recorded(written(tmp_path, f"{HEADER}\n{ROWS}")).remarks == ()
 
 
 @pytest.mark.parametrize(
@@ -76,7 +81,7 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
 )
 def test_refused_in_one_sentence(tmp_path: Path, text: str, sentence: str) -> None:
     with pytest.raises(InputError, match=f"^recorded.csv: .*{sentence}") as refusal:
-        read_csv(written(tmp_path, text))
+        read_recorded(written(tmp_path, text))
     assert "\n" not in str(refusal.value)
     assert len(str(refusal.value)) < 300
 
@@ -84,7 +89,7 @@ def test_refused_in_one_sentence(tmp_path: Path, text: str, sentence: str) -> No
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
 def test_another_encoding_is_read_as_a_measured_run_is(tmp_path: Path, encoding: str) -> None:
     text = "time [s],speed [rad/s],ambient_temperature [Â°C]\n0,3,22\n60,3,22\n"
-    (segment,) = read_csv(written(tmp_path, text, encoding)).segments
+    (segment,) = segments_of(written(tmp_path, text, encoding))
     assert segment.ambient_temperature == pytest.approx(295.15)
 
 
@@ -99,7 +104,7 @@ Time [ms];Speed [{unit}];Torque (Nm);ambient_temperature_degF;Tip temperature [Â
 15000;0,00;0,00;72,5;
 20000;0,00;0,00;72,5;
 """
-    found = read_csv(written(tmp_path, text)).segments
+    found = segments_of(written(tmp_path, text))
     assert [each.duration for each in found] == [10, 5, 5]
     first, _, last = found
     assert (first.speed, first.torque) == (pytest.approx(27.5 * 2 * math.pi / 60), 2.9)
@@ -111,18 +116,100 @@ Time [ms];Speed [{unit}];Torque (Nm);ambient_temperature_degF;Tip temperature [Â
 
 def test_equal_rows_in_sequence_make_one_segment(tmp_path: Path) -> None:
     rows = [f"{5 * i},{3 if (i // 100) % 2 else 0},2" for i in range(1000)]
-    duty = read_csv(written(tmp_path, "\n".join(["time [s],speed [rad/s],torque [N.m]", *rows])))
+    duty = read_recorded(written(tmp_path, "\n".join(["time [s],speed [rad/s],torque [N.m]", *rows])))
     assert [each.duration for each in duty.segments] == 9 * [500] + [495]
     assert duty.component_parameters["duration[10]"] == 495
 
 
-def test_more_segments_than_the_component_holds_are_refused_with_a_remedy(tmp_path: Path) -> None:
-    rows = [f"{5 * i},{i}" for i in range(40)]
-    duty = read_csv(written(tmp_path, "\n".join(["time [s],speed [rad/s]", *rows])))
-    with pytest.raises(InputError, match=r"39 segments are more than the 32 .* round or average its columns"):
+def segments_of(path: Path) -> tuple[Segment, ...]:
+    duty = read_recorded(path)
+    assert isinstance(duty, Duty)
+    return duty.segments
+
+
+def test_more_segments_than_duty_cycle_holds_are_a_table(tmp_path: Path) -> None:
+    rows = [f"{5 * i + 7},{i},{20 + i / 2},{'' if i % 2 else 36}" for i in range(40)]
+    head = "time [s],speed [rad/s],ambient_temperature [degC],pad_temperature [degC]"
+    path = written(tmp_path, "\n".join([head, *rows]))
+    duty = read_recorded(path)
+    assert isinstance(duty, Recorded)
+    assert duty.stop_time == 5 * 39
+    found = dict(zip(duty.table.names, duty.table.over(np.array([0.0, 12.5, 1e4])).T, strict=True))
+    assert found["speed"].tolist() == [0, 2, 39]
+    assert found["pad_mode"].tolist() == [2, 2, 0]
+    assert found["pad_temperature"].tolist() == pytest.approx([309.15, 309.15, 295.15])
+    assert found["ambient_temperature"].tolist() == pytest.approx([293.15, 294.15, 312.65])
+    linear = read_recorded(path, ["ambient_temperature"])
+    assert isinstance(linear, Recorded)
+    assert linear.table.over(np.array([12.5]))[0, 2] == pytest.approx(294.40)
+
+
+def test_a_table_is_unrolled_into_its_rows_up_to_the_end_of_the_run(tmp_path: Path) -> None:
+    rows = [f"{5 * i},{i // 2}" for i in range(100)]
+    duty = read_recorded(written(tmp_path, "\n".join(["time [s],speed [rad/s]", *rows])))
+    first, second, last = duty.until(25.0).unrolled()
+    assert [(s.duration, s.speed) for s in (first, second, last)] == [(10, 0), (10, 1), (5, 2)]
+    assert duty.until(500.0).remarks[-1] == "recorded ends at 495 s; its last row holds from then on"
+    assert len(duty.until(500.0).until(400.0).remarks) == len(duty.remarks)
+
+
+def test_so_few_rows_that_are_linear_are_a_table_too(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{HEADER}\n{ROWS}")
+    assert isinstance(read_recorded(path), Duty)
+    assert isinstance(read_recorded(path, ["torque"]), Recorded)
+    with pytest.raises(InputError, match=r"^recorded.csv: linear: sped is no column; did you mean speed"):
+        read_recorded(path, ["sped"])
+    with pytest.raises(InputError, match="linear: stop_and_go has segments and no columns"):
+        load("stop_and_go", ["torque"])
+
+
+LOGGED = "Stamp [s],v [rpm],current [A],room [degC]\n0,30,1,20\n5,60,2,21\n10,0,3,22\n"
+
+
+def test_a_logs_own_names_are_said_and_the_rest_is_not_read(tmp_path: Path) -> None:
+    path = written(tmp_path, LOGGED)
+    columns = {"Stamp": "time", "v": "speed", "room [degC]": "ambient_temperature"}
+    found = read_recorded(path, columns=columns)
+    assert [(s.duration, s.ambient_temperature) for s in found.unrolled()] == [(5, 293.15), (5, 294.15)]
+    assert found.unrolled()[0].speed == pytest.approx(math.pi)
+    assert found.remarks == ("recorded.csv has no column torque, which is taken as 0 N.m",)
+    (tmp_path / "scenario.toml").write_text(
+        'duty = "recorded.csv"\n[columns]\nStamp = "time"\nv = "speed"\n', encoding="utf-8"
+    )
+    assert load_scenario(str(tmp_path / "scenario.toml")).duty.unrolled()[1].speed == pytest.approx(
+        2 * math.pi
+    )
+
+
+@pytest.mark.parametrize(
+    ("columns", "sentence"),
+    [
+        ({"v": "speed"}, "no column 'time \\[s\\]'; add it"),
+        ({"Stamp": "time", "w": "speed"}, "columns: no column 'w'; choose Stamp, v, current or room"),
+        ({"Stamp": "time", "v": "speed", "room": "speed"}, "columns: two columns are speed; keep one"),
+    ],
+)
+def test_names_that_do_not_fit_are_refused(tmp_path: Path, columns: dict[str, str], sentence: str) -> None:
+    with pytest.raises(InputError, match=f"^recorded.csv: {sentence}"):
+        read_recorded(written(tmp_path, LOGGED), columns=columns)
+
+
+def test_written_segments_beyond_what_the_component_holds_are_refused_with_a_remedy() -> None:
+    duty = Duty("long", "long", "", 39.0, tuple(Segment(1.0, float(i)) for i in range(39)))
+    with pytest.raises(InputError, match=r"39 segments are more than the 32 .* as rows of a CSV file"):
         _ = duty.component_parameters
+
+
+def test_parquet_is_read_as_csv_is(tmp_path: Path) -> None:
+    frame = pd.DataFrame(
+        {"time [s]": np.arange(100.0), "speed [rad/s]": np.arange(100.0) % 7, "growth [um]": 1.0}
+    )
+    frame.to_parquet(tmp_path / "shift.parquet")
+    duty = load(tmp_path / "shift.parquet")
+    assert duty.name == "shift"
+    assert len(duty.unrolled()) == 99
 
 
 def test_no_such_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"absent\.csv: no such file; give an existing"):
-        read_csv(tmp_path / "absent.csv")
+        read_recorded(tmp_path / "absent.csv")

@@ -49,9 +49,9 @@ static void values(fmi3Instance instance, double value)
 
 int main(void)
 {
-    fmi3Instance stepped = fmi3InstantiateCoSimulation("stepped", WL_TOKEN, NULL, false, false, false, false, NULL, 0,
+    fmi3Instance stepped = fmi3InstantiateCoSimulation("stepped", WL_TOKEN, RESOURCES, false, false, false, false, NULL, 0,
                                                        NULL, NULL, NULL);
-    fmi3Instance integrated = fmi3InstantiateModelExchange("integrated", WL_TOKEN, NULL, false, false, NULL, NULL);
+    fmi3Instance integrated = fmi3InstantiateModelExchange("integrated", WL_TOKEN, RESOURCES, false, false, NULL, NULL);
     double states[AT_LEAST_1(WL_STATES)], rates[AT_LEAST_1(WL_STATES)], reached;
     bool event, end, early;
     long before, steps = 0;

@@ -37,7 +37,7 @@ static void logger(fmi2ComponentEnvironment env, fmi2String name, fmi2Status sta
 
 static void move_inputs(fmi2Component instance, int index)
 {
-    for (unsigned i = FIRST_INPUT; i < FIRST_OUTPUT; i++) {
+    for (unsigned i = FIRST_INPUT; (int)i < FIRST_OUTPUT; i++) {
         const Variable *variable = &WL(variables)[i];
         double value = variable->start;
         if (variable->kind == REAL) {
@@ -91,7 +91,7 @@ static void take_derivatives(fmi2Component instance, int pairs)
 
 static void run(const fmi2CallbackFunctions *callbacks)
 {
-    fmi2Component instance = fmi2Instantiate("100 % driven", fmi2CoSimulation, WL_TOKEN, "", callbacks, 0, 1);
+    fmi2Component instance = fmi2Instantiate("100 % driven", fmi2CoSimulation, WL_TOKEN, RESOURCES, callbacks, 0, 1);
     fmi2FMUstate state = NULL, copy = NULL;
     size_t size = 0;
     double steps[] = {0.01, 0.3, 1, 2.5, 60, 600}, time = 3;
@@ -103,7 +103,7 @@ static void run(const fmi2CallbackFunctions *callbacks)
     move_inputs(instance, 0);
     read_all(instance);
     take_derivatives(instance, 1);
-    for (unsigned i = 0; i < WL_PARAMETERS; i++) {
+    for (unsigned i = 0; (int)i < WL_PARAMETERS; i++) {
         double start = WL(variables)[i].start, bad = NAN;
         if (WL(variables)[i].kind != REAL)
             continue;
@@ -148,12 +148,12 @@ static void run(const fmi2CallbackFunctions *callbacks)
 int main(void)
 {
     fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL}, none = {0};
-    fmi2Component integrated = fmi2Instantiate("a", fmi2ModelExchange, WL_TOKEN, "", &callbacks, 0, 0);
+    fmi2Component integrated = fmi2Instantiate("a", fmi2ModelExchange, WL_TOKEN, RESOURCES, &callbacks, 0, 0);
     EXPECT((integrated != NULL) == WL_EXCHANGES);
     fmi2FreeInstance(integrated);
     EXPECT(fmi2Instantiate("a", fmi2CoSimulation, "{no}", "", &callbacks, 0, 0) == NULL);
-    EXPECT(fmi2Instantiate("", fmi2CoSimulation, WL_TOKEN, "", &none, 0, 0) == NULL);
-    EXPECT(fmi2Instantiate("a", fmi2CoSimulation, WL_TOKEN, "", NULL, 0, 0) == NULL);
+    EXPECT(fmi2Instantiate("", fmi2CoSimulation, WL_TOKEN, RESOURCES, &none, 0, 0) == NULL);
+    EXPECT(fmi2Instantiate("a", fmi2CoSimulation, WL_TOKEN, RESOURCES, NULL, 0, 0) == NULL);
     EXPECT(fmi2DoStep(NULL, 0, 1, 1) == fmi2Error);
     fmi2FreeInstance(NULL);
     run(&callbacks);

@@ -29,7 +29,7 @@ static void logger(fmi3InstanceEnvironment env, fmi3Status status, fmi3String ca
 
 static void move_inputs(int index)
 {
-    for (unsigned i = FIRST_INPUT; i < FIRST_OUTPUT; i++) {
+    for (unsigned i = FIRST_INPUT; (int)i < FIRST_OUTPUT; i++) {
         const Variable *variable = &WL(variables)[i];
         double value = variable->start + 0.37 * ((index * 5 + (int)i * 3) % 7);
         if ((variable->flags & HAS_MAXIMUM) && value > variable->maximum)
@@ -88,7 +88,7 @@ static void run(bool with_updates)
     size_t size = 0;
     bool event, end, early;
     double steps[] = {0.01, 0.3, 1, 2.5, 60, 600}, time = 3, reached = 0;
-    driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, "", false, true, false, with_updates, NULL, 0, NULL,
+    driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, RESOURCES, false, true, false, with_updates, NULL, 0, NULL,
                                          logger, with_updates ? update : NULL);
     EXPECT(driven != NULL);
     EXPECT(fmi3DoStep(driven, 0, 1, true, &event, &end, &early, &reached) == fmi3Error);
@@ -124,10 +124,10 @@ static void run(bool with_updates)
 
 int main(void)
 {
-    fmi3Instance integrated = fmi3InstantiateModelExchange("a", WL_TOKEN, "", false, false, NULL, logger);
+    fmi3Instance integrated = fmi3InstantiateModelExchange("a", WL_TOKEN, RESOURCES, false, false, NULL, logger);
     EXPECT((integrated != NULL) == WL_EXCHANGES);
     fmi3FreeInstance(integrated);
-    EXPECT(fmi3InstantiateScheduledExecution("a", WL_TOKEN, "", false, false, NULL, logger, NULL, NULL, NULL) == NULL);
+    EXPECT(fmi3InstantiateScheduledExecution("a", WL_TOKEN, RESOURCES, false, false, NULL, logger, NULL, NULL, NULL) == NULL);
     EXPECT(fmi3DoStep(NULL, 0, 1, true, NULL, NULL, NULL, NULL) == fmi3Error);
     fmi3FreeInstance(NULL);
     run(false);

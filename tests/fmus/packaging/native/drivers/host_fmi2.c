@@ -66,7 +66,12 @@ int main(int count, char **arguments)
     fmi2DoStepTYPE *do_step = find("fmi2DoStep");
     fmi2TerminateTYPE *terminate = find("fmi2Terminate");
     fmi2FreeInstanceTYPE *release = find("fmi2FreeInstance");
-    fmi2Component instance = instantiate("host", fmi2CoSimulation, arguments[2], "", &callbacks, 0, 0);
+    char resources[4096]; /* from the library's path, binaries/PLATFORM/NAME.so inside the FMU */
+    int length = (int)strlen(arguments[1]);
+    while (length > 1 && arguments[1][length - 1] != '/' && arguments[1][length - 1] != '\\')
+        length--;
+    snprintf(resources, sizeof resources, "%.*s../../resources/", length, arguments[1]);
+    fmi2Component instance = instantiate("host", fmi2CoSimulation, arguments[2], resources, &callbacks, 0, 0);
     if (!instance)
         return 1;
     must(setup(instance, 0, 0, 0, 0, 0), "fmi2SetupExperiment");

@@ -64,7 +64,12 @@ int main(int count, char **arguments)
     fmi3DoStepTYPE *do_step = find("fmi3DoStep");
     fmi3TerminateTYPE *terminate = find("fmi3Terminate");
     fmi3FreeInstanceTYPE *release = find("fmi3FreeInstance");
-    fmi3Instance instance = instantiate("host", arguments[2], "", 0, 0, 0, 0, NULL, 0, NULL, logger, NULL);
+    char resources[4096]; /* from the library's path, binaries/PLATFORM/NAME.so inside the FMU */
+    int length = (int)strlen(arguments[1]);
+    while (length > 1 && arguments[1][length - 1] != '/' && arguments[1][length - 1] != '\\')
+        length--;
+    snprintf(resources, sizeof resources, "%.*s../../resources/", length, arguments[1]);
+    fmi3Instance instance = instantiate("host", arguments[2], resources, 0, 0, 0, 0, NULL, 0, NULL, logger, NULL);
     if (!instance)
         return 1;
     must(enter(instance, 0, 0, 0, 0, 0), "fmi3EnterInitializationMode");

@@ -175,7 +175,7 @@ static void instantiate(void)
 {
     static const fmi2CallbackFunctions callbacks = {logger, calloc, free, NULL, NULL};
     fmi2Type type = WL_EXCHANGES && one_in(2) ? fmi2ModelExchange : fmi2CoSimulation;
-    driven = fmi2Instantiate("driven", type, WL_TOKEN, NULL, &callbacks, 0, 1);
+    driven = fmi2Instantiate("driven", type, WL_TOKEN, RESOURCES, &callbacks, 0, 1);
 }
 #else
 static void logger(fmi3InstanceEnvironment env, fmi3Status status, fmi3String category, fmi3String message)
@@ -200,9 +200,9 @@ static void update(fmi3InstanceEnvironment env, double time, bool set, bool get,
 static void instantiate(void)
 {
     if (WL_EXCHANGES && one_in(2))
-        driven = fmi3InstantiateModelExchange("driven", WL_TOKEN, NULL, false, true, NULL, logger);
+        driven = fmi3InstantiateModelExchange("driven", WL_TOKEN, RESOURCES, false, true, NULL, logger);
     else
-        driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, NULL, false, true, false, draw(2), NULL, 0, NULL,
+        driven = fmi3InstantiateCoSimulation("driven", WL_TOKEN, RESOURCES, false, true, false, draw(2), NULL, 0, NULL,
                                              logger, draw(2) ? update : NULL);
 }
 #endif
