@@ -25,7 +25,7 @@ from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.fmu_store import FMU_KINDS, FmuStore
 from warmlink.orchestration.scenarios.duties.duty import Duty
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, System
+from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System
 from warmlink.orchestration.system.write import write_ssp
 
 ELONGATION = "link.elongation"
@@ -196,7 +196,7 @@ def trivial_system(fmu: Path, steps: int) -> System:
     after n steps.
     """
     given = {"rate": 1.0 / steps}
-    parts = {name: Component(name, fmu, {}, dict(given)) for name in "abc"}
+    parts = {name: FmuPart(name, fmu, {}, dict(given)) for name in "abc"}
     wires = (
         Connection("a", "y", "b", "u"),
         Connection("b", "y", "c", "u"),

@@ -24,7 +24,7 @@ from warmlink.orchestration.console import answer, print_table
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, DefaultExperiment, System
+from warmlink.orchestration.system.model import DefaultExperiment, FmuPart, System
 from warmlink.orchestration.system.write import write_ssp
 
 MOST_STEPS = 1000
@@ -137,7 +137,7 @@ def fmu_seen(path: Path, work: Path) -> Seen:
     ssp = work / "one.ssp"
     experiment = DefaultExperiment(info.default_experiment.start_time, times["stop"])
     try:
-        write_ssp(System("one", {"fmu": Component("fmu", path)}, (), experiment), ssp)
+        write_ssp(System("one", {"fmu": FmuPart("fmu", path)}, (), experiment), ssp)
         own = ours(ssp, times["stop"], times["step"], work)
     except InputError as fault:
         own = Ran(None, f"warmlink: {fault}")

@@ -17,7 +17,7 @@ from warmlink.fmus.packaging.documentation import facts
 from warmlink.orchestration.console import Answer, table_text
 from warmlink.orchestration.system.archive import open_archive
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import DefaultExperiment, ModelInfo, System, Variable
+from warmlink.orchestration.system.model import DefaultExperiment, FmuVariable, ModelInfo, System
 
 if TYPE_CHECKING:
     import pandas
@@ -201,7 +201,7 @@ def _of_instance(system: System, name: str) -> Iterator[VariableRow]:
         yield _row(each, whole, fed.get(whole, each.causality), held.values.get(each.name, each.start))
 
 
-def _row(variable: Variable, name: str, role: str, start: object) -> VariableRow:
+def _row(variable: FmuVariable, name: str, role: str, start: object) -> VariableRow:
     unit = "" if variable.unit == "1" else variable.unit or ""
     computed = variable.causality not in SHOWN or variable.causality == "output"
     default = "" if start is None or computed else f"{start:.10g}" if isinstance(start, float) else str(start)

@@ -34,7 +34,7 @@ FMU_KINDS: tuple[FmuKind, ...] = ("native", "python")
 Remark = Callable[[str], None]
 
 
-class AtWork:
+class BuildProgress:
     """Progress of so many things that are made, some at the same time: which, and how many are left."""
 
     def __init__(self, progress: Callable[..., None], total: int) -> None:
@@ -113,7 +113,7 @@ class FmuStore:
         try:
             sweep(folder, WRITING)
             with progress_bar(f"Building {self.kind} FMUs") as progress:
-                at_work = AtWork(progress, len(missing))
+                at_work = BuildProgress(progress, len(missing))
                 if self.kind == "python":
                     built = build_python_fmus(missing, folder, at_work.done)
                 else:

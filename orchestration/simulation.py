@@ -26,7 +26,7 @@ from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.system_values import Written, with_parameters
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.description import Variable, read_description
+from warmlink.orchestration.system.description import FmuVariable, read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.written.quantities import positive
 
@@ -227,7 +227,7 @@ def tolerances_of(system: System, tolerance: str, watched: Sequence[str] | None)
     return found
 
 
-def variables(system: System) -> dict[str, Variable]:
+def variables(system: System) -> dict[str, FmuVariable]:
     """Every variable of a system's FMUs, as `link.elongation`."""
     return {
         f"{name}.{variable.name}": variable

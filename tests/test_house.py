@@ -187,6 +187,16 @@ def test_no_code_asks_which_machine_it_has() -> None:
             assert not any(isinstance(side, ast.Name) and side.id == "WARMUP_CELL" for side in sides), told
 
 
+def test_each_class_has_a_name_of_its_own() -> None:
+    """A reader who meets a name in a trace, or asks for it, finds one thing."""
+    found = defaultdict(list)
+    for path in SOURCES:
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(str(path.relative_to(ROOT)))
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
 def test_help_loads_nothing_heavy() -> None:
     script = (
         "import sys, warmlink.orchestration.cli as cli\n"

@@ -20,10 +20,10 @@ from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.recording.checkpoint import FILE, LongRun
 from warmlink.orchestration.master.recording.recorder import VALUES
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError
 from warmlink.orchestration.studies import at_work as ledger
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 SENSORS = "TemperatureSensors"
 STEPS, EVERY = 20, 15
@@ -40,7 +40,7 @@ def _workshop() -> Path:
 def system() -> System:
     """One clocked FMU alone, the smallest that has all kinds of state."""
     fmu = FmuStore("native").files([SENSORS])[SENSORS]
-    return System("s", {"s": Component("s", fmu, {}, {"seed": 3})}, ())
+    return System("s", {"s": FmuPart("s", fmu, {}, {"seed": 3})}, ())
 
 
 @cache
@@ -101,7 +101,7 @@ def stamped_checkpoint(random: Random, content: bytes) -> bytes:
 @cache
 def _slave() -> Slave:
     slave = assemble(system(), unpacked=_workshop()).slaves[0]
-    slave.setup(Experiment(0.0, float(STEPS)))
+    slave.setup(RunSpan(0.0, float(STEPS)))
     slave.enter_initialization()
     slave.exit_initialization()
     slave.step(0.0, 3.0)

@@ -43,7 +43,7 @@ from warmlink.orchestration.scenarios.overrides import parameters_of, start_valu
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 SPECIMENS = Path(__file__).parent / "specimens"
 LONGEST_SENTENCE = 1200
@@ -165,7 +165,7 @@ def _run_model(path: Path) -> None:
         entries = {name: archive.read(name) for name in archive.namelist()}
     fmu = path.with_name("Link.fmu")
     fmu.write_bytes(packed({DESCRIPTION: path.read_bytes(), **entries}))
-    found = System("s", {"link": Component("link", fmu)}, ())
+    found = System("s", {"link": FmuPart("link", fmu)}, ())
     unpacked = path.parent / "work"
     guarded(lambda line: simulate(found, 3.0, 1.0, unpacked=unpacked, stepping="plain", line=line))
 

@@ -10,7 +10,7 @@ from scipy import signal
 from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.matrices import upper
-from warmlink.controllers.observer.model import Duty
+from warmlink.controllers.observer.model import TrustedDuty
 from warmlink.controllers.regression.law import LENGTH
 from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -94,7 +94,7 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     for speed, torque, duration in PHASES:
         unused = np.zeros((len(OUTPUTS), len(INPUTS)))
         transition, reach, *_ = signal.cont2discrete((*model.at(speed), model.C, unused), step)
-        duty = Duty(speed, torque, 0.0)
+        duty = TrustedDuty(speed, torque, 0.0)
         for _ in range(round(duration / step)):
             seen = model.C @ state
             temperature.append(seen[:-1] + ROOM_TEMPERATURE)

@@ -90,7 +90,7 @@ def filters_named(filters: Filters) -> dict[str, Number]:
 
 
 def allowed_for(designed: Number, share: Number) -> Number:
-    """Variances that what is unknown adds in a step, where a share of profile errors and heats is expected.
+    """Process-noise variances per step, where a share of profile errors and heats is expected.
 
     What a camera reveals is no heat, and stays as designed.
     """

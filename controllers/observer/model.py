@@ -72,7 +72,7 @@ FLATTER = 0.36
 that cools is flatter still."""
 
 
-class Duty(NamedTuple):
+class TrustedDuty(NamedTuple):
     """What the motor's loss equations ask of the inputs."""
 
     speed: Number
@@ -117,7 +117,7 @@ def known_heat(modes: Number, u: Record, p: Record) -> Number:
 
 def losses(modes: Number, u: Record, p: Record) -> tuple[Number, Number]:
     """Losses of the motor in W, in the winding and in the shaft, by its own equations."""
-    duty = Duty(u.speed, u.torque, 0.0)
+    duty = TrustedDuty(u.speed, u.torque, 0.0)
     winding = copper_loss(temperature(WINDING, modes, p), duty, p) + iron_loss(duty, p)
     return winding, friction_loss(temperature(_SHAFT, modes, p), duty, p) + p.standby_power
 
@@ -236,7 +236,7 @@ def told_named(told: Told) -> dict[str, Number]:
 
 
 def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told, Number]:
-    """What to go by, the same with no duty where it tells nothing, and 1 where any of it is doubted.
+    """The trusted duty, the duty with implausible values set to zero, and 1 if any of it is doubted.
 
     A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
     duty as a witness with none, which is the least that can have been.

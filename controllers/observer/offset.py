@@ -1,4 +1,4 @@
-"""What contradicts thermometers that are off: a model that is wrong is so by constant shares.
+"""Tells offsets of thermometers from errors of the model, which are constant shares of the growth.
 
 Where thermometers and duty differ, either the model is wrong or the thermometers are. Of a wrong model the
 difference y of the growths, both in kelvins of an evenly warm link, follows the growth g that is known of:

@@ -91,7 +91,7 @@ class Component:
         sample: called each `sample_time` (a parameter) with the inputs held
     observe : `observe(x, u, p, time)`, the value of every output, by name
     solve : `solve(right, p, step)`, by name the y of (I - step J) y = right, for components of many coupled
-        states: J stands in for the Jacobian of the rates, and holds what of it is stiff. Without it, or once
+        states: J stands in for the Jacobian of the rates, and holds its stiff part. Without it, or once
         joined, the equations are solved with the Jacobian itself
     derive : `derive(p)`, the value of every derived quantity, by name; the other functions find these
         beside the parameters in `p`

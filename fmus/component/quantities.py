@@ -146,6 +146,6 @@ _MISSED = "true minus given ambient temperature"
 
 AMBIENT_ERROR = (
     tunable("ambient_offset", "K", 0, _MISSED, nominal=1),
-    tunable("ambient_drift", "K/s", 0, f"{_MISSED}, per second", display="K/h", nominal=1e-4),
+    tunable("ambient_drift", "K/s", 0, f"rise with time of {_MISSED}", display="K/h", nominal=1e-4),
 )
 """What a log of the surroundings' temperature may miss."""

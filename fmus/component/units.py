@@ -14,7 +14,7 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 @dataclass(frozen=True)
-class Unit:
+class ComponentUnit:
     """A unit as a product of base units.
 
     `value in base units = factor * value + offset`; exponents of zero are left out.
@@ -25,12 +25,12 @@ class Unit:
     offset: Fraction = Fraction(0)
 
 
-def _si(factor: str = "1", **exponents: int) -> Unit:
-    return Unit(exponents, Fraction(factor))
+def _si(factor: str = "1", **exponents: int) -> ComponentUnit:
+    return ComponentUnit(exponents, Fraction(factor))
 
 
 _SYMBOLS = {
-    **{symbol: Unit({symbol: 1}) for symbol in BASE_UNITS},
+    **{symbol: ComponentUnit({symbol: 1}) for symbol in BASE_UNITS},
     "1": _si(),
     "N": _si(kg=1, m=1, s=-2),
     "Pa": _si(kg=1, m=-1, s=-2),
@@ -51,19 +51,19 @@ _SYMBOLS = {
     "mW": _si("1e-3", kg=1, m=2, s=-3),
     "kW": _si("1e3", kg=1, m=2, s=-3),
     "kJ": _si("1e3", kg=1, m=2, s=-2),
-    "deg": Unit({"rad": 1}, Fraction(math.pi / 180)),
-    "rpm": Unit({"rad": 1, "s": -1}, Fraction(math.pi / 30)),
+    "deg": ComponentUnit({"rad": 1}, Fraction(math.pi / 180)),
+    "rpm": ComponentUnit({"rad": 1, "s": -1}, Fraction(math.pi / 30)),
     "%": _si("1e-2"),
-    "degC": Unit({"K": 1}, offset=Fraction("273.15")),
-    "°C": Unit({"K": 1}, offset=Fraction("273.15")),
-    "degF": Unit({"K": 1}, Fraction(5, 9), Fraction("273.15") - Fraction(160, 9)),
+    "degC": ComponentUnit({"K": 1}, offset=Fraction("273.15")),
+    "°C": ComponentUnit({"K": 1}, offset=Fraction("273.15")),
+    "degF": ComponentUnit({"K": 1}, Fraction(5, 9), Fraction("273.15") - Fraction(160, 9)),
 }
 
 _QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
 """A product, and by what it is divided: a product in brackets, or one factor."""
 
 
-def unit(text: str) -> Unit:
+def unit(text: str) -> ComponentUnit:
     """Unit that a text in Modelica's notation means.
 
     ValueError: a symbol is not known, or the text is not of this form.
@@ -85,7 +85,7 @@ def unit(text: str) -> Unit:
         scale *= symbol.factor**power
         for base, exponent in symbol.exponents.items():
             exponents[base] += exponent * power
-    return Unit({base: exponent for base, exponent in exponents.items() if exponent}, scale)
+    return ComponentUnit({base: exponent for base, exponent in exponents.items() if exponent}, scale)
 
 
 def display_conversion(text: str, display: str) -> tuple[float, float]:

@@ -43,7 +43,7 @@ _RISE = "power of the rise over ambient with which the coefficient of still air 
 _HUB_HEAT_CAPACITY = "heat capacity of what sits at base position"
 _INITIAL_TEMPERATURE_RISE = "rise above the initial temperature at each sensor, linear between them"
 _REFERENCE_TEMPERATURE = "temperature at which the elongation is 0; 0: the initial temperature"
-_SENSOR_POSITION = "place of each sensor from the proximal end; -1: base, middle, tip, then evenly between"
+_SENSOR_POSITION = "place of each sensor from the proximal end; -1 m: base, middle, tip, then evenly between"
 _DISCRETISATION_ERROR = "estimate of the elongation's error from the finite grid"
 
 _PARAMETERS = (

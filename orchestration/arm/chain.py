@@ -114,7 +114,7 @@ def _ports(parts: Mapping[str, str]) -> Ports:
 
 
 @dataclass(frozen=True)
-class Axis:
+class ArmAxis:
     """One axis as people call it: a motor in its joint and the link to the next joint, with their mass in kg.
 
     `joint_limit` is the largest angle in rad to either side; `motor` and `link` are parameters of
@@ -129,14 +129,14 @@ class Axis:
 
 
 @cache
-def axes() -> tuple[Axis, ...]:
+def axes() -> tuple[ArmAxis, ...]:
     """The arm's six axes, from the base outwards."""
     content = tomllib.loads(GEOMETRY.read_text("utf-8"))
     material, heats = _read(content["material"]), _read(content["metals"])
     return tuple(_axis(str(table.pop("name")), _read(table), material, heats) for table in content["axis"])
 
 
-def axis(number: int) -> Axis:
+def axis(number: int) -> ArmAxis:
     """Axis by its number from 1; beyond the sixth the arm begins again, as for several arms in a row."""
     return axes()[(number - 1) % len(axes())]
 
@@ -147,7 +147,7 @@ def _read(table: Mapping[str, Any]) -> dict[str, float]:
 
 def _axis(
     name: str, size: Mapping[str, float], material: Mapping[str, float], heats: Mapping[str, float]
-) -> Axis:
+) -> ArmAxis:
     motor = {key: value for key, value in size.items() if key in MOTOR.p.index}
     winding, shaft, length = size["winding_mass"], size["shaft_mass"], size["length"]
     motor |= {
@@ -157,7 +157,7 @@ def _axis(
     shape = {"cross_section": size["section"], "perimeter": size["perimeter"]}
     link = {"length": length, "base_position": 0.0, "tip_position": length, **shape, **material}
     mass = length * size["section"] * material["density"] + winding + shaft
-    return Axis(name, size["joint_limit"], mass, motor, link)
+    return ArmAxis(name, size["joint_limit"], mass, motor, link)
 
 
 def joint_angles(x: ArrayLike, y: ArrayLike, z: ArrayLike, pitch: float, roll: float = 0.0) -> Array:

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.orchestration.check.subject import Instance, Subject, scale, within
+from warmlink.orchestration.check.subject import CheckedInstance, Subject, scale, within
 from warmlink.orchestration.master.slaves.slave import SlaveError
-from warmlink.orchestration.system.model import Variable
+from warmlink.orchestration.system.model import FmuVariable
 
 Outcome = tuple[str, str]
 """Verdict ("pass", "fail", "skip" or "remark") and detail."""
@@ -36,7 +36,7 @@ def default_experiment(subject: Subject) -> Outcome:
     size = subject.step_size
     planned = max(1, round((subject.stop_time - subject.start_time) / size))
     count = min(planned, _LONGEST_EXPERIMENT)
-    instance, until = Instance(subject), time.monotonic() + subject.seconds
+    instance, until = CheckedInstance(subject), time.monotonic() + subject.seconds
     for index in range(count):
         if time.monotonic() > until:
             count = index
@@ -61,7 +61,7 @@ def state_restore(subject: Subject) -> Outcome:
         return _NOTHING_SHOWN
     if not subject.info.capabilities.get_set_state:
         return "skip", "the FMU does not declare that it gets and sets its state"
-    instance = Instance(subject, goes_back=True)
+    instance = CheckedInstance(subject, goes_back=True)
     instance.run(0, 7)
     serializes = subject.info.capabilities.serialize_state and not subject.info.capabilities.once_per_process
     state, copy = instance.slave.state(), instance.slave.serialize() if serializes else b""
@@ -72,7 +72,7 @@ def state_restore(subject: Subject) -> Outcome:
     instance.slave.free(state)
     if not serializes:
         return "pass", "20 steps after the restored state; there is no other instance to serialise it to"
-    other = Instance(subject, "restored", goes_back=True)
+    other = CheckedInstance(subject, "restored", goes_back=True)
     other.slave.deserialize(copy)
     if not _same(other.run(7, 20), expected):
         return "fail", "20 steps of another instance, from the serialised state, differ"
@@ -84,7 +84,7 @@ def dependencies(subject: Subject) -> Outcome:
     seen: set[tuple[str, str]] = set()
     if not (subject.inputs and subject.outputs):
         return "skip", "the FMU has no number as an input, or none as an output"
-    instance = Instance(subject)
+    instance = CheckedInstance(subject)
     for point in range(_POINTS):
         values = instance.arrive(point)
         before = instance.outputs()
@@ -112,7 +112,7 @@ def directional_derivatives(subject: Subject) -> Outcome:
     """Directional derivatives equal differences."""
     if not subject.info.capabilities.directional_derivatives:
         return "skip", "the FMU does not declare directional derivatives"
-    instance = Instance(subject)
+    instance = CheckedInstance(subject)
     errors: list[float] = []
     pairs = [
         (variable, output)
@@ -145,10 +145,10 @@ def second_instance(subject: Subject) -> Outcome:
         return _NOTHING_SHOWN
     if subject.info.capabilities.once_per_process:
         return "skip", "the FMU declares that a process holds one instance"
-    alone = Instance(subject, "alone")
+    alone = CheckedInstance(subject, "alone")
     expected = alone.run(0, 20)
     alone.slave.terminate()
-    first, second = Instance(subject, "first"), _another(subject)
+    first, second = CheckedInstance(subject, "first"), _another(subject)
     for index, row in enumerate(expected):
         if not _same(first.run(index, 1)[0], row):
             return "fail", "an instance differs when another runs beside it"
@@ -160,19 +160,19 @@ def second_instance(subject: Subject) -> Outcome:
     return "pass", "20 steps beside another instance equal those alone"
 
 
-def _another(subject: Subject) -> Instance:
+def _another(subject: Subject) -> CheckedInstance:
     """A second instance, with other parameters where the FMU takes them."""
     try:
-        return Instance(subject, "second", parameters=subject.other_parameters())
+        return CheckedInstance(subject, "second", parameters=subject.other_parameters())
     except SlaveError:
-        return Instance(subject, "second")
+        return CheckedInstance(subject, "second")
 
 
 def memory_growth(subject: Subject) -> Outcome:
     """Memory does not grow with the number of steps."""
     if not sys.platform.startswith("linux"):
         return "skip", "the process's memory is read where Linux shows it"
-    instance = Instance(subject)
+    instance = CheckedInstance(subject)
     steps = itertools.count()
     warm = time.monotonic() + subject.seconds
     for _ in range(2000):
@@ -202,7 +202,7 @@ def reproducible(subject: Subject) -> Outcome:
         return "skip", "the FMU declares that a process holds one instance"
     instances, runs = [], []
     for _ in range(2):
-        instances.append(Instance(subject, "once"))
+        instances.append(CheckedInstance(subject, "once"))
         runs.append(instances[-1].run(0, 50))
     for instance in instances:
         instance.slave.terminate()  # not before: the library is unloaded with its last instance
@@ -223,7 +223,7 @@ CASES: dict[str, Callable[[Subject], Outcome]] = {
 """The checks by name, in the order in which they are made."""
 
 
-def _moved(variable: Variable, value: float) -> list[float]:
+def _moved(variable: FmuVariable, value: float) -> list[float]:
     """Other values of an input: a little to both sides, whole numbers beside it, or each other item."""
     if variable.kind == "Boolean":
         return [1.0 - value]
@@ -234,7 +234,7 @@ def _moved(variable: Variable, value: float) -> list[float]:
 
 
 def _differences(
-    instance: Instance, output: str, variable: Variable, value: float, reach: float
+    instance: CheckedInstance, output: str, variable: FmuVariable, value: float, reach: float
 ) -> list[float]:
     """Central, forward and backward difference, of which a derivative at a kink equals one."""
     step = reach * scale(variable)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.master.assembly import open_slave
-from warmlink.orchestration.master.slaves.slave import Experiment, SlaveError
-from warmlink.orchestration.system.model import ModelInfo, Variable
+from warmlink.orchestration.master.slaves.slave import RunSpan, SlaveError
+from warmlink.orchestration.system.model import FmuVariable, ModelInfo
 
 
 class Subject:
@@ -50,7 +50,7 @@ class Subject:
             if v.kind == "Real" and v.variability != "constant"
         }
 
-    def _numbers(self, causality: str) -> list[Variable]:
+    def _numbers(self, causality: str) -> list[FmuVariable]:
         found = [v for v in self.info.variables.values() if v.causality == causality]
         numbers = [v for v in found if v.kind not in (None, "String") and not v.dimensions]
         if self.info.fmi_version == "2.0":
@@ -59,7 +59,7 @@ class Subject:
         return list({(v.value_reference, v.element): v for v in reversed(numbers)}.values())[::-1]
 
 
-class Instance:
+class CheckedInstance:
     """A fresh instance of the FMU, initialized with the inputs of step 0.
 
     It is told whether the check `goes_back`, and takes `parameters` other than those it begins with.
@@ -75,7 +75,7 @@ class Instance:
     ) -> None:
         self.subject = subject
         self.slave = open_slave(name, subject.info, subject.folder)
-        self.slave.setup(Experiment(subject.start_time, goes_back=goes_back))
+        self.slave.setup(RunSpan(subject.start_time, goes_back=goes_back))
         self.put(parameters)
         self.slave.enter_initialization()
         self.put(subject.excitation(0))
@@ -112,12 +112,12 @@ class Instance:
         return values
 
 
-def scale(variable: Variable) -> float:
+def scale(variable: FmuVariable) -> float:
     """Size of an ordinary value: nominal, else start, else 1."""
     return abs(variable.nominal or 0) or abs(float(variable.start or 0)) or 1.0
 
 
-def within(variable: Variable, value: float) -> float:
+def within(variable: FmuVariable, value: float) -> float:
     """Value held inside the variable's declared range."""
     low = -math.inf if variable.min is None else variable.min
     return min(max(value, low), math.inf if variable.max is None else variable.max)

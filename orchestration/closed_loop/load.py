@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration.machine.read import Named, RolesTable, machine_in
+from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
@@ -69,7 +69,7 @@ _OTHERS = {
     ".fmu": ("an FMU", "check"),
     ".ssv": ("a parameter set", "run", "--parameters"),
 }
-"""What a file that is no scenario is, and the command that reads it, by the file's ending."""
+"""Files of other types by their ending: what each is, and the command that reads it."""
 
 
 def scenario_names() -> list[str]:
@@ -139,7 +139,7 @@ def of_tables(name: str, table: Mapping[str, Any], folder: Path = Path()) -> Sce
         return scenario
     read = read_table(ScenarioFile, table, name)
     drive = read.drive(name, folder)
-    machine = machine_in(Named(read.system, read.roles, name, folder))
+    machine = machine_in(NamedMachine(read.system, read.roles, name, folder))
     # Several scenarios may name the same duty cycle: its title alone would not distinguish them.
     title = f"{name} · {drive.title}" if read.duty else drive.title
     about = f"Duty cycle {drive.name}: {drive.reason}" if read.duty else drive.reason

@@ -31,7 +31,7 @@ from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
 from warmlink.orchestration.master.algorithms import FOLLOWING
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import together
@@ -129,7 +129,7 @@ class ClosedLoop(Answer):
         return tuple(each for each in told if each)
 
     @property
-    def table(self) -> Table:
+    def table(self) -> RecordTable:
         """Every recorded variable, and the tool point's `error` and `uncompensated_error` in m."""
         table = self.result.table
         errors = {"error": self.error, "uncompensated_error": self.uncompensated_error}

@@ -304,9 +304,10 @@ def _print_table(summary: dict[str, Any], head: str, watched: Sequence[str] | No
 
 def _print_rest(summary: dict[str, Any]) -> None:
     for balance in summary["heat_balances"]:
+        unit = f" {balance['unit']}" if balance["unit"] else ""
         answer(
-            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])} {balance['unit'] or ''}, "
-            f"of which {_cell(balance['lost'])} did not reach {balance['received']}"
+            f"heat  {balance['delivered']} {_cell(balance['delivered_total'])}{unit}, "
+            f"of which {_cell(balance['lost'])}{unit} did not reach {balance['received']}"
         )
     if summary["largest_lag_s"]:
         answer(f"largest delay behind the clock  {summary['largest_lag_s']:.3g} s")

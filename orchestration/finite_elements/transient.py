@@ -49,7 +49,7 @@ def held(times: ArrayLike, values: Sequence[float]) -> Course:
 
 
 @dataclass(frozen=True)
-class Drive:
+class HeatDrive:
     """Everything that acts from outside.
 
     `convection` [W/(m2.K)], `ambient` [K], and either `temperature` [K] or `heat_flow` [W] at the heated
@@ -112,7 +112,7 @@ class Fea:
         """The thermo-elastic model, set up when first asked for."""
         return ThermoElasticity(self.body, self._displacement_order)
 
-    def run(self, drive: Drive, times: Array, initial: float) -> History:
+    def run(self, drive: HeatDrive, times: Array, initial: float) -> History:
         """Simulate from a uniform temperature [K] over the times [s], a step from each to the next."""
         return self.history(times, self.fields(drive, times, initial))
 
@@ -121,7 +121,7 @@ class Fea:
         probed = {name: fields @ row for name, row in self.body.probes.items()}
         return History(times, probed, (fields - fields[0]) @ self.elasticity.elongation_row)
 
-    def fields(self, drive: Drive, times: Array, initial: float) -> Array:
+    def fields(self, drive: HeatDrive, times: Array, initial: float) -> Array:
         """Temperatures [K] of such a run at all nodes, shape (times, nodes)."""
         stepper = HeatStepper(self.heat, drive)
         fields = np.full((len(times), self.heat.size), initial)
@@ -134,7 +134,7 @@ class Fea:
 class HeatStepper:
     """Advances nodal temperatures [K] under a drive; prescribed ones are imposed exactly at both stages."""
 
-    def __init__(self, model: HeatModel, drive: Drive) -> None:
+    def __init__(self, model: HeatModel, drive: HeatDrive) -> None:
         self._model, self._drive = model, drive
         self._held = np.empty(0, np.int64) if drive.temperature is None else model.heated_nodes
         self._free = np.setdiff1d(np.arange(model.size), self._held)

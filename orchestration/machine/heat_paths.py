@@ -16,7 +16,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.console import remark, remark_once
 from warmlink.orchestration.fmu_store import FmuStore, store
 from warmlink.orchestration.machine.machine import Machine
-from warmlink.orchestration.machine.read import Named, machine_of, with_roles
+from warmlink.orchestration.machine.read import NamedMachine, machine_of, with_roles
 from warmlink.orchestration.machine.rig import HeatPath, Paths, Rig, owner_of, rig
 from warmlink.orchestration.system.assemble import component, connected, end_of, read_system
 from warmlink.orchestration.system.check import own_unit, variable_of
@@ -39,7 +39,7 @@ def rig_of(
     InputError is raised where there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
-    named = Named(name, None, name, folder).followed()
+    named = NamedMachine(name, None, name, folder).followed()
     if named.path is None and not (paths or looped or changed.fmus):
         return rig(named.system)
     base = built_system(rig(named.system).machine) if named.path is None else read_system(named.path)
@@ -56,7 +56,7 @@ def built_system(machine: Machine, built: FmuStore | None = None) -> System:
 
 
 def rig_in(
-    base: System, paths: Paths = MappingProxyType({}), looped: bool = False, named: Named | None = None
+    base: System, paths: Paths = MappingProxyType({}), looped: bool = False, named: NamedMachine | None = None
 ) -> Rig:
     """Rig of a system of FMUs, with the heat paths that causes may add.
 
@@ -84,7 +84,7 @@ def rig_in(
     )
 
 
-def _with_roles_of(named: Named | None, system: System) -> Machine:
+def _with_roles_of(named: NamedMachine | None, system: System) -> Machine:
     if named is None or (named.path is not None and named.roles is None):
         return machine_of(system)
     if named.roles is not None:
@@ -181,7 +181,7 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
 
 
 def with_values(system: System, values: Mapping[str, float]) -> System:
-    """A system with start values in SI by full name; what is of none of its parts is left out."""
+    """A system with start values in SI by full name; names that match no part are ignored."""
     parts = dict(system.components)
     for name, value in values.items():
         if part := owner_of(parts, name):

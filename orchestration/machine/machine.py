@@ -218,6 +218,16 @@ class Machine:
         kinds = {KINDS.get(kind), *more}
         return [instance for instance, each in self.parts.items() if each in kinds]
 
+    def addressed(self, name: str) -> list[str]:
+        """Variables that a full name stands for: for `compensator.gain` those of all places of a controller.
+
+        A machine whose own part is called `compensator` means that one.
+        """
+        instance, _, variable = name.rpartition(".")
+        if instance != COMPENSATOR or instance in self.parts:
+            return [name]
+        return [f"{each}.{variable}" for each in self.controllers] or [name]
+
     def noisy(self, noise: float) -> dict[str, dict[str, Value]]:
         """Start values of the thermometers that give their readings a noise in K (1 sigma)."""
         channels = {f"noise[{channel}]": noise for channel in range(1, CHANNELS + 1)}

@@ -62,7 +62,7 @@ class RolesTable(Table):
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedMachine:
     """A machine as a file names it: a shipped one, or the path of an SSP with the roles of its variables.
 
     `where` is the name of the file, which stands before an error message; `source` is the path of the file
@@ -80,7 +80,7 @@ class Named:
         """Path of the SSP; None if the machine is shipped."""
         return self.folder / self.system if self.system.lower().endswith(SYSTEMS) else None
 
-    def followed(self) -> Named:
+    def followed(self) -> NamedMachine:
         """What a file names whose path this is: one with the entries `system` and `roles`, as a scenario's.
 
         Raises InputError if there is no such file, or roles are given twice.
@@ -95,10 +95,10 @@ class Named:
         if system.endswith(".toml"):
             raise InputError(f"{path.name}: system: {system}: give an SSP, or the name of a shipped machine")
         read = None if roles is None else read_table(RolesTable, roles, f"{path.name}: roles")
-        return Named(system, read, path.name, path.parent, path)
+        return NamedMachine(system, read, path.name, path.parent, path)
 
 
-def machine_in(named: Named) -> Machine:
+def machine_in(named: NamedMachine) -> Machine:
     """The machine that a file names; raises InputError if there is none, or its roles do not fit it."""
     found = named.followed()
     if found.path is not None:

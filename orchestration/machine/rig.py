@@ -176,7 +176,7 @@ class Rig:
         return next(iter(self.shared.get(self.machine.fed.get(end, ""), ())), "")
 
     def part_of(self, name: str) -> str:
-        """Instance whose variable a full name is; empty where it is none's."""
+        """Instance whose variable a full name is; empty if no instance has it."""
         return owner_of(self.machine.parts, name)
 
     def called(self, part: str) -> list[str]:
@@ -184,7 +184,7 @@ class Rig:
         return [instance for instance in self.machine.called(part) if instance in self.components]
 
     def on_link(self, output: str) -> tuple[str, int] | None:
-        """Link, and element of its `sensor_temperature`, that an output shows; None where it shows none."""
+        """Link, and element of its `sensor_temperature`, that an output shows; None if it shows none."""
         instance, _, variable = output.rpartition(".")
         name, _, element = variable.partition("[")
         at = AT_SENSOR.get(variable, int(element[:-1]) if name == "sensor_temperature" else None)
@@ -238,7 +238,7 @@ class Rig:
         return found
 
     def _seen_by(self, end: str) -> str:
-        """Camera that looks at what comes in at an end; empty where it is none's."""
+        """Camera that looks at what comes in at an end; empty if none does."""
         part = self.part_of(end)
         seen = self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation"
         return part if seen else ""
@@ -257,7 +257,7 @@ class Rig:
         return self.variables[name]
 
     def column_of(self, variable: str) -> str:
-        """Name of a variable's column in a bare CSV file; its own where there is none."""
+        """Name of a variable's column in a bare CSV file; its own name if it has none."""
         return next((column for column, named in self.columns.items() if named == variable), variable)
 
     @cached_property
@@ -282,7 +282,7 @@ def rig(name: str, cells: int = CELLS) -> Rig:
 
 
 def owner_of(parts: Iterable[str], name: str) -> str:
-    """Part whose variable a full name is; empty where it is none's."""
+    """Part whose variable a full name is; empty if no part has it."""
     return max((each for each in parts if name.startswith(f"{each}.")), key=len, default="")
 
 

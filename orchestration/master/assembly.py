@@ -17,7 +17,7 @@ from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Experiment, Slave, SlaveError, nominal
+from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import ModelInfo, read_description
@@ -108,7 +108,7 @@ def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     return (Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave)(name, info, folder)
 
 
-def initialize(network: Network, experiment: Experiment, values: Mapping[str, Mapping[str, Value]]) -> None:
+def initialize(network: Network, experiment: RunSpan, values: Mapping[str, Mapping[str, Value]]) -> None:
     """Set up the experiment, set start values, settle the connected values, leave initialization mode.
 
     The values are in the variables' own units, by slave and variable. They are set when the experiment is set

@@ -77,7 +77,7 @@ def _divides(step_size: float, duration: float) -> bool:
     return abs(round(duration / step_size) * step_size - duration) <= 1e-9 * max(duration, step_size)
 
 
-class Clock:
+class StepClock:
     """Holds each communication point back until its time has come.
 
     The pace is in simulated seconds for each second of wall time. The `lag` is the largest delay of a point

@@ -26,7 +26,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Balance, Result, Statistics, Table
+from warmlink.orchestration.master.recording.result import Balance, RecordTable, Result, Statistics
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.frames import DamagedError, Frames, out_of_reach
 from warmlink.orchestration.master.slaves.other_process import (
@@ -42,7 +42,7 @@ Remark = Callable[[str], None]
 
 ENDING_SECONDS = 10.0
 
-_CLASSES = (Balance, Calls, CommunicationPoints, Result, SlaveStatistics, Statistics, Table)
+_CLASSES = (Balance, Calls, CommunicationPoints, Result, SlaveStatistics, Statistics, RecordTable)
 
 
 def guarded(

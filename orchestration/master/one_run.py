@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from warmlink.orchestration.master.algorithms.algorithm import Schedule, Stepper
 from warmlink.orchestration.master.assembly import Assembly, initialize
-from warmlink.orchestration.master.communication import Clock
+from warmlink.orchestration.master.communication import StepClock
 from warmlink.orchestration.master.compiled.loop import CompiledLoop
 from warmlink.orchestration.master.error_budget import instability
 from warmlink.orchestration.master.guard import Progress
@@ -19,8 +19,8 @@ from warmlink.orchestration.master.recording.recorder import Recorder, StoreErro
 from warmlink.orchestration.master.recording.result import Result, Statistics
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
-from warmlink.orchestration.master.slaves.slave import Experiment, SlaveError, TimedSlave
+from warmlink.orchestration.master.slaves.network import Network, SlaveStates
+from warmlink.orchestration.master.slaves.slave import RunSpan, SlaveError, TimedSlave
 from warmlink.orchestration.master.slaves.under_way import interruption
 
 
@@ -37,10 +37,10 @@ class OneRun:
     stepper: Stepper
     schedule: Schedule | None
     checkpoints: Checkpoints | None
-    clock: Clock | None
+    clock: StepClock | None
     progress: Progress | None
     compiled: bool
-    experiment: Experiment
+    experiment: RunSpan
     _loop: CompiledLoop | None = None
 
     def result(self, keep: Callable[[Result], None], check_stability: bool) -> Result:
@@ -101,7 +101,7 @@ class OneRun:
             return found(*self._stability(schedule, *start))
         return found()
 
-    def _stability(self, schedule: Schedule, first: Snapshot, memory: object) -> tuple[str, ...]:
+    def _stability(self, schedule: Schedule, first: SlaveStates, memory: object) -> tuple[str, ...]:
         """Say whether the run was unstable, or why that is not known; `first` is its beginning."""
 
         def rewind() -> None:

@@ -18,7 +18,7 @@ from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import REPEATABLE, InParts, Retry
 from warmlink.orchestration.master.assembly import Assembly, assemble
-from warmlink.orchestration.master.communication import Clock, CommunicationPoints
+from warmlink.orchestration.master.communication import CommunicationPoints, StepClock
 from warmlink.orchestration.master.compiled.loop import Stepping, choose, obstacle
 from warmlink.orchestration.master.guard import Line, Progress
 from warmlink.orchestration.master.one_run import OneRun
@@ -27,7 +27,7 @@ from warmlink.orchestration.master.recording.recorder import Recorder, is_record
 from warmlink.orchestration.master.recording.result import Balance, Result, heat_balances
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.network import Network
-from warmlink.orchestration.master.slaves.slave import Experiment, Slave, TimedSlave
+from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, TimedSlave
 from warmlink.orchestration.system.model import System
 
 SAME = 1e-9
@@ -185,11 +185,11 @@ class Order:
             hindrance = obstacle(network, recorder) if compiled else None
             if hindrance is not None and self.stepping == "compiled":
                 raise InputError(f"compiled stepping: {hindrance}; choose plain stepping")
-            clock = None if self.pacing is None else Clock(self.pacing)
+            clock = None if self.pacing is None else StepClock(self.pacing)
             compiled = compiled and hindrance is None
             run = OneRun(
                 *(assembly, network, recorder, stepper, schedule, checkpoints, clock, progress, compiled),
-                Experiment(points.start_time, points.stop_time, self.tolerance, algorithm.goes_back),
+                RunSpan(points.start_time, points.stop_time, self.tolerance, algorithm.goes_back),
             )
             about = tuple(balances)
 

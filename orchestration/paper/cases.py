@@ -22,9 +22,9 @@ from warmlink.fmus.plant import ROD_WIRES
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.finite_elements.body import Body
-from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, graded
+from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, History, graded
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
-from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
+from warmlink.orchestration.paper.mesh import RodMesh, paper_assembly
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 RIGID = 1e-4
@@ -41,7 +41,7 @@ _PROBES = {
 
 
 @dataclass(frozen=True)
-class Case:
+class PaperCase:
     """One of the paper's experiments: `shaft`, `ambient` [K], `convection` [W/(m2.K)], `duration` [s]."""
 
     name: str
@@ -51,7 +51,7 @@ class Case:
     duration: float
 
     @classmethod
-    def printed(cls, name: str) -> Case:
+    def printed(cls, name: str) -> PaperCase:
         """Read the case `stationary` or `moving` from the paper's numbers."""
         n = {key: entry.value for key, entry in PAPER[name].items()}
         shaft, ambient = n["shaft"] + ZERO_CELSIUS, n["ambient"] + ZERO_CELSIUS
@@ -67,17 +67,17 @@ class Case:
         """Times [s] whose steps grow after the shaft's temperature jumps."""
         return graded([0.0, self.duration])
 
-    def drive(self, *, radiation: bool = False, lag: float = 0.0) -> Drive:
+    def drive(self, *, radiation: bool = False, lag: float = 0.0) -> HeatDrive:
         """Hold the shaft's temperature; `lag` [s] delays it by a first order."""
 
         def heated(time: float) -> float:
             return self.ambient + self.rise * (-math.expm1(-time / lag) if lag > 0 else 1.0)
 
-        return Drive(self.convection, self.ambient, temperature=heated, radiation=radiation)
+        return HeatDrive(self.convection, self.ambient, temperature=heated, radiation=radiation)
 
 
 @cache
-def fea(assembly: Assembly) -> Fea:
+def fea(assembly: RodMesh) -> Fea:
     """Finite-element model of an assembly, which is made once."""
     return Fea(paper_assembly(assembly))
 
@@ -102,7 +102,7 @@ def follow(
     return History(found.time[kept], probes, values["link.elongation"]), values[heat]
 
 
-def run_link(case: Case, convection: float | None = None) -> History:
+def run_link(case: PaperCase, convection: float | None = None) -> History:
     """Run a case on the link, its base held at the shaft's temperature; `convection` replaces h."""
     properties = ("conductivity", "density", "specific_heat", "expansion_coefficient")
     parameters = {
@@ -134,7 +134,7 @@ class CaseResult:
     `final` are the temperatures [K] at the end at all vertices of the body, `displacement` [m] that there.
     """
 
-    case: Case
+    case: PaperCase
     fea: History
     link: History
     body: Body
@@ -144,9 +144,9 @@ class CaseResult:
     printed: Array
 
 
-def run_case(case: Case) -> CaseResult:
+def run_case(case: PaperCase) -> CaseResult:
     """Run a case as the paper describes it, on its mesh with every element divided in two each way."""
-    model = fea(Assembly(refinement=2))
+    model = fea(RodMesh(refinement=2))
     fields = model.fields(case.drive(), case.times, case.ambient)
     link = MATERIALS["link"]
     depth = np.sqrt(link.diffusivity * np.maximum(case.times, 1e-9))

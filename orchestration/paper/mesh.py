@@ -26,7 +26,7 @@ Circle = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Assembly:
+class RodMesh:
     """What is built around the link, beyond the geometry.
 
     `refinement` divides every element of the paper's mesh into that many along each direction. `pad_gap`
@@ -42,7 +42,7 @@ class Assembly:
     only_link_cooled: bool = False
 
 
-AS_DESCRIBED = Assembly()
+AS_DESCRIBED = RodMesh()
 
 
 def bare_link(refinement: int = 1, g: Geometry = GEOMETRY, material: Material = MATERIALS["link"]) -> Body:
@@ -68,7 +68,7 @@ def bare_link(refinement: int = 1, g: Geometry = GEOMETRY, material: Material = 
     return Body(mesh, {"link": material}, probes, probes["base"], probes["tip"], supports)
 
 
-def paper_assembly(options: Assembly = AS_DESCRIBED, materials: Mapping[str, Material] = MATERIALS) -> Body:
+def paper_assembly(options: RodMesh = AS_DESCRIBED, materials: Mapping[str, Material] = MATERIALS) -> Body:
     """Build link, hollow shaft and laser diode as [1] V describes them.
 
     The outer surface of the shaft behind the link is heated (from `pad_gap` on), its far end fixed. Bore
@@ -111,7 +111,7 @@ def paper_assembly(options: Assembly = AS_DESCRIBED, materials: Mapping[str, Mat
     return Body(mesh, of, probes, probes[origin], probes[target], (Support("fixed"),))
 
 
-def _boundaries(mesh: Any, options: Assembly) -> dict[str, Any]:
+def _boundaries(mesh: Any, options: RodMesh) -> dict[str, Any]:
     g, outer = GEOMETRY, mesh.boundary_facets()
     middle = mesh.p[:, mesh.facets[:, outer]].mean(axis=1)
     on_shaft, on_link = (np.isin(mesh.f2t[0, outer], mesh.subdomains[name]) for name in ("shaft", "link"))

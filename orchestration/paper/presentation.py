@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.figures import figures
-from warmlink.orchestration.paper.reproduce import Reproduction, Row
-from warmlink.orchestration.paper.tried import Attempt
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.paper.reproduce import PaperRow, Reproduction
+from warmlink.orchestration.paper.tried import TriedModel
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -41,8 +41,8 @@ def write_report(result: Reproduction, path: Path) -> None:
         [f"{a.run}: {a.body}", *(signed(value, 2) for value in (a.base, a.tip, a.elongation))]
         for a in result.agreements
     ]
-    meshes = Table(("body", "refinement", "tip [°C]", "elongation [µm]"), refined)
-    compared = Table(("run: 3-D body", "base [K]", "tip [K]", "elongation [%]"), agreed)
+    meshes = PageTable(("body", "refinement", "tip [°C]", "elongation [µm]"), refined)
+    compared = PageTable(("run: 3-D body", "base [K]", "tip [K]", "elongation [%]"), agreed)
     sections = [
         *_answers(result),
         *(Section(heading, figure=figure) for heading, figure in figures(result).items()),
@@ -89,8 +89,10 @@ def _answers(result: Reproduction) -> list[Section]:
         rows = [_numbers(row) for row in result.rows if row.case == case]
         attempts = [_attempt(each) for each in result.attempts if each.case == case]
         texts = ("", "") if first else (_SOURCES, _TRIED)
-        numbers.append(Section(f"The paper's numbers and ours: {case} case", texts[0], Table(_NUMBERS, rows)))
-        tried.append(Section(f"What was tried: {case} case", texts[1], Table(_ATTEMPTS, attempts)))
+        numbers.append(
+            Section(f"The paper's numbers and ours: {case} case", texts[0], PageTable(_NUMBERS, rows))
+        )
+        tried.append(Section(f"What was tried: {case} case", texts[1], PageTable(_ATTEMPTS, attempts)))
     held = ((f"{'holds' if s.holds else 'does not hold'}: {s.claim}", s) for s in result.statements)
     disagreements, *others = (
         Section(heading, "\n".join(BULLET + readable(each) for each in sentences))
@@ -103,7 +105,7 @@ def _answers(result: Reproduction) -> list[Section]:
     return [*numbers, disagreements, *tried, *others]
 
 
-def _numbers(row: Row) -> list[str]:
+def _numbers(row: PaperRow) -> list[str]:
     digits, percent = 0 if row.unit == "s" else 1, row.difference_percent
     values = (row.measured, row.predicted, row.printed_eq4, row.corrected, row.link, row.fea)
     return [
@@ -114,7 +116,7 @@ def _numbers(row: Row) -> list[str]:
     ]
 
 
-def _attempt(a: Attempt) -> list[str]:
+def _attempt(a: TriedModel) -> list[str]:
     plain = (f"{value:.1f}" for value in (a.base, a.tip, a.elongation))
     return [a.name, *plain, signed(a.effect), signed(a.left), f"{a.steady:.0f}"]
 
@@ -174,7 +176,7 @@ def _materials() -> Section:
     lengths = {name.replace("_", " "): 1e3 * getattr(GEOMETRY, name) for name in GEOMETRY.assumed}
     assumed = ", ".join(f"{name} {length:.4g} mm" for name, length in lengths.items())
     text = f"Properties: Table I. Not given in the paper and assumed here: {assumed}."
-    return Section("Materials and geometry", text, Table(("property", *(m.name for m in held)), rows))
+    return Section("Materials and geometry", text, PageTable(("property", *(m.name for m in held)), rows))
 
 
 def _lead(result: Reproduction) -> str:

@@ -19,15 +19,15 @@ from warmlink.orchestration.console import Answer
 from warmlink.orchestration.finite_elements.transient import History
 from warmlink.orchestration.paper import tried as trying
 from warmlink.orchestration.paper.cases import (
-    Case,
     CaseResult,
+    PaperCase,
     front_profile,
     run_case,
     run_link,
     steady_time,
 )
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
-from warmlink.orchestration.paper.tried import Agreement, Attempt, Consistency, Refinement
+from warmlink.orchestration.paper.tried import Agreement, Consistency, Refinement, TriedModel
 from warmlink.orchestration.progress import Progress, spinner, stretch
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -39,7 +39,7 @@ CAMERA_SUPPORT, CAMERA_EXPANSION = 0.1, 23.6e-6
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """A number of the paper, where it is printed, and ours for it; None where a column has no such number."""
 
     place: str
@@ -84,9 +84,9 @@ class Statement(NamedTuple):
 class Reproduction(Answer):
     """Everything that `warmlink reproduce` shows; `pad_gaps` as of `try_everything`."""
 
-    rows: Sequence[Row]
+    rows: Sequence[PaperRow]
     statements: Sequence[Statement]
-    attempts: Sequence[Attempt]
+    attempts: Sequence[TriedModel]
     pad_gaps: Mapping[str, float]
     consistency: Sequence[Consistency]
     findings: Sequence[str]
@@ -133,7 +133,7 @@ def reproduce(progress: Progress | None = None) -> Reproduction:
     cases = {}
     for share, name in ((0.0, "stationary"), (0.14, "moving")):
         progress(f"the {name} case", share)
-        cases[name] = run_case(Case.printed(name))
+        cases[name] = run_case(PaperCase.printed(name))
     attempts, gaps = trying.try_everything(stretch(progress, 0.2, 0.45))
     progress("refined meshes", 0.45)
     refined = trying.refinements()
@@ -146,7 +146,7 @@ def reproduce(progress: Progress | None = None) -> Reproduction:
     )
 
 
-def _rows(cases: Mapping[str, CaseResult], attempts: Sequence[Attempt]) -> list[Row]:
+def _rows(cases: Mapping[str, CaseResult], attempts: Sequence[TriedModel]) -> list[PaperRow]:
     """Rows of Tables II and III and of the temperatures and times in the text, each with its sentence."""
     still, moving = cases["stationary"], cases["moving"]
     tried = {name: {a.name: a for a in attempts if a.case == name} for name in cases}
@@ -199,20 +199,20 @@ def _row(
     note: str,
     printed: Mapping[str, str],
     **ours: float,
-) -> Row:
+) -> PaperRow:
     """Row of numbers that the paper prints, by column the names they have in `PAPER`, and of both models'."""
     paper = {column: PAPER[result.case.name][name] for column, name in printed.items()}
     values = {column: each.value for column, each in paper.items()}
     place = next(iter(paper.values())).place
     link, fea = of(result.link), of(result.fea)
-    return Row(place, result.case.name, quantity, unit, link, fea, note, **values, **ours)
+    return PaperRow(place, result.case.name, quantity, unit, link, fea, note, **values, **ours)
 
 
 def _both(what: str) -> dict[str, str]:
     return {column: f"{what}_{column}" for column in ("measured", "predicted")}
 
 
-def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
+def _elongation_row(result: CaseResult, tried: Mapping[str, TriedModel]) -> PaperRow:
     left = tried["all of these together"].left
     warming = left * 1e-6 / (CAMERA_EXPANSION * CAMERA_SUPPORT)
     less = {name: f"{-a.effect:.1f} um" for name, a in tried.items()}
@@ -231,7 +231,7 @@ def _elongation_row(result: CaseResult, tried: Mapping[str, Attempt]) -> Row:
     )
 
 
-def _temperature_row(result: CaseResult, where: str, note: str) -> Row:
+def _temperature_row(result: CaseResult, where: str, note: str) -> PaperRow:
     case, position = result.case, 0.0 if where == "base" else GEOMETRY.span
     # A semi-infinite solid whose surface is raised at t = 0 (Carslaw and Jaeger, chapter 2).
     depth = math.sqrt(MATERIALS["link"].diffusivity * case.duration)
@@ -282,7 +282,7 @@ def _statements(cases: Mapping[str, CaseResult]) -> list[Statement]:
 
 
 def _findings(
-    attempts: Sequence[Attempt], gaps: Mapping[str, float], consistent: Sequence[Consistency]
+    attempts: Sequence[TriedModel], gaps: Mapping[str, float], consistent: Sequence[Consistency]
 ) -> list[str]:
     """What the attempts come to, in sentences with their computed figures."""
     camera = Instance(DRIFT_CAMERA)

@@ -23,10 +23,10 @@ from warmlink.fmus.component.reference import Phase
 from warmlink.fmus.plant import demand, plant
 from warmlink.fmus.thermal_link.component import COMPONENT as LINK
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.finite_elements.transient import Drive, Fea, History, held
-from warmlink.orchestration.paper.cases import Case, fea, follow, run_link, steady_time
+from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, History, held
+from warmlink.orchestration.paper.cases import PaperCase, fea, follow, run_link, steady_time
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
-from warmlink.orchestration.paper.mesh import Assembly, bare_link, paper_assembly
+from warmlink.orchestration.paper.mesh import RodMesh, bare_link, paper_assembly
 from warmlink.orchestration.progress import Progress
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -35,7 +35,7 @@ HEATER_LAG = 180.0
 
 
 @dataclass(frozen=True)
-class Attempt:
+class TriedModel:
     """One change to the 3-D model and what came out after an hour, in um, degC and s.
 
     `effect` is that on the elongation against the model as described, `left` what is above the measured one.
@@ -62,14 +62,14 @@ class Consistency:
     printed: float
 
 
-def try_everything(progress: Progress) -> tuple[list[Attempt], dict[str, float]]:
+def try_everything(progress: Progress) -> tuple[list[TriedModel], dict[str, float]]:
     """Run every attempt on both cases; give them, and the pad gaps [m] `without` and `with` radiation."""
     progress("gaps below the pad", 0.0)
     gaps = {"without": _gap_for_printed_base(False), "with": _gap_for_printed_base(True)}
-    attempts: list[Attempt] = []
+    attempts: list[TriedModel] = []
     for share, case in ((0.4, "stationary"), (0.7, "moving")):
         progress(f"attempts at the {case} case", share)
-        attempts += _attempts(Case.printed(case), gaps)
+        attempts += _attempts(PaperCase.printed(case), gaps)
     return attempts, gaps
 
 
@@ -98,11 +98,11 @@ def consistency() -> list[Consistency]:
     return found
 
 
-def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
+def _attempts(case: PaperCase, gaps: dict[str, float]) -> list[TriedModel]:
     radiation, lag, joint = {"radiation": True}, {"lag": HEATER_LAG}, {"pad_gap": gaps["with"]}
     shorter = {"elongation_at": "clear"}
     measured = PAPER[case.name]["elongation_measured"].value
-    attempts: list[Attempt] = []
+    attempts: list[TriedModel] = []
     tried: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
         ("as described", {}, {}),
         ("radiation", radiation, {}),
@@ -114,22 +114,22 @@ def _attempts(case: Case, gaps: dict[str, float]) -> list[Attempt]:
         ("all of these together", radiation | lag, joint | shorter),
     )
     for name, driven, built in tried:
-        run = fea(Assembly(**built)).run(case.drive(**driven), case.times, case.ambient)
+        run = fea(RodMesh(**built)).run(case.drive(**driven), case.times, case.ambient)
         effect = run.growth - (attempts[0].elongation if attempts else run.growth)
         ends, steady = (run.end("base"), run.end("tip")), steady_time(run.time, run.elongation)
-        attempts.append(Attempt(case.name, name, run.growth, *ends, effect, run.growth - measured, steady))
+        attempts.append(TriedModel(case.name, name, run.growth, *ends, effect, run.growth - measured, steady))
     return attempts
 
 
 def _gap_for_printed_base(radiation: bool) -> float:
     """Bare shaft [m] between pad and link that brings the link to its measured temperature there."""
-    case = Case.printed("moving")
+    case = PaperCase.printed("moving")
     wanted = PAPER["moving"]["base_measured"].value + ZERO_CELSIUS
     drive = case.drive(radiation=radiation)
 
     def surplus(gap: float) -> float:
         # Not by `fea`, which would keep a model of each gap tried.
-        model = Fea(paper_assembly(Assembly(pad_gap=gap)))
+        model = Fea(paper_assembly(RodMesh(pad_gap=gap)))
         return float(model.fields(drive, case.times, case.ambient)[-1] @ model.body.probes["base"]) - wanted
 
     return float(np.round(brentq(surplus, 5e-4, 2e-2, xtol=1e-5), 6))
@@ -176,7 +176,7 @@ class Refinement:
 def agreements(progress: Progress) -> list[Agreement]:
     """Compare the link alone and with what is attached to it, over two cases and three duty cycles."""
     storeless = {**MATERIALS, "shaft": replace(MATERIALS["shaft"], specific_heat=1e-2)}
-    with_shaft, with_diode = (Assembly(diode=diode, elongation_at="centre") for diode in (False, True))
+    with_shaft, with_diode = (RodMesh(diode=diode, elongation_at="centre") for diode in (False, True))
     bodies = {
         "link alone": bare_link(2),
         "with shaft": paper_assembly(with_shaft),
@@ -184,7 +184,7 @@ def agreements(progress: Progress) -> list[Agreement]:
         "with a shaft that stores no heat": paper_assembly(with_shaft, storeless),
     }
     models = {name: Fea(body, displacement_order=1) for name, body in bodies.items()}
-    cases = [Case.printed(name) for name in ("stationary", "moving")]
+    cases = [PaperCase.printed(name) for name in ("stationary", "moving")]
     runs = {case.name: (case.drive(), run_link(case)) for case in cases}
     runs |= {name: duty_drive(phases) for name, phases in DUTY_CYCLES.items()}
     found = []
@@ -204,14 +204,14 @@ def agreements(progress: Progress) -> list[Agreement]:
     return found
 
 
-def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
+def duty_drive(phases: Sequence[Phase]) -> tuple[HeatDrive, History]:
     """Run motor and 1-D link as one system; give their heat flow as a drive, and the link's course."""
     starts = np.cumsum([0.0, *(phase.duration for phase in phases)])
     link, flow = follow(plant(), phases, SAMPLE * np.arange(starts[-1] / SAMPLE + 0.5), SAMPLE)
     nominal = Instance(LINK)
     still, per_speed = nominal.get("convection_still"), nominal.get("convection_per_speed")
     speeds = [phase.inputs["link.speed"] * GEOMETRY.span / 2 for phase in phases]
-    drive = Drive(
+    drive = HeatDrive(
         convection=held(starts[:-1], [still + per_speed * speed for speed in speeds]),
         ambient=AMBIENT,
         heat_flow=lambda time: float(np.interp(time, link.time, flow)),
@@ -221,11 +221,11 @@ def duty_drive(phases: Sequence[Phase]) -> tuple[Drive, History]:
 
 def refinements() -> list[Refinement]:
     """Convergence on the assembly (8-node displacement, to afford three meshes) and on the link alone."""
-    case = Case.printed("moving")
-    heated = Drive(case.convection, case.ambient, heat_flow=1.7)
+    case = PaperCase.printed("moving")
+    heated = HeatDrive(case.convection, case.ambient, heat_flow=1.7)
     minutes = np.linspace(0.0, 3600.0, 61)
     runs = [
-        *(("assembly", n, fea(Assembly(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
+        *(("assembly", n, fea(RodMesh(refinement=n)).body, case.drive(), case.times) for n in (1, 2, 3)),
         *(("link alone, 1.7 W", n, bare_link(n), heated, minutes) for n in (1, 2, 4)),
     ]
     found = []

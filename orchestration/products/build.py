@@ -18,7 +18,7 @@ from warmlink.orchestration.closed_loop.belief import judged
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
-from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.fmu_store import BuildProgress
 from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.scenario import Scenario
@@ -202,7 +202,7 @@ class _Making:
         built: list[Path] = []
         if self.kind != "native":
             with progress_bar("Python FMUs") as progress:
-                at_work = AtWork(progress, len(chosen))
+                at_work = BuildProgress(progress, len(chosen))
                 for each in chosen:
                     at_work.begun(each.component.name)
                     built += build_python_fmus([each], self.out / "python", at_work.done)
@@ -220,7 +220,7 @@ def _build_native(components: Sequence[Entry], how: _Making) -> list[Path]:
     chosen = platforms_named(how.platforms)
     built: list[Path] = []
     with progress_bar("native FMUs") as progress:
-        at_work = AtWork(progress, len(components) * len(how.versions))
+        at_work = BuildProgress(progress, len(components) * len(how.versions))
         for version in how.versions:
             folder = how.out / "native" / f"fmi{version[0]}"
             built += build_native_fmus(

@@ -148,7 +148,7 @@ class Tried(NamedTuple):
     worst: int
 
 
-class Responses:
+class PartResponses:
     """Step responses of a part in its span, and the error of what it is reduced to within a range."""
 
     def __init__(self, heat: Heat, within: Range) -> None:

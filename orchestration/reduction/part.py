@@ -31,7 +31,15 @@ from warmlink.orchestration.check.fmu import check_fmu
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.reduction.elements import Elements, Heat, Use
-from warmlink.orchestration.reduction.order import SAFETY, Range, Responses, Tried, separated, span, volume
+from warmlink.orchestration.reduction.order import (
+    SAFETY,
+    PartResponses,
+    Range,
+    Tried,
+    separated,
+    span,
+    volume,
+)
 from warmlink.orchestration.reduction.solid import SOLIDS, read_solid
 
 COARSER = (2.0, 2**0.5)
@@ -128,7 +136,7 @@ def reduce_part(
     patterns = span(elements.heat, within)
     dense = elements.heat.onto(patterns)
     progress("choosing the order", 0.4)
-    search = Responses(dense, within).choose(order)
+    search = PartResponses(dense, within).choose(order)
     progress("coarser meshes", 0.5)
     coarser = [elements.linear()]
     if path.suffix.lower() in SOLIDS:
@@ -204,7 +212,7 @@ def _error_gain(gains: Array, groups: int) -> Array:
 
 
 def tool_error(model: ReducedModel) -> Callable[[Array], float]:
-    """Error of the tool point in m (1 sigma) by rows that give, from a link's patterns, what is read in K."""
+    """Error of the tool point in m (1 sigma), for sensors whose readings are these rows times the modes."""
     joined = join("Plant", {"motor": MOTOR, "link": reduced_link("Link", model)}, WIRES)
     plant = plant_model(Plant(joined, {}, ("motor",), ("link",), {}, {"link.elongation": 1.0}))
     root = np.sqrt(plant.heat_capacity)

@@ -112,7 +112,7 @@ def point(text: str, name: str) -> Array:
 
 
 def read_solid(path: Path, unit: str | None = None, size: float | None = None, coarser: float = 1.0) -> Solid:
-    """Mesh of a part; InputError where its file is none of one closed solid of a believable size.
+    """Mesh of a part; InputError if its file does not hold exactly one closed solid of plausible size.
 
     The file is STEP, or a mesh of tetrahedra (.msh, .inp), whose `unit` is said. Elements have a `size` [m],
     by default the thickness of thin walls; `coarser` is a factor on all sizes, those around bores included.
@@ -284,7 +284,7 @@ def _patches(mesh: Any, facets: Integers) -> list[Integers]:
 
 
 def _connected(a: Integers, b: Integers, count: int) -> Integers:
-    """Number of the group, from 0 on, of each of so many things, of which a[i] and b[i] are joined."""
+    """Connected-component labels, from 0, of a graph of so many nodes with the edges a[i]-b[i]."""
     joined = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
     return np.asarray(connected_components(joined, directed=False)[1])
 

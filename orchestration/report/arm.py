@@ -13,7 +13,7 @@ from warmlink.orchestration.arm.errors import ArmErrors, Workspace, by_name, col
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.report.figures import styled, time_plot
-from warmlink.orchestration.report.page import Section, Table
+from warmlink.orchestration.report.page import PageTable, Section
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -71,7 +71,7 @@ def sections(outcome: ClosedLoop) -> list[Section]:
     ]
 
 
-def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
+def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> PageTable:
     kinds = {NO_CONTROLLER: errors.growth, outcome.controller: errors.left}
     shares = [by_name(1e6 * errors.by_axis(each)) for each in kinds.values()]
     largest = by_name(1e6 * errors.growth.max(axis=0))
@@ -82,7 +82,7 @@ def _axes_table(outcome: ClosedLoop, errors: ArmErrors) -> Table:
     ]
     rows.append(["all", "", "", *(f"{sum(of.values()):.2f} µm" for of in shares)])
     adds = (f"adds: {name}" for name in kinds)
-    return Table(("axis", "growth, at most", "left of it, at most", *adds), rows)
+    return PageTable(("axis", "growth, at most", "left of it, at most", *adds), rows)
 
 
 def moments(outcome: ClosedLoop) -> list[int]:

@@ -14,7 +14,7 @@ from warmlink.orchestration.closed_loop.metrics import ErrorMetrics
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.machine.machine import Machine, Plots
 from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.report.page import Section, Table, unwrapped, write_page
+from warmlink.orchestration.report.page import PageTable, Section, unwrapped, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -58,7 +58,7 @@ def write_report(outcome: ClosedLoop, path: Path, live_page: str = "") -> None:
         text = "Drag the duty cycle, move parameters, give thermometers faults, and see the error at once."
         sections.insert(-2, Section("Try it", text, page=live_page))
     if statistics.slaves:
-        table = Table(*statistics.table())
+        table = PageTable(*statistics.table())
         sections.append(Section("Calls of each FMU", f"{statistics.summary()}.", table))
     write_page(path, f"{scenario.title} · {outcome.controller}", _lead(outcome), sections)
 
@@ -100,7 +100,7 @@ def _lead(outcome: ClosedLoop) -> str:
     )
 
 
-def _figures(outcome: ClosedLoop) -> Table:
+def _figures(outcome: ClosedLoop) -> PageTable:
     kinds = outcome.uncompensated, outcome.metrics
     rows = [
         ("largest error", *(f"{each.max_abs_um:.2f} µm" for each in kinds)),
@@ -119,7 +119,7 @@ def _figures(outcome: ClosedLoop) -> Table:
             ("its largest leap in one step", f"{told.leap_um:.2g} µm"),
         )
     ]
-    return Table(("", NO_CONTROLLER, outcome.controller), rows)
+    return PageTable(("", NO_CONTROLLER, outcome.controller), rows)
 
 
 def _since(metrics: ErrorMetrics) -> str:
@@ -128,7 +128,7 @@ def _since(metrics: ErrorMetrics) -> str:
     return "start" if metrics.time_to_tolerance_s == 0 else f"{metrics.time_to_tolerance_s / 60:.1f} min"
 
 
-def _budget(outcome: ClosedLoop) -> Table:
+def _budget(outcome: ClosedLoop) -> PageTable:
     errors = {
         f"coupling error of {listed(outcome.scenario.machine.roles.plant)}": outcome.coupling_error_um,
         "discretisation error of any elongation": outcome.discretisation_error_um,
@@ -141,10 +141,10 @@ def _budget(outcome: ClosedLoop) -> Table:
         held = f"{audit.total:.3g} J ({share:.2g} of the heat delivered)"
         rows.append((f"heat balance over the run: {ends}", held))
         rows.append(("largest imbalance of this kind in one step", f"{audit.largest_step:.3g} J"))
-    return Table(("", "value"), rows)
+    return PageTable(("", "value"), rows)
 
 
-def _settings(outcome: ClosedLoop) -> Table:
+def _settings(outcome: ClosedLoop) -> PageTable:
     scenario = outcome.scenario
     rows = {
         "scenario": scenario.name,
@@ -159,7 +159,7 @@ def _settings(outcome: ClosedLoop) -> Table:
         "computed in": f"{outcome.wall_seconds:.2f} s",
         "communication points": f"{np.size(outcome.time)}",
     }
-    return Table(("setting", "value"), [*rows.items()])
+    return PageTable(("setting", "value"), [*rows.items()])
 
 
 def _changed(scenario: Scenario) -> dict[str, str]:

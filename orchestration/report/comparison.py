@@ -8,7 +8,7 @@ from typing import Any
 
 from warmlink.orchestration.closed_loop.metrics import CONDUCT, shown_percent
 from warmlink.orchestration.report.figures import heat_map
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.scenarios import mismatch as mismatches
 from warmlink.orchestration.scenarios.mismatch import NOMINAL
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
@@ -58,12 +58,12 @@ def write_comparison(comparison: Comparison, path: Path) -> None:
             "its correction moves to and fro in an hour, and how far it leaps in one step.",
             table=_conduct(comparison),
         ),
-        Section("Mismatches", table=Table(("mismatch", "what differs"), differing)),
+        Section("Mismatches", table=PageTable(("mismatch", "what differs"), differing)),
         Section(
             "Every run",
             "Equal within: bound of the coupling error by a run with half the step, plus the link's own "
             "estimate of its grid's error. Scores that differ by less are equal.",
-            table=Table(_HEADINGS, [_cells(row) for row in comparison.rows.values()]),
+            table=PageTable(_HEADINGS, [_cells(row) for row in comparison.rows.values()]),
         ),
     ]
     write_page(path, "Controllers compared", _lead(comparison), sections)
@@ -119,17 +119,17 @@ def _cell(row: Row) -> str:
     return f"{error}<br>{shown_percent(row.removed_percent)}"
 
 
-def _won(comparison: Comparison) -> Table:
+def _won(comparison: Comparison) -> PageTable:
     mismatch = NOMINAL if NOMINAL in comparison.mismatches else comparison.mismatches[0]
     lines = []
     for duty in comparison.duty_cycles:
         rows = [comparison.row(name, duty, mismatch) for name in comparison.controllers]
         best = f"{rows[0].outcome.warm_up_first_min:.0f}"
         lines.append((duty, best, *(f"{row.minutes_won:+.0f}" for row in rows)))
-    return Table((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
+    return PageTable((f"duty cycle ({mismatch})", "warming up first", *comparison.controllers), lines)
 
 
-def _conduct(comparison: Comparison) -> Table:
+def _conduct(comparison: Comparison) -> PageTable:
     """A line for each controller that finished a run."""
     headings = ("ready [%]", "of it wrong [%]", "fine, not ready [%]", "travel [µm/h]", "leap [µm]")
     lines = []
@@ -140,7 +140,7 @@ def _conduct(comparison: Comparison) -> Table:
             every = [[getattr(each, of) for each in ran] for of in CONDUCT]
             shown = min(every[0]), *map(max, every[1:])
             lines.append((name, *(f"{value:.3g}" if value < 1e3 else f"{value:.0f}" for value in shown)))
-    return Table(("controller", *headings), lines)
+    return PageTable(("controller", *headings), lines)
 
 
 def _about(name: str) -> str:

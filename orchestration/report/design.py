@@ -15,7 +15,7 @@ from warmlink.controllers.design.steady import steady, worth
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import Values
 from warmlink.orchestration.report.figures import COLOURS, DASHES, chart, styled
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 if TYPE_CHECKING:
     import control
@@ -48,7 +48,7 @@ def write_report(
         Section(
             "Time constants of the plant",
             "How long it takes a pattern of temperatures to fall to 37 %.",
-            Table(("pattern", *(heading for heading, _ in columns)), rows),
+            PageTable(("pattern", *(heading for heading, _ in columns)), rows),
         ),
         *bode,
         Section(
@@ -86,17 +86,17 @@ def _filter(plant: LinearPlant, reduced: ReducedPlant, values: Values) -> list[S
         Section(
             "Expected error, and which thermometers are worth their cable",
             f"{when}: {1e6 * found.error:.3g} µm (1 sigma), the reduction's error included. With fewer:",
-            Table(("thermometers", "expected error [µm]"), errors),
+            PageTable(("thermometers", "expected error [µm]"), errors),
         ),
         Section(
             "Gains of the filter",
             "How fast the correction moves for each kelvin by which a reading surprises the filter.",
-            Table(("thermometer", "noise [K]", "gain [µm/s/K]"), gains),
+            PageTable(("thermometer", "noise [K]", "gain [µm/s/K]"), gains),
         ),
         Section(
             "Poles of the filter",
             "As time constants: how long an error of its estimate takes to fall to 37 %.",
-            Table(("pole", "time constant [min]"), poles),
+            PageTable(("pole", "time constant [min]"), poles),
         ),
     ]
 

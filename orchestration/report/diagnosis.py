@@ -33,7 +33,7 @@ from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.ladder import ladder_sections
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.results import ASKED, results_folder
 from warmlink.orchestration.scenarios.scenario import DEFAULT_TOLERANCE
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
@@ -98,7 +98,7 @@ def _growing(diagnosis: Diagnosis) -> str:
 def _calibrated(diagnosis: Diagnosis) -> list[Section]:
     rows = [(*_number(c.name, asdict(c)), ", ".join(c.alike) or "-") for c in calibration(diagnosis)]
     text = "Numbers that every model fits, as the experiment asks; here those of the model to use."
-    told, table = [text, *calibration_doubts(diagnosis)], Table((*_NUMBER, "not told apart from"), rows)
+    told, table = [text, *calibration_doubts(diagnosis)], PageTable((*_NUMBER, "not told apart from"), rows)
     return [Section("Calibrated", "\n".join(told), table, warning=met_bounds(diagnosis))] if rows else []
 
 
@@ -115,7 +115,7 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
         rows = [_number(*each) for each in cause_entry(diagnosis, item)["parameters"].items()]
         cause = item.cause
         text = f"{cause.sentence}\nIt looks like this: {cause.looks_like}.\nCheck: {cause.check}"
-        table = Table(_NUMBER, rows)
+        table = PageTable(_NUMBER, rows)
         sections.append(Section(item.title, text, table))
     profiles = profiles_of(diagnosis.assessment) if diagnosis.causes else []
     if profiles:
@@ -125,17 +125,17 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     return sections
 
 
-def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> Table:
+def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> PageTable:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]
         formats = ("{rmse:.3g}", "{noise:.2g}", "{bias:+.2g}", "{whiteness_p:.2g}")
         numbers = [text.format(**each) for text in formats]
         rows.append((f"{name} [{each['unit']}]", *numbers, [*each["when"], "-"][0], [*follows, "-"][0]))
-    return Table(("channel", "RMSE", "noise", "bias", "whiteness", "wrong when", "follows"), rows)
+    return PageTable(("channel", "RMSE", "noise", "bias", "whiteness", "wrong when", "follows"), rows)
 
 
-def _ranking(diagnosis: Diagnosis) -> Table:
+def _ranking(diagnosis: Diagnosis) -> PageTable:
     search, best = diagnosis.assessment.search, diagnosis.assessment.best
     fits = sorted(search.fits.values(), key=lambda fit: fit.chi2 + search.penalty(fit.items))[:_RANKED]
     rows = [(fit.key, f"{fit.chi2:.1f}", _reason(diagnosis, fit)) for fit in fits]
@@ -144,7 +144,7 @@ def _ranking(diagnosis: Diagnosis) -> Table:
             worse = f"not fitted: expected to be {_worse(each.chi2 - best.chi2)}"
             rows.append((each.key, f"about {each.chi2:.1f}", worse))
     titled = [(" + ".join(sorted(key)) or "as it stands", *others) for key, *others in rows]
-    return Table(("causes", "chi-square", "why not"), titled)
+    return PageTable(("causes", "chi-square", "why not"), titled)
 
 
 def _reason(diagnosis: Diagnosis, fit: Fit) -> str:
@@ -172,7 +172,7 @@ def _next(proposed: Proposed) -> Section:
     for stage in cycle:
         pad = "-" if np.isnan(stage.pad) else f"{stage.pad - ZERO_CELSIUS:.0f}"
         rows.append((f"{stage.duration / 60:.0f}", f"{stage.speed:.2f}", f"{stage.torque:.1f}", pad))
-    table = Table(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
+    table = PageTable(("minutes", "speed [rad/s]", "torque [N.m]", "pad [degC]"), rows) if rows else None
     text = proposed.why
     if proposed.expected_chance is not None:
         text += (
@@ -218,10 +218,10 @@ def _beyond(diagnosis: Diagnosis) -> list[Section]:
     )
     within = f"within ±{1e6 * DEFAULT_TOLERANCE:g} µm"
     headings = ("duty cycle", "largest [µm]", "changed by [µm]", "95 % band [µm]", within)
-    return [Section("Other duty cycles", text, Table(headings, rows))]
+    return [Section("Other duty cycles", text, PageTable(headings, rows))]
 
 
-def _gain_table(diagnosis: Diagnosis) -> Table:
+def _gain_table(diagnosis: Diagnosis) -> PageTable:
     rows = []
     for word, heldout in (("fitted rows", False), ("held-out rows", True)):
         errors = errors_in_noise(diagnosis, diagnosis.adopted, heldout)
@@ -236,7 +236,7 @@ def _gain_table(diagnosis: Diagnosis) -> Table:
             (f"{run}: {name} [{each['unit']}]", f"{each['rmse_before']:.3g}", f"{each['rmse_after']:.3g}")
             for name, each in channels.items()
         ]
-    return Table(("RMSE (95 % interval)", "before", "after"), rows)
+    return PageTable(("RMSE (95 % interval)", "before", "after"), rows)
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
@@ -251,7 +251,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.remainder)
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.delivery.remainder)
         _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-class Look(NamedTuple):
+class LineLook(NamedTuple):
     """How a line is drawn: its colour on white and on dark paper, and the lengths of its dashes in pixels."""
 
     colour: str
@@ -24,12 +24,12 @@ class Look(NamedTuple):
 
 
 LOOKS = (
-    Look("#5b6577", "#aab3c2", ""),
-    Look("#0072b2", "#56b4e9", "8 4"),
-    Look("#c04f00", "#ff9c5b", "2 3"),
-    Look("#00795a", "#3fc79a", "10 3 2 3"),
-    Look("#a8457c", "#e79ac4", "14 4"),
-    Look("#8a6100", "#e6b422", "14 3 2 3 2 3"),
+    LineLook("#5b6577", "#aab3c2", ""),
+    LineLook("#0072b2", "#56b4e9", "8 4"),
+    LineLook("#c04f00", "#ff9c5b", "2 3"),
+    LineLook("#00795a", "#3fc79a", "10 3 2 3"),
+    LineLook("#a8457c", "#e79ac4", "14 4"),
+    LineLook("#8a6100", "#e6b422", "14 3 2 3 2 3"),
 )
 """Looks of lines, told apart by colours and, by those who do not see them, by dashes."""
 

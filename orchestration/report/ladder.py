@@ -7,7 +7,7 @@ from typing import Any
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.ladder import ladder_lines, rows_of, table_of
 from warmlink.orchestration.report.figures import styled
-from warmlink.orchestration.report.page import Section, Table
+from warmlink.orchestration.report.page import PageTable, Section
 
 _IN_A_ROW = 4
 """Channels side by side."""
@@ -26,7 +26,7 @@ def ladder_sections(diagnosis: Diagnosis) -> list[Section]:
         "other thermometers as well, so that it answers another question."
     )
     told = "\n".join((*ladder_lines(diagnosis), text))
-    return [Section("How well it predicts", told, Table(headings, rows), _figure(diagnosis))]
+    return [Section("How well it predicts", told, PageTable(headings, rows), _figure(diagnosis))]
 
 
 def _figure(diagnosis: Diagnosis) -> Any:

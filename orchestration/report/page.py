@@ -28,7 +28,7 @@ PACKAGES = ("warmlink", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "plotly
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """Rows of text under headings; the first column is read as names, the others as figures."""
 
     headings: Sequence[str]
@@ -45,7 +45,7 @@ class Section:
 
     heading: str
     text: str = ""
-    table: Table | None = None
+    table: PageTable | None = None
     figure: Any = None
     beside: Any = None
     warning: str = ""
@@ -104,14 +104,14 @@ def _breakable(text: object) -> Markup:
     return shown if "<" in shown else Markup(re.sub(r"(?<=\w)([._])(?=[a-z])", r"\1<wbr>", str(shown)))
 
 
-def _versions() -> Table:
+def _versions() -> PageTable:
     rows = [("Python", platform.python_version()), ("machine", f"{platform.system()} {platform.machine()}")]
     for package in PACKAGES:
         try:
             rows.append((package, metadata.version(package)))
         except metadata.PackageNotFoundError:
             continue
-    return Table(("software", "version"), rows)
+    return PageTable(("software", "version"), rows)
 
 
 def _packed(sections: Sequence[Section]) -> str:

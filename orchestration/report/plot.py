@@ -15,7 +15,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.safe_text import as_cell
-from warmlink.orchestration.master.recording.result import Table
+from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.report.figures import time_plot
 from warmlink.orchestration.report.recorded import TIME, columns_of
 from warmlink.orchestration.text_files import shortened
@@ -118,7 +118,7 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 def series_writers(
-    table: Table, patterns: Sequence[str] = (), csv: bool = True
+    table: RecordTable, patterns: Sequence[str] = (), csv: bool = True
 ) -> dict[str, Callable[[Path], object]]:
     """What writes `results.parquet`, and `results.csv`: a column for each variable, its unit in the name.
 
@@ -156,7 +156,7 @@ def series_writers(
     return writers
 
 
-def _blocks(table: Table, columns: Sequence[int]) -> Iterator[NDArray[np.float64]]:
+def _blocks(table: RecordTable, columns: Sequence[int]) -> Iterator[NDArray[np.float64]]:
     """Times and values of some thousand points after another, shape (1 + columns, points)."""
     times = table.times
     for first in range(0, len(table), BLOCK_ROWS):

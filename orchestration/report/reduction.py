@@ -14,7 +14,7 @@ from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_H
 from warmlink.orchestration.reduction.part import HEAT_FLOW, NOISE, TIMES, Part, best_pair, tool_error, warmed
 from warmlink.orchestration.reduction.solid import Integers, Solid
 from warmlink.orchestration.report.figures import COLOURS, chart
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 
 SHOWN = 0.05
 """Largest displacement in the picture, as a share of the part's extent."""
@@ -55,21 +55,21 @@ def facts(part: Part) -> list[Section]:
             + f"Tolerance ({met}): {1e9 * within.displacement:g} nm and {1e3 * within.temperature:g} mK for "
             f"{within.heat_flow:g} W at the base, {TIP_HEAT_FLOW:g} W at the tip or surroundings "
             f"{AMBIENT_CHANGE:g} K warmer, one at a time. Bounds contain a factor of safety of {SAFETY:g}.",
-            Table(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
+            PageTable(("use", "faces"), [(what, ", ".join(f.label for f in of)) for what, of in use.items()]),
         ),
         Section(
             "Error against order",
             f"Order {part.model.order}, reduced from {len(part.dense.loads)} patterns that span the "
             "responses. Largest estimated error of displacement, rotation and temperatures over its "
             "tolerance, as the search went:",
-            Table(("order", "error / tolerance"), orders),
+            PageTable(("order", "error / tolerance"), orders),
         ),
         Section(
             "Mesh",
             f"Elongation [µm] after a step of {HEAT_FLOW:g} W on meshes of so many temperatures, the one in "
             f"use last ({mesh.observed}), and its estimated error [nm]. For a mesh file the first line is "
             "that of temperatures that are linear in each tetrahedron.",
-            Table(("temperatures", *(f"{time:g} s" for time in TIMES)), elongations),
+            PageTable(("temperatures", *(f"{time:g} s" for time in TIMES)), elongations),
         ),
     ]
 
@@ -171,7 +171,7 @@ def _thermometers(part: Part, surface: Integers) -> tuple[Section, Array]:
         "Error of the tool point (1 sigma) that an observer is left with whose thermometers have a noise of "
         f"{NOISE:g} K, and which knows the motor's heat and the air as little as `warmlink design` assumes. "
         f"Tried: pairs of {len(places)} places on the surface.",
-        Table(
+        PageTable(
             ("thermometers", "at [mm]", "tool point"),
             [(what, at, f"{1e6 * left:.3g} µm") for what, at, left in compared],
         ),

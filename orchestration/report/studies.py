@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.orchestration.report.figures import COLOURS, chart
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.studies.axis import Axis
 from warmlink.orchestration.studies.case import Gathered
 from warmlink.orchestration.studies.points import Judged, front
@@ -30,7 +30,7 @@ def write_tuning(tuned: Tuned, path: Path) -> None:
     if winner is not None:
         point = winner.point
         rows = [(axis.name, axis.shown(point[axis.name]), axis.shown(axis.shipped)) for axis in study.axes]
-        table = Table(("parameter", "winner", "as shipped"), rows)
+        table = PageTable(("parameter", "winner", "as shipped"), rows)
         sections.append(Section("Winner", f"{tuned.gain.capitalize()}.", table))
     if len(study.objectives) > 1 and complete:
         sections.append(_front(study, trials, "trial"))
@@ -135,7 +135,7 @@ def _front(study: Study, found: Sequence[Judged], word: str) -> Section:
         rows.append((str(each.number), *(f"{value:.4g}" for value in each.objectives), *point))
     marks = _points([each.objectives[-1] if each.objectives else 0.0 for each in found], found, word)
     edge = _line([each.objectives[-1] for each in kept], [each.objective for each in kept], "vh", "front")
-    table = Table((word, first, second, *(axis.name for axis in study.axes)), rows)
+    table = PageTable((word, first, second, *(axis.name for axis in study.axes)), rows)
     text = (
         f"The {word}s that no other one betters in both objectives; the best is closest to the least of both."
     )
@@ -181,7 +181,10 @@ def _importance(storage: Storage) -> Any:
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
     """The last sections of a page: points that gave no objective, and what was asked for."""
     poisoned = [(str(i), each.reason) for i, each in enumerate(found) if each.reason is not None]
-    heading, table = f"{word.capitalize()}s without an objective", Table((word, "because"), poisoned[:100])
+    heading, table = (
+        f"{word.capitalize()}s without an objective",
+        PageTable((word, "because"), poisoned[:100]),
+    )
     rows = [
         ("controller", study.controller.name),
         ("duty cycles", ", ".join(scenario.name for scenario in study.scenarios)),
@@ -191,7 +194,7 @@ def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:
         *((axis.name, _range(axis)) for axis in study.axes),
         ("seed", str(study.seed)),
     ]
-    asked = Section("Study", table=Table(("", "as the study file says"), rows))
+    asked = Section("Study", table=PageTable(("", "as the study file says"), rows))
     return [Section(heading, table=table), asked] if poisoned else [asked]
 
 

@@ -16,7 +16,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.variables import Band
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.read import is_ours
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import StartValues, System, Value
 from warmlink.orchestration.system.units import conversion, parse_unit
@@ -70,7 +70,7 @@ def ours(kinds: Mapping[str, str]) -> dict[str, Component]:
     return {instance: known[kind] for instance, kind in kinds.items() if kind in known}
 
 
-def left(table: Table, system: Declared) -> str | None:
+def left(table: RecordTable, system: Declared) -> str | None:
     """Sentence on the variable that left its band first, None if none did."""
     first = _first(table, system, far=False)
     return None if first is None else _sentence(table, system, *first, "outside")
@@ -99,7 +99,7 @@ def _with_cause(result: Result, system: Declared) -> Result:
     return replace(result, remarks=(*result.remarks, cause)) if cause and len(result.table) else result
 
 
-def _first(table: Table, system: Declared, *, far: bool) -> tuple[str, int] | None:
+def _first(table: RecordTable, system: Declared, *, far: bool) -> tuple[str, int] | None:
     """Variable that is the first to be outside its band, or far outside, and the row in which it is."""
     found: list[tuple[int, str]] = []
     for name, scalar in system.bands.items():
@@ -114,7 +114,7 @@ def _first(table: Table, system: Declared, *, far: bool) -> tuple[str, int] | No
     return (min(found)[1], min(found)[0]) if found else None
 
 
-def _sentence(table: Table, system: Declared, name: str, row: int, where: str) -> str:
+def _sentence(table: RecordTable, system: Declared, name: str, row: int, where: str) -> str:
     scalar = system.bands[name]
     band: Band = scalar.variable.plausible or Band(0.0, 0.0)
     low, high = (shown_in(scalar, value) for value in (band.low, band.high))
@@ -133,7 +133,7 @@ def shown_in(scalar: Scalar, value: float) -> str:
     return f"{read:.4g} {unit}"
 
 
-def _cause(table: Table, system: Declared, row: int) -> str:
+def _cause(table: RecordTable, system: Declared, row: int) -> str:
     """The input from outside, or parameter, that is furthest from its ordinary size; empty if none is."""
     times, name, value, ordinary, unit = max(_sizes(table, system, row), default=(0.0, "", 0.0, 0.0, ""))
     return (
@@ -141,7 +141,7 @@ def _cause(table: Table, system: Declared, row: int) -> str:
     )
 
 
-def _sizes(table: Table, system: Declared, row: int) -> Iterator[tuple[float, str, float, float, str]]:
+def _sizes(table: RecordTable, system: Declared, row: int) -> Iterator[tuple[float, str, float, float, str]]:
     """How many times each input and parameter of the plant is off its ordinary size; name, both and unit."""
     for instance, component in system.components.items():
         if not component.inputs or not any(each.plausible for each in component.outputs):
@@ -166,7 +166,7 @@ def _sizes(table: Table, system: Declared, row: int) -> Iterator[tuple[float, st
             yield times, name, float(value), ordinary, variable.unit
 
 
-def _from_outside(table: Table, system: Declared, source: str, row: int) -> float | None:
+def _from_outside(table: RecordTable, system: Declared, source: str, row: int) -> float | None:
     """What an output gave in a row that depends on no other part, as a duty cycle's; None for others."""
     instance, _, variable = source.rpartition(".")
     giver, time = system.components.get(instance), table.times

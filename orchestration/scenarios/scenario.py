@@ -225,7 +225,8 @@ def changed(
 def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
     """The scenario with start values that whoever designs for it knows; its mismatches come on top."""
     known = scenario.as_believed
-    asked = replace(known, parameters={**known.parameters, **given})
+    named = {full: value for name, value in given.items() for full in scenario.machine.addressed(name)}
+    asked = replace(known, parameters={**known.parameters, **named})
     for each in scenario.differences:
         asked = each.applied(asked)
     return asked

@@ -10,12 +10,12 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.assemble import end_of
 from warmlink.orchestration.system.check import checked_value, own_unit, variable_of
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import System, Value, Variable
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv
+from warmlink.orchestration.system.model import FmuVariable, System, Value
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, read_ssv
 from warmlink.orchestration.system.units import Unit, conversion, meaning, parse_unit, spelled
 from warmlink.orchestration.written.quantities import number_and_unit
 
-Written = str | float | bool | Parameter
+Written = str | float | bool | SsvValue
 """A start value: a number in the variable's own unit, a text as `"2 W/K"`, or a value of a parameter set."""
 
 _TRUTH = {"true": True, "false": False, "1": True, "0": False}
@@ -67,9 +67,9 @@ def _owner(system: System, name: str, where: str) -> tuple[str, str]:
     return end_of(system.components, name, where)
 
 
-def _typed(given: Written, variable: Variable, unit: Unit | None, where: str) -> Value:
+def _typed(given: Written, variable: FmuVariable, unit: Unit | None, where: str) -> Value:
     """A value of the variable's type, in the variable's own unit."""
-    if isinstance(given, Parameter):
+    if isinstance(given, SsvValue):
         if unit is None or given.unit is None or isinstance(given.value, str):
             return given.value
         return conversion(given.unit, unit, variable.relative)(float(given.value))

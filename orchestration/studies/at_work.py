@@ -55,7 +55,7 @@ class Means:
 USUAL = Means()
 
 
-class AtWork(NamedTuple):
+class StudySession(NamedTuple):
     """The folder of a study, its FMUs, and workers that run them."""
 
     folder: Path
@@ -69,7 +69,7 @@ def at_work(
     mismatches: Sequence[Mismatch],
     means: Means,
     out: str | Path | None = None,
-) -> Iterator[AtWork]:
+) -> Iterator[StudySession]:
     """FMUs of scenarios that run under each mismatch, and workers that keep each finished run in a folder.
 
     The folder is locked for them; by default it is a temporary one. If no run was finished, a folder that was
@@ -100,7 +100,7 @@ def at_work(
                     fmus = agreeing(scenarios, mismatches, whole, said.append, trying)
             own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
             workers: Workers = stack.enter_context(own)
-            yield AtWork(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
+            yield StudySession(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))
         except InputError:
             if fresh and not (folder / FILE).exists():
                 for path in folder.iterdir():

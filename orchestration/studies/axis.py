@@ -95,6 +95,7 @@ def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValue
     InputError where it, or a bound, does not fit the component, or it is an input that a wire feeds.
     """
     components = scenario.declared
+    asked, name = name, scenario.machine.addressed(name)[0]
     found = scalar(name, components, where)
     place, unit = f"{where}: {name}", found.variable.unit
     refuse_fed(name, scenario.machine.fed, where)
@@ -114,4 +115,4 @@ def read_axis(name: str, table: AxisTable, scenario: Scenario, known: StartValue
     choice = () if table.values is None else tuple(dict.fromkeys(values))
     integer, (instance, _, variable) = found.variable.type != "Real", name.rpartition(".")
     shipped = float(known.get(instance, {}).get(variable, found.start or 0.0))
-    return Axis(name, unit, low, high, table.log, integer, choice, shipped)
+    return Axis(asked, unit, low, high, table.log, integer, choice, shipped)

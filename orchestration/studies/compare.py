@@ -112,7 +112,7 @@ def plan_on(
     scenario: str | Path | None = None,
     more: Sequence[str] = (),
 ) -> Plan:
-    """What to compare, by names and files; what is None is all that is usual for the machine.
+    """What to compare, by names and files; None selects the machine's defaults.
 
     The machine is that of a scenario, with its parameters and sensors, where one is given, and its own duty
     cycle is the usual one; `more` are controllers beside the others. InputError if there is none of a name,

@@ -39,7 +39,7 @@ from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTR
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 from warmlink.orchestration.written.quantities import positive
 
@@ -86,7 +86,7 @@ class Designed(Answer):
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
         units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
         held = {
-            name: Parameter(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
+            name: SsvValue(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
             for name, value in by_scalar(self.values).items()
         }
         try:

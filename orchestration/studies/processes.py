@@ -139,7 +139,7 @@ class LocalWorkers(_Processes):
                         raise outcomes
                     yield share, outcomes
         finally:
-            for worker, _ in busy.values():  # at a case of which nobody wants to hear any more
+            for worker, _ in busy.values():  # at cases whose results are no longer needed
                 worker.end()
 
     def _begun(self) -> OtherProcess:

@@ -123,7 +123,7 @@ def sweep(study: Study, points: list[Point], workers: Workers, progress: Progres
 
 
 def points_of(study: Study) -> list[Point]:
-    """The points of a sweep in the order of its table; InputError for more than anybody can have meant."""
+    """The points of a sweep in the order of its table; InputError for too many points."""
     if study.sweep.kind != "grid":
         return latin_hypercube(study, study.sweep.points)
     levels = [axis.levels(study.sweep.points) for axis in study.axes]

@@ -14,7 +14,7 @@ from warmlink.orchestration.studies.case import Constraint
 from warmlink.orchestration.studies.points import Judged, evaluate
 from warmlink.orchestration.studies.study import Point, Study
 from warmlink.orchestration.studies.workers import Workers
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 DIFFERENCE = 1e-4
@@ -65,13 +65,13 @@ def polish(study: Study, winner: Judged, workers: Workers) -> Judged:
 
 def write_winner(study: Study, point: Point, folder: Path) -> list[Path]:
     """Write `winner.ssv` for the compensator, and `winner-INSTANCE.ssv` for what else was varied."""
-    sets: dict[str, dict[str, Parameter]] = {}
+    sets: dict[str, dict[str, SsvValue]] = {}
     for axis in study.axes:
         instance, _, variable = axis.name.partition(".")
         unit = None if axis.unit == "1" or axis.integer else parse_unit(axis.unit)
         value = int(point[axis.name]) if axis.integer else point[axis.name]
         kind: Literal["Integer", "Real"] = "Integer" if axis.integer else "Real"
-        sets.setdefault(instance, {})[variable] = Parameter(variable, kind, value, unit)
+        sets.setdefault(instance, {})[variable] = SsvValue(variable, kind, value, unit)
     paths = []
     for instance, values in sets.items():
         path = folder / ("winner.ssv" if instance == COMPENSATOR else f"winner-{instance}.ssv")

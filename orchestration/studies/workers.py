@@ -24,7 +24,7 @@ from warmlink.orchestration.files import FULL_DISK
 from warmlink.orchestration.fmu_store import FmuKind
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import IDLE
 from warmlink.orchestration.scenarios.mismatch import Mismatch
@@ -180,7 +180,7 @@ def _joined(cases: Sequence[Case], rollouts: Mapping[str, Rollout]) -> Iterator[
             runs.append((points, *rollout.run(given, points.count, points.step_size, played=played)))
         for i, place in enumerate(places):
             if all(well[i] for *_, well in runs):
-                tables = (Table(names, units, points, values[i].T) for points, values, _ in runs)
+                tables = (RecordTable(names, units, points, values[i].T) for points, values, _ in runs)
                 yield place, *(Result(table, "completed") for table in tables)
 
 

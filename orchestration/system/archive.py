@@ -57,7 +57,7 @@ DIRECTORY_LIMIT_BYTES = 16 << 20
 
 
 class _Guarded(io.FileIO):
-    """A file of which nothing larger is read at once than an archive's list of entries may be."""
+    """A file that caps the size of each read at that of the largest list of an archive's entries."""
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Read so many bytes, or what is left."""

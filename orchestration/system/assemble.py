@@ -18,9 +18,9 @@ from warmlink.orchestration.system.check import checked_values, variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
     CONNECTOR_KINDS,
-    Component,
     Connection,
     Connector,
+    FmuPart,
     StartValues,
     System,
     Value,
@@ -34,13 +34,13 @@ STRUCTURE = "SystemStructure.ssd"
 """The description of a system that an SSP is read by."""
 
 
-def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> Component:
+def component(name: str, fmu: Path, values: Mapping[str, Value] | None = None) -> FmuPart:
     """Give a component of a system, with start values in the variables' own units.
 
     Writing lists as its connectors what is connected, set, or put out. InputError if the FMU cannot be read
     or a value does not fit.
     """
-    return Component(name, fmu, values=checked_values(read_description(fmu), values or {}, name))
+    return FmuPart(name, fmu, values=checked_values(read_description(fmu), values or {}, name))
 
 
 def assemble(
@@ -77,7 +77,7 @@ def assemble(
     return System(name, parts, connected(parts, wires))
 
 
-def connected(components: Mapping[str, Component], wires: Iterable[Wire]) -> tuple[Connection, ...]:
+def connected(components: Mapping[str, FmuPart], wires: Iterable[Wire]) -> tuple[Connection, ...]:
     """Give connections between variables of components, with the conversion of their units.
 
     A component's name may hold dots. InputError if an end does not exist, is driven twice, or kinds, types or
@@ -123,8 +123,8 @@ def _resolved(system: System) -> list[Connection]:
     return list(resolver.connections())
 
 
-def end_of(components: Mapping[str, Component], name: str, where: str = "") -> tuple[str, str]:
-    """Component whose variable a full name is, and the variable; InputError where there is no such one."""
+def end_of(components: Mapping[str, FmuPart], name: str, where: str = "") -> tuple[str, str]:
+    """Component whose variable a full name is, and the variable; InputError if it does not exist."""
     owners = [owner for owner in components if name.startswith(f"{owner}.")]
     if not owners:
         place, known = f"{where}: " if where else "", instead(name, components)
@@ -214,7 +214,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
     connections = tuple(resolver.connections())
     values = resolver.start_values()
     components = {
-        full: Component(full, element.fmu, connectors[place], values[place])
+        full: FmuPart(full, element.fmu, connectors[place], values[place])
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }

@@ -11,9 +11,9 @@ from warmlink.orchestration.system.model import (
     INTEGER_RANGES,
     TYPES,
     ConnectorType,
+    FmuVariable,
     ModelInfo,
     Value,
-    Variable,
 )
 from warmlink.orchestration.system.units import Unit
 
@@ -26,7 +26,7 @@ _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
 }
 
 
-def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
+def variable_of(info: ModelInfo, name: str, where: str) -> FmuVariable:
     """Give a scalar variable that can be connected; InputError where there is none of this name."""
     variable = info.variables.get(name)
     if variable is None:
@@ -38,7 +38,7 @@ def variable_of(info: ModelInfo, name: str, where: str) -> Variable:
     return variable
 
 
-def check_connector(variable: Variable, kind: str, declared: str | None, where: str) -> ConnectorType:
+def check_connector(variable: FmuVariable, kind: str, declared: str | None, where: str) -> ConnectorType:
     """Refuse a connector whose kind or type, in SSP's words, is not its variable's; give that type."""
     constant = variable.variability == "constant"
     if kind != variable.causality and not (kind == "constant" and constant):
@@ -60,14 +60,14 @@ def alike(one: str | None, other: str | None) -> bool:
     return one == other or {one, other} == {"Integer", "Enumeration"}
 
 
-def own_unit(info: ModelInfo, variable: Variable, declared: Unit | None = None) -> Unit | None:
+def own_unit(info: ModelInfo, variable: FmuVariable, declared: Unit | None = None) -> Unit | None:
     """Give the unit in which a variable's values are, or the declared one where the FMU tells none."""
     if variable.kind != "Real" or variable.unit is None:
         return declared if variable.kind == "Real" else None
     return info.units.get(variable.unit, Unit(variable.unit))
 
 
-def checked_value(variable: Variable, value: Value, where: str) -> Value:
+def checked_value(variable: FmuVariable, value: Value, where: str) -> Value:
     """Give a start value as the FMU takes it: an Enumeration's item as its integer, a Real as a float.
 
     The value is in the variable's own unit. InputError where its type does not fit, it is not finite or out

@@ -23,9 +23,9 @@ from warmlink.orchestration.system.model import (
     Capabilities,
     ConnectorType,
     DefaultExperiment,
+    FmuVariable,
     ModelInfo,
     Value,
-    Variable,
 )
 from warmlink.orchestration.system.units import definitions_of_units
 from warmlink.orchestration.text_files import is_file
@@ -121,7 +121,7 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
 
 def _read_variables(
     root: Any, major: int, where: str
-) -> tuple[dict[str, Variable], dict[int, tuple[str, ...]], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, FmuVariable], dict[int, tuple[str, ...]], dict[str, tuple[str, ...]]]:
     """Give the variables by name, the names by what ModelStructure refers to, and the arrays' elements.
 
     ModelStructure refers to indices in FMI 2.0, and to value references in FMI 3.0.
@@ -130,7 +130,7 @@ def _read_variables(
     declared = root.iterfind("TypeDefinitions/SimpleType" if major == 2 else "TypeDefinitions/*")
     types = {t.get("name"): t[0] if major == 2 else t for t in declared if major == 3 or len(t)}
     types.pop(None, None)  # one without a name is no variable's
-    variables: dict[str, Variable] = {}
+    variables: dict[str, FmuVariable] = {}
     by_key: dict[int, tuple[str, ...]] = {}
     arrays: dict[str, tuple[str, ...]] = {}
     elements = [each for held in root.iterfind("ModelVariables") for each in held]
@@ -170,7 +170,9 @@ def _typed(
     return typed, {**declared.attrib, **typed.attrib}, items
 
 
-def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str) -> Variable:
+def _variable(
+    element: Any, types: dict[str, Any], major: int, sizes: dict[str, str], where: str
+) -> FmuVariable:
     """Give a variable, or an array without its start values; `sizes` are starts by value reference."""
     name = xml.required(element, "name", where)
     where = f"{where}: {name}"
@@ -192,7 +194,7 @@ def _variable(element: Any, types: dict[str, Any], major: int, sizes: dict[str, 
     )
     variability, initial = _defaults(typed.tag, causality, element.get("variability"))
     starts = () if dimensions or kind is None else _starts(typed, kind, where)
-    return Variable(
+    return FmuVariable(
         name=name,
         value_reference=reference,
         type=typed.tag,
@@ -239,7 +241,7 @@ def _starts(typed: Any, kind: ConnectorType, where: str, array: bool = False) ->
     return [xml.truth(text, f"{where}: start") if kind == "Boolean" else text for text in texts]
 
 
-def _scalars(variable: Variable, element: Any, where: str, most: int) -> list[Variable]:
+def _scalars(variable: FmuVariable, element: Any, where: str, most: int) -> list[FmuVariable]:
     """Give the elements of an array; what is none, or has too many, stays as it is."""
     sizes, count = variable.dimensions, math.prod(variable.dimensions)
     if not sizes or variable.kind is None or count > most:

@@ -56,7 +56,7 @@ class Connector:
 
 
 @dataclass(frozen=True)
-class Component:
+class FmuPart:
     """One FMU in the system: its file, connectors by name, start values in its variables' own units."""
 
     name: str
@@ -111,7 +111,7 @@ class System(Answer):
     """
 
     name: str
-    components: dict[str, Component]
+    components: dict[str, FmuPart]
     connections: tuple[Connection, ...] = ()
     default_experiment: DefaultExperiment = DefaultExperiment()
     remarks: tuple[str, ...] = ()
@@ -122,7 +122,7 @@ class System(Answer):
 
 
 @dataclass(frozen=True)
-class Variable:
+class FmuVariable:
     """One scalar variable, an element of an array, or an array whose elements are too many to tell apart.
 
     Parameters
@@ -202,7 +202,7 @@ class ModelInfo:
     model_identifier: str
     guid: str
     description: str
-    variables: dict[str, Variable]
+    variables: dict[str, FmuVariable]
     outputs: tuple[str, ...]
     dependencies: dict[str, tuple[str, ...] | None]
     capabilities: Capabilities

@@ -23,7 +23,7 @@ from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import ModelInfo, read_description
-from warmlink.orchestration.system.model import Component, Connection, System, Value
+from warmlink.orchestration.system.model import Connection, FmuPart, System, Value
 from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 from warmlink.orchestration.system.xml import parse_xml, to_bytes
 from warmlink.orchestration.text_files import pair
@@ -135,7 +135,7 @@ class Replacements:
         return replace(system, components=parts, connections=connections, remarks=tuple(remarks))
 
 
-def _transformed(link: Connection, system: System, parts: Mapping[str, Component]) -> Connection:
+def _transformed(link: Connection, system: System, parts: Mapping[str, FmuPart]) -> Connection:
     """A connection that does more than to convert units, between parts whose units may be others now."""
     (giving, output), (taking, target) = link.ends
     before, after = (

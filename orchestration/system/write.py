@@ -17,10 +17,17 @@ from warmlink.orchestration.system.assemble import check_system
 from warmlink.orchestration.system.check import own_unit
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.drawing import Box, boxes, places
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, Component, Connector, System, Value, Variable
+from warmlink.orchestration.system.model import (
+    CONNECTOR_KINDS,
+    Connector,
+    FmuPart,
+    FmuVariable,
+    System,
+    Value,
+)
 from warmlink.orchestration.system.ssp.net import Edge, Net, Node, edge_of, net_of
 from warmlink.orchestration.system.ssp.net import Path as Place
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, parameter_set_element
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, parameter_set_element
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.units import Unit, meaning, unit_elements
 from warmlink.orchestration.system.xml import element, sub_element, to_bytes
@@ -93,7 +100,7 @@ def _with_connectors(system: System, shown: Sequence[End]) -> System:
     return replace(system, components=parts)
 
 
-def _connectors(held: Component, fed: set[End]) -> dict[str, Connector]:
+def _connectors(held: FmuPart, fed: set[End]) -> dict[str, Connector]:
     """Connect outputs, given parameters and what is fed: some tools feed 0 to every other input listed."""
     info = read_description(held.fmu)
     return {
@@ -178,19 +185,19 @@ class _Document:
             sub_element(algorithm, "osp", "FixedStepAlgorithm", baseStepSize=float(proposed.step_size))
         return root
 
-    def parameter_set(self, held: Component) -> Any:
+    def parameter_set(self, held: FmuPart) -> Any:
         """Give the document of a component's start values."""
         (path,) = (path for path in self.net.components if ".".join(path) == held.name)
-        values: dict[str, Value | Parameter] = {}
+        values: dict[str, Value | SsvValue] = {}
         for name, value in held.values.items():
             variable, unit = self._variable(Node(path, name))
             if variable.kind == "Real":
-                values[name] = Parameter(name, "Real", float(value), unit)
+                values[name] = SsvValue(name, "Real", float(value), unit)
             elif variable.kind == "Enumeration":
                 item = next((item for item, number in variable.items.items() if number == value), None)
                 if item is None:
                     raise InputError(f"{name}: {value} is no item of its enumeration; give one of its items")
-                values[name] = Parameter(name, "Enumeration", item)
+                values[name] = SsvValue(name, "Enumeration", item)
             else:
                 values[name] = value
         return parameter_set_element(PARAMETER_SET, values)
@@ -269,7 +276,7 @@ class _Document:
         if unit is not None and self.units.setdefault(unit.name, unit) != unit:
             raise InputError(f"{node}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
 
-    def _variable(self, node: Node) -> tuple[Variable, Unit | None]:
+    def _variable(self, node: Node) -> tuple[FmuVariable, Unit | None]:
         """Give a variable, and its unit with its meaning; None where there is none, or no known meaning."""
         variable, unit = self.resolver.variable(node)
         try:

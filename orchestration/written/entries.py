@@ -19,7 +19,7 @@ from warmlink.orchestration.text_files import shortened, shown
 from warmlink.orchestration.written.quantities import not_positive, quantity, refuse_bare
 
 
-class Entry:
+class Setting:
     """One entry of a file: how it is read, and its JSON Schema, whose first example shows how to write it."""
 
     def _read(self, value: Any) -> Any:
@@ -40,7 +40,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Text(Entry):
+class Text(Setting):
     """A text."""
 
     example: str = "..."
@@ -55,7 +55,7 @@ class Text(Entry):
 
 
 @dataclass(frozen=True)
-class Flag(Entry):
+class Flag(Setting):
     """True or false."""
 
     def _read(self, value: Any) -> bool:
@@ -68,7 +68,7 @@ class Flag(Entry):
 
 
 @dataclass(frozen=True)
-class Whole(Entry):
+class Whole(Setting):
     """A whole number between two bounds, both included."""
 
     least: int
@@ -85,7 +85,7 @@ class Whole(Entry):
 
 
 @dataclass(frozen=True)
-class Number(Entry):
+class Number(Setting):
     """A finite number without a unit, called `what`, above one bound and at most the other."""
 
     what: str
@@ -113,7 +113,7 @@ _WRITTEN = {
 
 
 @dataclass(frozen=True)
-class Quantity(Entry):
+class Quantity(Setting):
     """A value with a unit, as `"20 min"`, or a bare number in the SI unit, except for lengths."""
 
     unit: str
@@ -143,7 +143,7 @@ class Quantity(Entry):
 
 
 @dataclass(frozen=True)
-class Quantities(Entry):
+class Quantities(Setting):
     """So many values with units, as the speeds of six joints."""
 
     unit: str
@@ -188,7 +188,7 @@ class Bounds(Quantities):
 
 
 @dataclass(frozen=True)
-class Value(Entry):
+class Value(Setting):
     """A value of a variable, as it is written: the variable says of what unit it is."""
 
     def _read(self, value: Any) -> str | float:
@@ -209,7 +209,7 @@ Values = Mapping[str, Annotated[str | float, Value()]]
 
 
 @dataclass(frozen=True)
-class OneOf(Entry):
+class OneOf(Setting):
     """One of the names that there are."""
 
     names: Sequence[str]
@@ -225,7 +225,7 @@ class OneOf(Entry):
 
 
 @dataclass(frozen=True)
-class Names(Entry):
+class Names(Setting):
     """A list of names, each of them once, and at least one; or a single name where one will do."""
 
     example: str

@@ -18,7 +18,7 @@ from benchmarks.optics import (
 )
 from warmlink.fmus.drift_camera.component import COMPONENT as DRIFT_CAMERA
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.cases import Case, run_link
+from warmlink.orchestration.paper.cases import PaperCase, run_link
 
 FULL = Camera.printed()
 CAMERA = FULL.window(96, 96)
@@ -135,7 +135,7 @@ def test_what_the_makers_own_ranges_leave_open(gain: float, read_noise: float, e
 
 def test_sequence_of_images_gives_back_the_growth_of_the_link() -> None:
     """The moving case, an image every 30 s: errors are the camera's alone, a fraction of a micrometre."""
-    case = Case.printed("moving")
+    case = PaperCase.printed("moving")
     history = run_link(case)
     growth = np.interp(np.arange(0.0, 3601.0, 30.0), history.time, history.elongation)
     rng = np.random.default_rng(5)

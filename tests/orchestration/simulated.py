@@ -10,9 +10,9 @@ import pytest
 
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.system.model import (
-    Component,
     Connection,
     DefaultExperiment,
+    FmuPart,
     System,
     Value,
 )
@@ -21,8 +21,8 @@ from warmlink.orchestration.system.write import write_ssp
 
 def oscillator(fmu: Path, stop: float = 10.0, step: float = 0.1, **b: Value) -> Path:
     """a'' = -a from a = 1: two integrators in a loop."""
-    a = Component("a", fmu, {}, {"y": 1.0, "rate": -1.0})
-    parts = {"a": a, "b": Component("b", fmu, {}, dict(b))}
+    a = FmuPart("a", fmu, {}, {"y": 1.0, "rate": -1.0})
+    parts = {"a": a, "b": FmuPart("b", fmu, {}, dict(b))}
     wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u"))
     path = Path("oscillator.ssp")
     write_ssp(System("oscillator", parts, wires, DefaultExperiment(0.0, stop, step)), path)

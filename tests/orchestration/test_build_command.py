@@ -13,7 +13,7 @@ from typing import NoReturn
 import pytest
 
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.fmu_store import AtWork
+from warmlink.orchestration.fmu_store import BuildProgress
 from warmlink.orchestration.products.build import build
 
 
@@ -115,7 +115,7 @@ def test_one_version_is_built_where_one_is_asked_for(tmp_path: Path, monkeypatch
 
 def test_progress_says_what_is_made_and_how_many_are_left() -> None:
     told: list[tuple[float, str]] = []
-    at_work = AtWork(lambda share, note="": told.append((share, note)), 3)
+    at_work = BuildProgress(lambda share, note="": told.append((share, note)), 3)
     at_work.begun("HeatPath")
     at_work.begun("Heater")
     at_work.done("HeatPath")

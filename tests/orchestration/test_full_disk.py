@@ -16,9 +16,9 @@ from benchmarks.trivial_fmu import build_trivial_fmu
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import (
-    Component,
     Connection,
     DefaultExperiment,
+    FmuPart,
     System,
 )
 from warmlink.orchestration.system.write import write_ssp
@@ -121,7 +121,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
         fmu = build_trivial_fmu(folder)
     except InputError as fault:
         pytest.skip(str(fault))
-    parts = {"a": Component("a", fmu), "b": Component("b", fmu)}
+    parts = {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu)}
     wires = (Connection("a", "y", "b", "u"),)
     write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 300.0, 1.0)), folder / "two.ssp")
     return folder / "two.ssp"

@@ -14,16 +14,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from warmlink.orchestration.system.model import (
-    Component,
-    Connection,
-    DefaultExperiment,
-    System,
-    Value,
-)
+from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux")
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="runs are guarded on Linux"),
+    pytest.mark.usefixtures("in_a_fresh_folder"),
+]
 
 COMMAND = [sys.executable, "-m", "warmlink.orchestration.cli", "simulate"]
 SHORT_WAIT = """
@@ -37,12 +34,9 @@ STEPS = 10
 ALONE = ["--no-error-budget"]
 
 
-pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
-
-
 def two(fmu: Path, second: str = "b", **values: Value) -> Path:
     """Two integrators, the second fed by the first; the values are the second's."""
-    parts = {"a": Component("a", fmu), second: Component(second, fmu, {}, dict(values))}
+    parts = {"a": FmuPart("a", fmu), second: FmuPart(second, fmu, {}, dict(values))}
     path = Path("two.ssp")
     wires = (Connection("a", "y", second, "u"),)
     write_ssp(System("two", parts, wires, DefaultExperiment(0.0, 1.0, 1.0 / STEPS)), path)
@@ -180,7 +174,7 @@ RESTORING = ["crash in restore", "exit in restore", "discard in restore", "no st
 
 def loop_of(fmu: Path, stop: float = 1.0, **values: Value) -> Path:
     """Two integrators that feed each other, whose stability is looked at after the run."""
-    parts = {"a": Component("a", fmu), "b": Component("b", fmu, {}, dict(values))}
+    parts = {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu, {}, dict(values))}
     wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
     path = Path("loop.ssp")
     write_ssp(System("loop", parts, wires, DefaultExperiment(0.0, stop, 1.0 / STEPS)), path)

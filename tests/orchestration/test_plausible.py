@@ -19,7 +19,7 @@ from warmlink.orchestration.closed_loop.outcome import ClosedLoop
 from warmlink.orchestration.console import FAILED
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Result, Table
+from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
 from warmlink.orchestration.studies.at_work import Means
 from warmlink.orchestration.studies.compare import compare
@@ -38,9 +38,9 @@ def hot(folder: Path, torque: float, stop: str = "1 h") -> ClosedLoop:
     return wl.run(str(duty(folder, torque, stop)))
 
 
-def table(name: str, values: list[float]) -> Table:
+def table(name: str, values: list[float]) -> RecordTable:
     points = CommunicationPoints.between(0.0, len(values) - 1.0, 1.0)
-    return Table((name,), {name: "K"}, points, np.array(values)[:, None])
+    return RecordTable((name,), {name: "K"}, points, np.array(values)[:, None])
 
 
 def looked_at(values: list[float]) -> Result:

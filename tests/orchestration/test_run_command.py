@@ -12,7 +12,7 @@ import pytest
 
 from tests.pages import plots
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 README = Path(__file__).parents[2] / "README.md"
@@ -149,7 +149,7 @@ def test_parameter_sets_of_plant_and_controller_are_taken(
 ) -> None:
     plant, law = tmp_path / "extended.ssv", tmp_path / "winner.ssv"
     write_ssv({"motor.joint_resistance": 0.5}, plant)
-    write_ssv({"gain": Parameter("gain", "Real", 1.0, parse_unit("um/W"))}, law)
+    write_ssv({"gain": SsvValue("gain", "Real", 1.0, parse_unit("um/W"))}, law)
     by_file = ["--parameters", str(plant), "--parameters", str(law)]
     by_hand = ["--set", "motor.joint_resistance=0.5 K/W", "--set", "compensator.gain=1 um/W"]
     found = []

@@ -18,10 +18,10 @@ from warmlink.orchestration import console
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.progress import progress_bar, spinner
 from warmlink.orchestration.report.figures import time_plot
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.report.recorded import columns_of
 from warmlink.orchestration.scenarios.logged.sheet import read_sheet
-from warmlink.orchestration.system.model import Component, Connection, DefaultExperiment, System
+from warmlink.orchestration.system.model import Connection, DefaultExperiment, FmuPart, System
 from warmlink.orchestration.system.write import write_ssp
 
 pytestmark = pytest.mark.usefixtures("in_a_fresh_folder")
@@ -34,7 +34,7 @@ STARTS = tuple("=+-@＝＋－＠")
 
 def named(fmu: Path, names: list[str]) -> Path:
     """A system whose components have such names; the first one drives the last."""
-    parts = {name: Component(name, fmu) for name in names}
+    parts = {name: FmuPart(name, fmu) for name in names}
     wires = (Connection(names[0], "y", names[-1], "u"),)
     path = Path("named.ssp")
     write_ssp(System("named", parts, wires, DefaultExperiment(0.0, 1.0, 0.5)), path)
@@ -119,7 +119,9 @@ def test_a_page_turns_no_text(capsys: pytest.CaptureFixture[str]) -> None:
     raw = "c\u202ed<b>`x`"
     lines = {raw: [1.0, 2.0]}
     figure = time_plot([0.0, 1.0], lines, raw)
-    write_page(Path("p.html"), raw, raw, [Section(raw, raw, Table((raw,), [(raw,)]), figure, warning=raw)])
+    write_page(
+        Path("p.html"), raw, raw, [Section(raw, raw, PageTable((raw,), [(raw,)]), figure, warning=raw)]
+    )
     text = Path("p.html").read_text("utf-8")
     assert not RAW.search(text)
     assert text.count("c\\u202ed&lt;b&gt;") >= 5

@@ -10,7 +10,7 @@ import warmlink as wl
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 
@@ -34,7 +34,7 @@ def test_a_single_fmu_runs_with_values_as_people_write_them(fmus: dict[str, Path
     )
     assert cold["ThermalLink.elongation"][-1] > 5e-6
     assert same["ThermalLink.elongation"] == pytest.approx(cold["ThermalLink.elongation"], rel=1e-9)
-    write_ssv({"heat_flow": Parameter("heat_flow", "Real", 0.005, parse_unit("kW"))}, tmp_path / "q.ssv")
+    write_ssv({"heat_flow": SsvValue("heat_flow", "Real", 0.005, parse_unit("kW"))}, tmp_path / "q.ssv")
     again = wl.simulate(fmus["ThermalLink"], stop="2 min", parameters=tmp_path / "q.ssv")
     assert again["ThermalLink.elongation"] == pytest.approx(cold["ThermalLink.elongation"], rel=1e-12)
 

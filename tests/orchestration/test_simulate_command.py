@@ -12,9 +12,9 @@ import pytest
 from tests.orchestration.simulated import called, oscillator, simulate
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.system.model import (
-    Component,
     Connection,
     DefaultExperiment,
+    FmuPart,
     System,
 )
 from warmlink.orchestration.system.write import write_ssp
@@ -76,8 +76,8 @@ def test_who_follows_an_fmu_that_samples_as_often_as_the_run_steps_is_named(
     fmu: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sampling = FmuStore("native").files(["TemperatureSensors"])["TemperatureSensors"]
-    sensors = Component("sensors", sampling, {}, {"noise[1]": 0.1, "sample_time": 1.0})
-    parts = {"sensors": sensors, "a": Component("a", fmu, {}, {})}
+    sensors = FmuPart("sensors", sampling, {}, {"noise[1]": 0.1, "sample_time": 1.0})
+    parts = {"sensors": sensors, "a": FmuPart("a", fmu, {}, {})}
     wires = (Connection("sensors", "reading[1]", "a", "u"),)
     write_ssp(System("late", parts, wires, DefaultExperiment(0.0, 30.0, 1.0)), Path("late.ssp"))
     answer, said = simulate(Path("late.ssp"), "--watch", "a.u,sensors.reading[1]", capsys=capsys)

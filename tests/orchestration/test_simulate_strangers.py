@@ -11,7 +11,7 @@ import pytest
 
 from tests.orchestration.simulated import oscillator, simulate
 from warmlink.orchestration.simulation import experiment_of, largest_step, tolerances_of
-from warmlink.orchestration.system.model import Component, DefaultExperiment, System
+from warmlink.orchestration.system.model import DefaultExperiment, FmuPart, System
 
 DESCRIPTION = "modelDescription.xml"
 
@@ -49,14 +49,14 @@ def test_the_usual_step_divides_a_run_from_any_start(start: float, stop: float) 
 def test_what_is_named_like_a_sample_time_may_be_none(
     fmu: Path, changes: list[tuple[str, str]], longest: float
 ) -> None:
-    system = System("s", {"a": Component("a", other(fmu, *changes))})
+    system = System("s", {"a": FmuPart("a", other(fmu, *changes))})
     assert largest_step(system, 10.0, 10.0) == longest
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0])
 def test_a_sample_time_that_is_none_does_not_set_the_step(fmu: Path, value: float) -> None:
     made = other(fmu, ('name="gain"', 'name="sample_time"'))
-    system = System("s", {"a": Component("a", made, {}, {"sample_time": value})})
+    system = System("s", {"a": FmuPart("a", made, {}, {"sample_time": value})})
     assert largest_step(system, 10.0, 5.0) == 5.0
 
 
@@ -68,7 +68,7 @@ def test_a_tolerance_is_one_of_real_outputs(fmu: Path, capsys: pytest.CaptureFix
     truth = np.max(np.abs(table["a.y [1]"].to_numpy() - np.cos(table["time [s]"].to_numpy())))
     assert truth <= answer["outputs"]["a.y"]["coupling_error"] <= 1e-3
     assert said == ""
-    assert set(tolerances_of(System("s", {"a": Component("a", fmu)}), "1e-3", None)) == {"a.y", "a.z"}
+    assert set(tolerances_of(System("s", {"a": FmuPart("a", fmu)}), "1e-3", None)) == {"a.y", "a.z"}
 
 
 def test_without_a_way_back_a_run_beyond_its_tolerance_is_kept_and_told(

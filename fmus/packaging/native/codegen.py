@@ -19,7 +19,7 @@ from warmlink.fmus.packaging.native.casadi_code import (
 )
 from warmlink.fmus.packaging.native.groups import output_groups
 from warmlink.fmus.packaging.native.micro_step import stepping
-from warmlink.fmus.packaging.native.wired import Plan
+from warmlink.fmus.packaging.native.wired import WirePlan
 from warmlink.fmus.packaging.views import exchanged_states
 
 MOST_SHOWN = 8
@@ -34,7 +34,7 @@ def generate(component: Component, arrays: bool = False) -> Mapping[str, str]:
     the time, `deriving.c` what gives derivatives; `variables.c` a table. With `arrays` an array is exchanged
     as a whole, by the value reference of its first element.
     """
-    plan = None if component.joint is None else Plan(component)
+    plan = None if component.joint is None else WirePlan(component)
     groups, functions = _running(component, plan)
     header = '#include "model.h"\n' + ('#include "model_table.h"\n' if component.tables else "")
     starting = header + functions_text(_starting(component, plan))
@@ -86,7 +86,7 @@ def _header(about: str, values: Mapping[str, object]) -> str:
     return f"/* {about}; generated. */\n{lines}"
 
 
-def _starting(component: Component, plan: Plan | None) -> Iterator[Any]:
+def _starting(component: Component, plan: WirePlan | None) -> Iterator[Any]:
     """Yield the CasADi functions that run once for each instance, as the C wrapper calls them."""
     import casadi
 
@@ -100,7 +100,7 @@ def _starting(component: Component, plan: Plan | None) -> Iterator[Any]:
     yield from (function(*part) for part in beginning(component))
 
 
-def _running(component: Component, plan: Plan | None) -> tuple[list[list[int]], list[Any]]:
+def _running(component: Component, plan: WirePlan | None) -> tuple[list[list[int]], list[Any]]:
     """Groups of outputs, and the CasADi functions that run all the time, as the C wrapper calls them.
 
     Where parts of a joined component recur, what they do is called; else all is written out.

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native.casadi_code import Function, Symbols
 from warmlink.fmus.packaging.native.groups import LARGEST_COUNT, fewer
-from warmlink.fmus.packaging.native.wired import Plan, Signals, Tangents
+from warmlink.fmus.packaging.native.wired import Tangents, WiredSignals, WirePlan
 
 
-def starting(plan: Plan) -> Iterator[Function]:
+def starting(plan: WirePlan) -> Iterator[Function]:
     """Yield `margins`, `settle`, `begin` and `begin_tangent` of the whole.
 
     Parts that wait for each other's first outputs begin more than once.
@@ -29,7 +29,7 @@ def starting(plan: Plan) -> Iterator[Function]:
     moved = dict(begun)
     for key in joint.starting:
         kind = plan.kinds[key]
-        signals = Signals(plan, begun, s.u, s.d, casadi.MX(0))
+        signals = WiredSignals(plan, begun, s.u, s.d, casadi.MX(0))
         along = Tangents(signals, moved, du, casadi.MX(0))
         given = signals.inputs(key), signals.own(key)
         moved = moved | {key: kind.begin_tangent()(*given, along.inputs(key))}
@@ -40,22 +40,22 @@ def starting(plan: Plan) -> Iterator[Function]:
     yield "begin_tangent", [s.u, s.d, du], casadi.vertcat(nothing, *moved.values())
 
 
-def samples(plan: Plan) -> Iterator[Function]:
+def samples(plan: WirePlan) -> Iterator[Function]:
     """Yield `sample_0` and so on of the whole: what each clock does."""
     s = Symbols.of(plan.component, calls=True)
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     for clock, (key, *_) in enumerate(sampled_parts(plan)):
         yield f"sample_{clock}", [*s.now, s.step], plan.kinds[key].update()(*signals.now(key), s.step)
 
 
-def sampled_parts(plan: Plan) -> Iterator[tuple[str, Component, int]]:
+def sampled_parts(plan: WirePlan) -> Iterator[tuple[str, Component, int]]:
     """Yield name of each sampled part, the part, and where its states begin."""
     for key, part in plan.joint.parts.items():
         if part.sampled:
             yield key, part, plan.places[key][2].start
 
 
-def seen(plan: Plan) -> tuple[list[list[int]], Iterator[Function]]:
+def seen(plan: WirePlan) -> tuple[list[list[int]], Iterator[Function]]:
     """Groups of the whole's outputs; `outputs_0` and so on, which compute them, and `tangent` of all."""
     index = plan.component.y.index
     blocks = [
@@ -67,11 +67,11 @@ def seen(plan: Plan) -> tuple[list[list[int]], Iterator[Function]]:
     return groups, _seen(plan, groups)
 
 
-def _seen(plan: Plan, groups: list[list[int]]) -> Iterator[Function]:
+def _seen(plan: WirePlan, groups: list[list[int]]) -> Iterator[Function]:
     import casadi
 
     s, names = Symbols.of(plan.component, calls=True), plan.component.y.names
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     for number, group in enumerate(groups):
         yield f"outputs_{number}", s.now, casadi.vertcat(*(signals.output(names[i]) for i in group))
     along = [casadi.MX.sym("also", each.numel()) for each in (s.x, s.u, s.time)]

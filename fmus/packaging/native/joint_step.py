@@ -15,32 +15,32 @@ from warmlink.fmus.component.join import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols
 from warmlink.fmus.packaging.native.kinds import Kind, Place
 from warmlink.fmus.packaging.native.micro_step import Elimination
-from warmlink.fmus.packaging.native.wired import Plan, Signals, Tangents
+from warmlink.fmus.packaging.native.wired import Tangents, WiredSignals, WirePlan
 
 
-def stepping(plan: Plan) -> Iterator[Function]:
+def stepping(plan: WirePlan) -> Iterator[Function]:
     """Yield `advance`, as `micro_step.stepping` does with other inputs at the end of the step."""
     import casadi
 
     s, whole = Symbols.of(plan.component, calls=True), plan.component
     later = casadi.MX.sym("later", whole.u.size)
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     linear, size = _Linearised(plan, signals, s.step), whole.continuous.size
     solve_first, solve_second = _solving(linear, size)
     ahead, first, factors = solve_first(s.x[:size], s.step, linear.numbers, linear.slope)
-    there = Signals(
+    there = WiredSignals(
         plan, plan.states(casadi.vertcat(ahead, s.x[size:])), later, s.d, s.time + s.step, since=s.time
     )
     following = solve_second(s.x[:size], s.step, first, factors, rates(there))
     yield "advance", [s.x, s.u, later, s.d, s.time, s.step], following
 
 
-def slopes(plan: Plan) -> Iterator[Function]:
+def slopes(plan: WirePlan) -> Iterator[Function]:
     """Yield `rates` and `rates_tangent`, for hosts that integrate."""
     import casadi
 
     s = Symbols.of(plan.component, calls=True)
-    signals = Signals(plan, plan.states(s.x), s.u, s.d, s.time)
+    signals = WiredSignals(plan, plan.states(s.x), s.u, s.d, s.time)
     along = [casadi.MX.sym("also", each.numel()) for each in (s.x, s.u, s.time)]
     tangents = Tangents(signals, plan.states(along[0]), *along[1:])
     yield "rates", s.now, rates(signals)
@@ -48,7 +48,7 @@ def slopes(plan: Plan) -> Iterator[Function]:
     yield "rates_tangent", [*s.now, *along], casadi.vertcat(*moving)
 
 
-def rates(signals: Signals) -> Expression:
+def rates(signals: WiredSignals) -> Expression:
     """Rates of all continuous states."""
     import casadi
 
@@ -56,7 +56,7 @@ def rates(signals: Signals) -> Expression:
     return casadi.vertcat(*of)
 
 
-def _moving(plan: Plan) -> Iterator[tuple[str, Kind]]:
+def _moving(plan: WirePlan) -> Iterator[tuple[str, Kind]]:
     """Parts with continuous states, in their order, and their kinds."""
     return ((key, kind) for key, kind in plan.kinds.items() if kind.component.continuous.size)
 
@@ -73,7 +73,7 @@ class _Linearised:
     numbers : what the elements are made of
     """
 
-    def __init__(self, plan: Plan, signals: Signals, step: Expression) -> None:
+    def __init__(self, plan: WirePlan, signals: WiredSignals, step: Expression) -> None:
         import casadi
 
         self._within: dict[Place, int] = {}
@@ -114,7 +114,7 @@ class _Linearised:
         return casadi.SX(sparsity, casadi.vertcat(*(elements[place] for place in order)))
 
 
-def _coupling(plan: Plan, gradients: _Gradients) -> tuple[dict[Kind, list[int]], dict[Kind, list[Place]]]:
+def _coupling(plan: WirePlan, gradients: _Gradients) -> tuple[dict[Kind, list[int]], dict[Kind, list[Place]]]:
     """By kind, over all its parts, the inputs of its rates that depend on states, and on which of its own."""
     wanted: dict[Kind, set[int]] = defaultdict(set)
     fed_back: dict[Kind, set[Place]] = defaultdict(set)
@@ -133,7 +133,7 @@ def _coupling(plan: Plan, gradients: _Gradients) -> tuple[dict[Kind, list[int]],
 class _Gradients:
     """Derivatives of signals by the whole's continuous states, where they are not 0."""
 
-    def __init__(self, signals: Signals) -> None:
+    def __init__(self, signals: WiredSignals) -> None:
         self.signals, self.plan = signals, signals.plan
         self._known: dict[str, dict[int, Expression]] = {}
 

@@ -28,14 +28,14 @@ from warmlink.fmus.packaging.native.joint_code import sampled_parts, samples
 from warmlink.fmus.packaging.native.library import processor
 from warmlink.fmus.packaging.native.micro_step import stepping
 from warmlink.fmus.packaging.native.rollout import Rollout
-from warmlink.fmus.packaging.native.wired import Plan
+from warmlink.fmus.packaging.native.wired import WirePlan
 
 _LOOP = Path(__file__).parent / "sources" / "rollout.c"
 """The loop over the tasks of a run."""
 
 
 def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = True) -> Rollout:
-    """Compile a joined component of whose outputs and states some are recorded, for runs in lanes or for one.
+    """Compile a joined component for batched (SIMD) or single runs, recording the variables that are named.
 
     InputError if there is no compiler, it does not take what is computed, or a name is no output's.
     """
@@ -97,7 +97,7 @@ def _sources(
     assert driven.joint is not None
     s = Symbols.of(driven)
     (held, advance), seen = stepping(driven, s), _seen(driven, s, given, recorded)
-    clocks = enumerate(sampled_parts(Plan(driven)))
+    clocks = enumerate(sampled_parts(WirePlan(driven)))
     changes = [("WL(advance)", 0, driven.continuous.size)]
     changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, x) in clocks]
     defined = {
@@ -142,7 +142,7 @@ def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequenc
         for each in _refused(part.inputs, casadi.SX(driven.joint.inputs(key, *read)))
     ]
     row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
-    clocks = [function(*each) for each in samples(Plan(driven))]
+    clocks = [function(*each) for each in samples(WirePlan(driven))]
     with unsimplified():
         sampled = [each(*s.now, s.step) for each in clocks]
     (row, *sampled), known, view = apart([row, *sampled], s.x[: driven.continuous.size], s.u, s.d, s.time)

@@ -11,7 +11,7 @@ from warmlink.fmus.packaging.native.casadi_code import Expression
 from warmlink.fmus.packaging.native.kinds import Kind
 
 
-class Plan:
+class WirePlan:
     """Where the parts of a joined component lie in its vectors, and of which kinds they are."""
 
     def __init__(self, component: Component) -> None:
@@ -61,7 +61,7 @@ class Plan:
 class _ByPart:
     """Something of each output of the parts, block by block, and only where it is asked for."""
 
-    def __init__(self, plan: Plan, of_inputs: Expression) -> None:
+    def __init__(self, plan: WirePlan, of_inputs: Expression) -> None:
         self.plan = plan
         self._of_inputs = of_inputs
         self._blocks: dict[tuple[str, int], Expression] = {}
@@ -94,7 +94,7 @@ class _ByPart:
         raise NotImplementedError
 
 
-class Signals(_ByPart):
+class WiredSignals(_ByPart):
     """Values of outputs and inputs of the parts at an instant.
 
     Parameters
@@ -107,7 +107,7 @@ class Signals(_ByPart):
 
     def __init__(
         self,
-        plan: Plan,
+        plan: WirePlan,
         x: Mapping[str, Expression],
         u: Expression,
         d: Expression,
@@ -137,7 +137,7 @@ class Tangents(_ByPart):
     """Derivatives of outputs and inputs of the parts along a direction of states, inputs and time."""
 
     def __init__(
-        self, signals: Signals, dx: Mapping[str, Expression], du: Expression, dtime: Expression
+        self, signals: WiredSignals, dx: Mapping[str, Expression], du: Expression, dtime: Expression
     ) -> None:
         super().__init__(signals.plan, du)
         self.signals, self.dx, self.dtime = signals, dx, dtime

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
-from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.doubtful import (
@@ -19,6 +17,7 @@ from warmlink.orchestration.diagnosis.answer.doubtful import (
     understated,
 )
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed, next_experiment
+from warmlink.orchestration.diagnosis.answer.refusals import Refusals
 from warmlink.orchestration.diagnosis.answer.separation import stand_ins
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.answer.unknown import Hint, MissingHeat, hint, missing_heat
@@ -43,10 +42,7 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
     Scores,
     judged,
 )
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
-
-Answered = TypeVar("Answered")
 
 
 @dataclass(frozen=True)
@@ -88,7 +84,7 @@ class Diagnosis:
     def judged(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
-        if word == "empirical" and self.ladder.is_judged and self._delivery.base == UNCORRECTED:
+        if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
             return "unknown", (
                 "No cause is established, and none of the models predicts the held-out rows better than the "
                 "uncorrected one."
@@ -233,39 +229,30 @@ class Diagnosis:
         return plainly_calibrated(self.assessment.fitter)
 
     @cached_property
-    def _delivery(self) -> Delivery:
+    def delivery(self) -> Delivery:
+        """The choice of the model to use from now on, by the ladder."""
         wander, asked = self.assessment.fitter.wander, bool(self.experiment.calibrated)
         return Delivery(self.scores, wander, self.models, self._gated[0], asked)
 
     @property
     def ladder(self) -> Ladder:
         """Models and the plainest fits, by what they get wrong in held-out rows."""
-        return self._delivery.ladder
-
-    @property
-    def remainder(self) -> Remainder | None:
-        """The learnt remainder that is delivered, if one is."""
-        return self._delivery.remainder
+        return self.delivery.ladder
 
     @property
     def delivered(self) -> str:
         """Name of the rung whose model is to be used from now on: the one that predicts best."""
-        return self._delivery.name
+        return self.delivery.name
 
     @property
     def adopted(self) -> Predicted:
         """The model to use from now on, its remainder included if that is delivered."""
-        return self._delivery.adopted
-
-    @property
-    def is_calibrated(self) -> bool:
-        """Whether the model to use was calibrated, and no causes were added."""
-        return self._delivery.model == CALIBRATED
+        return self.delivery.adopted
 
     @property
     def calibration(self) -> Fit:
         """The fit whose calibrated numbers are shown: those of the model to use, if it was calibrated."""
-        return (self.before if self._delivery.model == UNCORRECTED else self.adopted).fit
+        return (self.before if self.delivery.model == UNCORRECTED else self.adopted).fit
 
     @property
     def delivers(self) -> bool:
@@ -275,7 +262,7 @@ class Diagnosis:
     @cached_property
     def feed_forward(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the model as a feed-forward, before and after."""
-        return self._asked("feed_forward", self._feed_forward)
+        return self._refused.asked("feed_forward", self._feed_forward)
 
     def _feed_forward(self) -> tuple[Compensated, Compensated] | None:
         before, after = (feed_forward(self.scores.problem, p) for p in (self.before, self.adopted))
@@ -284,7 +271,7 @@ class Diagnosis:
     @cached_property
     def observer(self) -> tuple[Compensated, Compensated] | None:
         """Largest error of the observer designed on the model, before and after."""
-        return self._asked("observer", self._observer)
+        return self._refused.asked("observer", self._observer)
 
     def _observer(self) -> tuple[Compensated, Compensated] | None:
         null, chosen = self.before.fit, self.adopted.fit
@@ -295,7 +282,7 @@ class Diagnosis:
     @cached_property
     def claims(self) -> tuple[Claim, ...]:
         """What the model to use from now on says of the standard duty cycles."""
-        return self._asked("claims", self._claims) or ()
+        return self._refused.asked("claims", self._claims) or ()
 
     def _claims(self) -> tuple[Claim, ...]:
         alike = self.assessment.rivals if self.verdict == "ambiguous" else ()
@@ -310,15 +297,8 @@ class Diagnosis:
         return dict(self._refused)
 
     @cached_property
-    def _refused(self) -> dict[str, str]:
-        return {}
-
-    def _asked(self, part: str, answer: Callable[[], Answered]) -> Answered | None:
-        try:
-            return answer()
-        except InputError as fault:
-            self._refused[part] = str(fault)
-            return None
+    def _refused(self) -> Refusals:
+        return Refusals()
 
     def units(self) -> dict[str, str]:
         """Unit of each measured column by its name, as the file has it."""

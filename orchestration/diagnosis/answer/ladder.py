@@ -29,7 +29,7 @@ _MUCH = 0.5
 """Share of the delivered model's error from which a virtual measurement is worth a sentence."""
 
 
-class Row(NamedTuple):
+class LadderRow(NamedTuple):
     """Errors of one channel by the name of the rung, root mean square on held-out rows, in a unit."""
 
     channel: str
@@ -37,7 +37,7 @@ class Row(NamedTuple):
     errors: dict[str, float]
 
 
-def rows_of(diagnosis: Diagnosis) -> list[Row]:
+def rows_of(diagnosis: Diagnosis) -> list[LadderRow]:
     """Held-out errors of every channel; none if nothing is held out."""
     ladder = diagnosis.ladder
     if not ladder.is_judged:
@@ -48,7 +48,7 @@ def rows_of(diagnosis: Diagnosis) -> list[Row]:
         factor = per_si(shown(unit))
         here = {rung: factor * of[name] for rung, of in errors.items() if name in of}
         if here:
-            rows.append(Row(name, shown(unit), here))
+            rows.append(LadderRow(name, shown(unit), here))
     return rows
 
 
@@ -93,7 +93,7 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
     return [*lines, *_better(diagnosis, rows)]
 
 
-def _telling(diagnosis: Diagnosis, rows: dict[str, Row]) -> str:
+def _telling(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> str:
     """The channel by which a prediction is told: the elongation, or the one that the model changes most."""
     growth = _growth(diagnosis)
     if growth in rows:
@@ -111,7 +111,7 @@ def _growth(diagnosis: Diagnosis) -> str:
     return "" if ladder.growth is None else ladder.channels[ladder.growth]
 
 
-def _better(diagnosis: Diagnosis, rows: dict[str, Row]) -> list[str]:
+def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
     """Where a plain fit, or the uncorrected model, is better than what is delivered."""
     ours, rungs = diagnosis.delivered, diagnosis.ladder.rungs
     plain = [rung.name for rung in rungs if rung.name in _PLAIN]

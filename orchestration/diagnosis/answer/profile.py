@@ -18,6 +18,7 @@ from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
 from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
+from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
@@ -71,6 +72,7 @@ def _read_in(rig: Rig, variable: str, known: dict[str, float]) -> dict[str, Any]
 
 def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     """Numbers by which the model to use from now on was calibrated, in order, those of causes aside."""
+    calibrated = diagnosis.delivery.model == CALIBRATED
     fit, rig = diagnosis.calibration, diagnosis.experiment.rig
     # Where the data know only a combination, the bounds are all that is known of the rest.
     span = np.array([freed.span for freed in fit.freed])
@@ -88,7 +90,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
             alike=tuple(names[j] for j in np.flatnonzero(alike[i]) if j != i),
         )
         for i, freed in enumerate(fit.freed)
-        if (freed.calibrated or diagnosis.is_calibrated) and not freed.added
+        if (freed.calibrated or calibrated) and not freed.added
     ]
 
 

@@ -54,7 +54,7 @@ class Hint:
 
 @dataclass(frozen=True)
 class MissingHeat:
-    """Heat in W into the shaft that would make up for what is wrong in one run, the smoothest course of it.
+    """The smoothest heat input into the shaft, in W, that would explain what is left of one run.
 
     At times in s, with its standard deviation, shape (nodes,) each.
     """

@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
 from warmlink.orchestration.text_files import read_toml, shown
-from warmlink.orchestration.written.entries import Entry, Names, Text, Value
+from warmlink.orchestration.written.entries import Names, Setting, Text, Value
 from warmlink.orchestration.written.quantities import converter, quantity
 from warmlink.orchestration.written.tables import Table, read_table
 
@@ -33,7 +33,7 @@ Unit = Annotated[str | None, Text("W/K")]
 
 
 @dataclass(frozen=True)
-class Pair(Entry):
+class Pair(Setting):
     """Two values with units, as they are written: the cause says of what unit they are."""
 
     def _read(self, value: Any) -> tuple[str | float, str | float]:

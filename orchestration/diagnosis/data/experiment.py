@@ -23,7 +23,7 @@ from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
-from warmlink.orchestration.written.entries import Entry, Flag, OneOf, Quantity, Text, Value, Values
+from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
 from warmlink.orchestration.written.tables import Table, read_table
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ NOMINAL, MEASURED = "nominal", "measured"
 """What the states start from: the declared start values, or the first minute of measurements."""
 
 
-class Label(Entry):
+class Label(Setting):
     """The value of a label: a text, or a number that is taken for one."""
 
     def _read(self, value: Any) -> str:

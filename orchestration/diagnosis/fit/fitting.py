@@ -33,7 +33,7 @@ _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
-class Point:
+class FitPoint:
     """Sum of squared whitened residuals at some values of the freed variables, and its linearisation.
 
     `gram` and `gradient` are J'J and J'r by run, shapes (slots, slots) and (slots,).
@@ -44,19 +44,19 @@ class Point:
     gradient: tuple[Array, ...]
 
     @classmethod
-    def of(cls, grams: Sequence[Array]) -> Point:
+    def of(cls, grams: Sequence[Array]) -> FitPoint:
         """The point of whitened residuals beside their derivatives, from the Gram matrix of each run."""
         chi2 = sum(float(gram[0, 0]) for gram in grams)
         return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
 
-    def moved(self, numbers: Sequence[Freed], change: Array, overriding: Sequence[Freed]) -> Point:
+    def moved(self, numbers: Sequence[Freed], change: Array, overriding: Sequence[Freed]) -> FitPoint:
         """The same, by the linearisation, where numbers of all that are `overriding` have changed."""
         chi2, gradient = self.chi2, []
         for run, (gram, slope) in enumerate(zip(self.gram, self.gradient, strict=True)):
             step = slots_of(numbers, slope.size, run, overriding) @ change
             chi2 += float((gram @ step - 2 * slope) @ step)
             gradient.append(slope - gram @ step)
-        return Point(chi2, self.gram, tuple(gradient))
+        return FitPoint(chi2, self.gram, tuple(gradient))
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Fit:
     items: tuple[Item, ...]
     freed: tuple[Freed, ...]
     theta: Array
-    point: Point
+    point: FitPoint
     at_bound: tuple[bool, ...]
     arrived: bool = True
 
@@ -110,7 +110,7 @@ class Fit:
         return inverse_of(of_numbers(self.freed, self.freed, self.point)[0], 1e-12)
 
 
-def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: Point) -> tuple[Array, Array]:
+def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: FitPoint) -> tuple[Array, Array]:
     """Gram matrix and gradient of chosen numbers, put together from those of the slots."""
     gram, gradient = np.zeros((len(wanted), len(wanted))), np.zeros(len(wanted))
     for run, (by_slot, slope) in enumerate(zip(point.gram, point.gradient, strict=True)):
@@ -211,9 +211,9 @@ class Fitter:
             result.append(self.whiten(run, self.stacked(run, joined)))
         return result
 
-    def at(self, freed: Sequence[Freed], theta: Array) -> Point:
+    def at(self, freed: Sequence[Freed], theta: Array) -> FitPoint:
         """Chi-square and its linearisation at given values."""
-        return Point.of([each.T @ each for each in self.whitened(freed, theta)])
+        return FitPoint.of([each.T @ each for each in self.whitened(freed, theta)])
 
     def fit(
         self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
@@ -258,7 +258,9 @@ class Fitter:
             theta, point, arrived = self._last_step(freed, theta, point)
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point), arrived)
 
-    def _last_step(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[Array, Point, bool]:
+    def _last_step(
+        self, freed: Sequence[Freed], theta: Array, point: FitPoint
+    ) -> tuple[Array, FitPoint, bool]:
         """Values and point after a last step too small to be worth a simulation; whether it is so small."""
         lower, upper, _ = _bounds(freed)
         step, expected = bounded_step(*of_numbers(freed, freed, point), lower - theta, upper - theta)
@@ -267,18 +269,18 @@ class Fitter:
         ahead = np.clip(theta + step, lower, upper)
         return ahead, point.moved(freed, ahead - theta, freed), True
 
-    def _small(self, point: Point) -> float:
+    def _small(self, point: FitPoint) -> float:
         """Decrease of chi-square that is not worth a simulation."""
         return max(_SMALL, _SHARE * (point.chi2 - self.count))
 
-    def _tried(self, freed: Sequence[Freed], theta: Array) -> Point | None:
+    def _tried(self, freed: Sequence[Freed], theta: Array) -> FitPoint | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""
         try:
             return self.at(freed, theta)
         except NotSimulatedError:
             return None
 
-    def _beyond(self, freed: Sequence[Freed], theta: Array, point: Point) -> tuple[bool, ...]:
+    def _beyond(self, freed: Sequence[Freed], theta: Array, point: FitPoint) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
         lower, upper, _ = _bounds(freed)
         on = np.array([f.on_bound(value) for f, value in zip(freed, theta, strict=True)], dtype=bool)
@@ -297,7 +299,7 @@ def _bounds(freed: Sequence[Freed]) -> Array:
 def bounded_step(gram: Array, gradient: Array, lower: Array, upper: Array) -> tuple[Array, float]:
     """Step that minimises the linearised chi-square between bounds, and the decrease it promises."""
     correlation, scale = correlation_of(gram)
-    # What changes nothing over all its room, be it without bounds, stays where it is.
+    # What changes nothing over its whole range, even if unbounded, stays where it is.
     alive = np.sqrt(np.diag(gram)) * np.minimum(upper - lower, 1e150) > _NOTHING
     matrix = correlation + 1e-11 * np.eye(scale.size)
     matrix[~alive, :] = 0.0

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, Point
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint, Fitter
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Wander, integrated_out
@@ -96,10 +96,10 @@ class Integrated:
         least = min(each.chi2 + self.search.penalty(each.items) for each in tried)
         return least + constant + _WORTH * ((wander.room > 0) + (wander.heat > 0))
 
-    def _point(self, wander: Wander) -> tuple[Point, float]:
+    def _point(self, wander: Wander) -> tuple[FitPoint, float]:
         """Chi-square and its linearisation, and what else belongs to the likelihood."""
         if wander.still:
-            return Point.of([gram for gram, _, _ in self._grams]), 0.0
+            return FitPoint.of([gram for gram, _, _ in self._grams]), 0.0
         roots = (self.responses.root(run, wander) for run in range(len(self._grams)))
         out = [integrated_out(*each, root) for each, root in zip(self._grams, roots, strict=True)]
-        return Point.of([gram for gram, _ in out]), sum(constant for _, constant in out)
+        return FitPoint.of([gram for gram, _ in out]), sum(constant for _, constant in out)

@@ -127,7 +127,7 @@ def slow_courses(times: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Sample:
+class NoiseSample:
     """Residuals of a channel in a run, and what was taken out of them.
 
     Attributes
@@ -143,12 +143,12 @@ class Sample:
     removed: Array
     averaging: Averaging = ROW
 
-    def part(self, rows: slice) -> Sample:
+    def part(self, rows: slice) -> NoiseSample:
         """Some of the rows."""
         return replace(self, times=self.times[rows], values=self.values[rows], removed=self.removed[rows])
 
 
-def undisturbed(sample: Sample) -> list[Sample]:
+def undisturbed(sample: NoiseSample) -> list[NoiseSample]:
     """Parts of a sample without the stretches that stand out in their courses.
 
     Noise is the same throughout a run. A stretch that is much louder is a fault of the model, for example a
@@ -180,7 +180,7 @@ class Spectrum:
     """
 
     def __init__(
-        self, samples: Sequence[Sample], least: float, known: Averaging = ROW, unresolved: float = 0.0
+        self, samples: Sequence[NoiseSample], least: float, known: Averaging = ROW, unresolved: float = 0.0
     ) -> None:
         from scipy.fft import dct
 

@@ -80,7 +80,7 @@ def _inputs(cause: Cause, experiment: Experiment) -> Named:
 
 
 def _of_instrument(cause: Cause, rig: Rig, variable: str) -> str | None:
-    """Variable that a cause frees of the instrument that reads an output; None where it has no such one."""
+    """Variable that a cause frees of the instrument that reads an output; None if it has none."""
     if cause.kind == "place":
         at = None if rig.in_loop else rig.on_link(variable)
         place = None if at is None else f"{at[0]}.sensor_position[{at[1]}]"

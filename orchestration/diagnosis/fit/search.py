@@ -177,7 +177,7 @@ class Search:
         return len(best.items) > 1 or (bool(best.items) and self.lack_of_fit_p(best) < UNEXPLAINED)
 
     def _alone(self, best: Fit) -> list[Proposal]:
-        """Single causes that may do as well: far away, what is linear in them says little."""
+        """Single causes that may do as well: the linearisation is unreliable far from the start."""
         needed = self.null.chi2 - _ALONE * (self.null.chi2 - best.chi2)
         single = [p for p in self._proposals.values() if len(p.items) == 1 and p.chi2 < needed]
         return sorted(single, key=lambda p: p.chi2)[:_MOST_ALONE]
@@ -191,7 +191,7 @@ class Search:
         return [i for i in self.items if i.cause.kind == "record" and i.name == i.cause.name]
 
     def _late(self, best: Fit) -> list[Proposal]:
-        """A clock beside each cause of the best set, of which the others may only imitate the clock."""
+        """A clock error beside each cause of the best set, whose other causes may only mimic it."""
         pairs = (frozenset((clock.title, item.title)) for clock in self._clocks for item in best.items)
         return [self._proposals[pair] for pair in pairs if pair in self._proposals]
 
@@ -219,7 +219,7 @@ class Search:
         return sorted(likely, key=self.score)
 
     def cancelling(self, best: Fit) -> list[Fit]:
-        """Sets with one more cause that takes back nearly all of another: how strong both are, nothing tells.
+        """Sets with one more cause that takes back nearly all of another, so that neither strength is known.
 
         So a cause that is found weak may be what is left of two strong ones.
         """
@@ -251,7 +251,7 @@ class Search:
                     yield replace(fit, items=items, freed=freed)
 
     def not_fitted(self, count: int) -> list[Proposal]:
-        """Of the sets that were not worth a fit those of which most is expected, best first."""
+        """The most promising sets that were not fitted, best first."""
         return sorted(self._proposals.values(), key=self._expected)[:count]
 
     def _expected(self, proposal: Proposal) -> float:

@@ -21,7 +21,7 @@ from warmlink.orchestration.diagnosis.fit.noise import (
     LIKED,
     TOLERATED,
     NoiseModel,
-    Sample,
+    NoiseSample,
     Spectrum,
     estimate,
     slow_courses,
@@ -260,7 +260,7 @@ def _without_slow_courses(problem: Problem, fit: Fit | None, liked: float) -> li
             leaps = leaps[:, np.linalg.norm(leaps, axis=0) > max(data.scatter[channel], floor)]
             removed = orthonormal(np.column_stack([columns, leaps, slow_courses(data.time[rows])]), 1e-3)
             residual = residual - removed @ (removed.T @ residual)
-            samples += undisturbed(Sample(data.time[rows], residual, removed, data.averaging))
+            samples += undisturbed(NoiseSample(data.time[rows], residual, removed, data.averaging))
             least = max(least, float(data.quantum[channel]) / np.sqrt(12))
         together = np.concatenate(raw)
         unresolved = float(np.sqrt(together @ together / max(together.size, 1)))

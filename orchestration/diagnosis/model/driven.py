@@ -25,7 +25,7 @@ from warmlink.orchestration.master.slaves.library import Batch, sorted_by_type
 from warmlink.orchestration.master.slaves.other_process import without_main
 from warmlink.orchestration.master.slaves.slave import Names, SlaveError
 from warmlink.orchestration.system.assemble import end_of
-from warmlink.orchestration.system.model import Capabilities, Connection, System, Value, Variable
+from warmlink.orchestration.system.model import Capabilities, Connection, FmuVariable, System, Value
 
 LOG = "measured log"
 """Name of the slave that plays the log."""
@@ -121,8 +121,8 @@ class _Log:
 
     def __init__(self, run: Driven) -> None:
         self._run = run
-        self.variables: Mapping[str, Variable] = {
-            target: Variable(target, i, "Real", "Real", "output", "continuous")
+        self.variables: Mapping[str, FmuVariable] = {
+            target: FmuVariable(target, i, "Real", "Real", "output", "continuous")
             for i, target in enumerate(run.signals)
         }
         self.dependencies: Mapping[str, frozenset[str]] = dict.fromkeys(run.signals, frozenset())

@@ -15,8 +15,8 @@ from warmlink.orchestration.diagnosis.model.equations import Equations
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps, each_slot, nowhere
 from warmlink.orchestration.diagnosis.model.simulation import (
     NotSimulatedError,
+    SimulatedRun,
     Simulation,
-    Trajectory,
     halved,
     parts_before,
 )
@@ -89,19 +89,19 @@ class Forward(Simulation):
         own = np.abs(np.diag(np.array(self.equations.linear(begun, z, self._p, inputs, 0.0)[1])))
         return np.flatnonzero(own > _AT_ONCE * np.median(own))
 
-    def __call__(self, z: Array, times: Array) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> SimulatedRun:
         """Simulate; derivatives through the states and by the slots themselves."""
         key = z.tobytes()
         if key not in self._kept:
             self._kept = {key: self._integrate(z)}
         values, slopes, by_slot, direct = self._interpolated(z, self.steps, self._kept[key], times)
-        return Trajectory(values, slopes, by_slot + direct)
+        return SimulatedRun(values, slopes, by_slot + direct)
 
     def responses(self, z: Array, times: Array, courses: Courses) -> Array:
         """Derivatives by the courses' values; the outputs follow the courses through the states alone."""
         return self._interpolated(z, self.steps, self._integrate(z, courses), times)[2]
 
-    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> SimulatedRun:
         """What each part of the time before a row adds, if the inputs of the row act from then on.
 
         A difference of two courses up to the next of the rows, and from there on a derivative. It is as exact
@@ -133,7 +133,7 @@ class Forward(Simulation):
             for table, each in zip(whole, tables, strict=True):
                 table[first : first + len(each)] = each
         values, slopes, changes, _ = self._interpolated(z, steps, self._drawn(steps, *whole), times)
-        return Trajectory(values, slopes, changes)
+        return SimulatedRun(values, slopes, changes)
 
     def _integrate(self, z: Array, courses: Courses | None = None) -> _Tables:
         """States and sensitivities between steps, and their slopes at both ends of each step.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.model.simulation import Simulation, Trajectory, parts_before
+from warmlink.orchestration.diagnosis.model.simulation import SimulatedRun, Simulation, parts_before
 from warmlink.orchestration.machine.rig import Rig
 
 _Read = tuple[Array, Array, dict[str, Array]]
@@ -136,7 +136,7 @@ class Readings:
     def _seen(
         self,
         z: Array,
-        course: Callable[[Array, Array], Trajectory],
+        course: Callable[[Array, Array], SimulatedRun],
         bends: Array,
         around: Callable[[Array], tuple[Array, Array]],
     ) -> tuple[Array, Array, Array]:

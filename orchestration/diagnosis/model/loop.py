@@ -20,8 +20,8 @@ from warmlink.orchestration.diagnosis.model.driven import Driven, courses
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import (
     NotSimulatedError,
+    SimulatedRun,
     Simulation,
-    Trajectory,
     given_inputs,
     halved,
     parts_before,
@@ -118,7 +118,7 @@ class Loop(Simulation):
         self._at, self._answers = z.copy(), {}
         self._columns = self._by_slot(z, range(z.size if self._bounds else 0))
 
-    def __call__(self, z: Array, times: Array) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> SimulatedRun:
         """Simulate. Between communication points the outputs are interpolated."""
         if self._at is None:
             self.refine(z)
@@ -127,7 +127,7 @@ class Loop(Simulation):
         by_slot[:, :, moved] = self._by_slot(z, moved)
         values = self._course(z)  # which the differences have left behind
         slopes = np.gradient(values, self.time, axis=0)
-        return Trajectory(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
+        return SimulatedRun(*(self._interpolated(each, times) for each in (values, slopes, by_slot)))
 
     def responses(self, z: Array, times: Array, given: Courses) -> Array:
         """Derivatives by the courses' values at the nodes.
@@ -144,7 +144,7 @@ class Loop(Simulation):
             self._answers[key] = self._derivatives(z, added, np.repeat(sizes, len(hats)))
         return self._interpolated(self._answers[key], times)
 
-    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> SimulatedRun:
         """What each part of the time before a row adds, by runs with a further row each."""
         edges, time = parts_before(self.run, rows, parts), self.run.time
         shares = (time[rows] - edges[-2::-1]) / (time[rows] - time[rows - 1])

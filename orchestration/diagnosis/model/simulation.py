@@ -26,7 +26,7 @@ class NotSimulatedError(InputError):
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class SimulatedRun:
     """True outputs at times, shape (times, outputs), before any instrument reads them, and their slopes.
 
     `by_slot` are derivatives, shape (times, outputs, slots), or (times, outputs, 0) where none are requested.
@@ -58,7 +58,7 @@ class Simulation(ABC):
         """Points between steps in s, rising."""
 
     @abstractmethod
-    def __call__(self, z: Array, times: Array) -> Trajectory:
+    def __call__(self, z: Array, times: Array) -> SimulatedRun:
         """Simulate with values of the slots in SI, shape (slots,); times in s within the run, rising."""
 
     @abstractmethod
@@ -66,7 +66,7 @@ class Simulation(ABC):
         """Derivatives of the outputs by the courses' values at the nodes, shape (times, outputs, values)."""
 
     @abstractmethod
-    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> Trajectory:
+    def sooner(self, z: Array, times: Array, rows: NDArray[np.int64], parts: int) -> SimulatedRun:
         """What each part of the time before a row adds, if the inputs of the row act from then on.
 
         It stands in place of the derivatives by slot, shape (times, outputs, rows * parts); of the parts of a

@@ -20,7 +20,7 @@ from warmlink.orchestration.diagnosis.practice import hidden
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.finite_elements.body import Body
-from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Drive, Fea, HeatStepper
+from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Fea, HeatDrive, HeatStepper
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
 from warmlink.orchestration.paper.mesh import bare_link
 from warmlink.orchestration.progress import Progress, unseen
@@ -144,7 +144,7 @@ class _Cell:
         """Begin a segment of the duty cycle."""
         self._truth, self._segment = truth, segment
         steady = hidden.convection(truth, segment)
-        drive = Drive(
+        drive = HeatDrive(
             lambda time: steady * (1 + truth.draught(time)),
             lambda time: hidden.surroundings(truth, segment, time),
             heat_flow=self._through_joint,

@@ -17,7 +17,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.structure import continuous_inputs, plan
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, SlaveStates
 from warmlink.orchestration.master.slaves.slave import SlaveError, nominal
 from warmlink.orchestration.system.model import Value
 
@@ -162,7 +162,7 @@ class IteratedStepper(Stepper):
         self._names = [tuple(network.writes[k][p] for p in smooth) for k, smooth in enumerate(self._smooth)]
         self._past: list[tuple[float, list[list[Value]]]] = []  # times and inputs, newest first
         self._kept: list[Array | None] = [None] * len(self.plan.groups)
-        self._snapshots: list[Snapshot | None] = [None] * len(self.plan.groups)
+        self._snapshots: list[SlaveStates | None] = [None] * len(self.plan.groups)
 
     def step(self, time: float, step_size: float) -> None:
         """Advance all slaves by one communication step."""

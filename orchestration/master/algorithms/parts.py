@@ -13,7 +13,7 @@ from typing import ClassVar, cast
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Schedule, Stepper
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, SlaveStates
 from warmlink.orchestration.master.slaves.slave import SlaveError
 
 REPEATABLE = ("discard", "not converged")
@@ -63,7 +63,7 @@ class PartsStepper(Stepper):
         self._ticks = 1 << min(DEEPEST, math.floor(math.log2(points.step_size / smallest) + 1e-9))
         self._size = self._ticks
         self._growth = growth
-        self._kept: tuple[Snapshot, object] | None = None
+        self._kept: tuple[SlaveStates, object] | None = None
         self.in_the_way = ""
 
     @abstractmethod

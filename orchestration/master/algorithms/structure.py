@@ -82,7 +82,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ExchangePlan:
     """The order of a macro step: groups by what feeds what, then by feedthrough those that act at samples.
 
     The remarks say what slaves without state restore prevent.
@@ -93,7 +93,7 @@ class Plan:
     remarks: tuple[str, ...]
 
 
-def plan(network: Network) -> Plan:
+def plan(network: Network) -> ExchangePlan:
     """Find the loops of continuous signals and order them."""
     count = len(network.slaves)
     order = feedthrough_order(network)
@@ -113,7 +113,7 @@ def plan(network: Network) -> Plan:
             done.update(loop)
             groups.append(_group(network, loop))
     remarks = (_remark(network, group) for group in groups if group.followers)
-    return Plan(tuple(groups), sampled, tuple(remarks))
+    return ExchangePlan(tuple(groups), sampled, tuple(remarks))
 
 
 def _group(network: Network, loop: list[int]) -> Group:

@@ -24,7 +24,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Tuned(Algorithm):
+class Retuned(Algorithm):
     """Change tunable parameters at communication points, then step as the inner algorithm does.
 
     A change between two communication points acts from the later one on. InputError if a change is of
@@ -57,7 +57,7 @@ class Tuned(Algorithm):
 
 
 class TunedStepper(Stepper):
-    """The inner stepper, before each of whose steps the parameters are those of the time.
+    """The inner stepper, which applies the parameter changes that are due before each step.
 
     They are set anew in every step, because a step that is repeated starts from a state that holds the
     parameters of an earlier time.

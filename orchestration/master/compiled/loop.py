@@ -21,7 +21,7 @@ from warmlink.orchestration.master.algorithms.algorithm import STEP, WRITE, Algo
 from warmlink.orchestration.master.recording.recorder import Recorder
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.library import Batch
-from warmlink.orchestration.master.slaves.network import Network, Snapshot
+from warmlink.orchestration.master.slaves.network import Network, SlaveStates
 from warmlink.orchestration.master.slaves.slave import Names
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
     return None
 
 
-class Layout:
+class MemoryLayout:
     """Tables of addresses and indices that the compiled loop runs over: `tables`, as `Tables` in `loop.c`.
 
     The four buffers hold doubles, ints, bytes and long ints; each batch of a slave's variables has its
@@ -217,10 +217,10 @@ class CompiledLoop:
     def __init__(self, network: Network, schedule: Schedule, recorder: Recorder, *, goes_back: bool) -> None:
         self.network, self.recorder, self._points = network, recorder, recorder.points
         self._jobs = list(schedule.jobs)
-        self.layout = Layout(network, schedule, recorder)
+        self.layout = MemoryLayout(network, schedule, recorder)
         self.layout.load()
         self._restores = goes_back and not network.unable_to_restore()
-        self._keyframe: Snapshot | None = None
+        self._keyframe: SlaveStates | None = None
         self._cells = np.frombuffer(recorder.cells, dtype=np.int64)
         self._chunk = 256
 

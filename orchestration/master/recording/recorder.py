@@ -18,11 +18,11 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.files import fresh_file, whole_file, write_all
 from warmlink.orchestration.master.communication import CommunicationPoints
-from warmlink.orchestration.master.recording.result import Table
+from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.description import Variable
+from warmlink.orchestration.system.description import FmuVariable
 
 VALUES, COLUMNS = "values.npy", "columns.json"
 BLOCK_ROWS = 4096
@@ -61,7 +61,7 @@ class Values:
         self._file: BinaryIO
         self._columns = 0
 
-    def open(self, header: Table) -> None:
+    def open(self, header: RecordTable) -> None:
         """Begin to write; InputError where the folder cannot be written or lacks rows to keep."""
         points, columns = header.points, [{"name": n, "unit": header.units[n]} for n in header.names]
         about = {"columns": columns, "start_time_s": points.start_time, "step_size_s": points.step_size}
@@ -129,7 +129,7 @@ class Values:
         return stream.getvalue()
 
 
-def values_in(folder: Path) -> Table | None:
+def values_in(folder: Path) -> RecordTable | None:
     """What a run wrote to a folder while it ran; None where there is none, or it cannot be read."""
     with suppress(OSError, ValueError, LookupError, TypeError):
         about = json.loads((folder / COLUMNS).read_text("utf-8"))
@@ -139,16 +139,16 @@ def values_in(folder: Path) -> Table | None:
         if values.ndim == 2 and values.shape[1] == len(names) and len(values) <= count + 1:
             units = {each["name"]: each["unit"] for each in about["columns"]}
             points = CommunicationPoints.between(start, start + count * step, step)
-            return Table(names, units, points, values)
+            return RecordTable(names, units, points, values)
     return None
 
 
-def is_number(variable: Variable) -> bool:
+def is_number(variable: FmuVariable) -> bool:
     """Tell whether a variable is a scalar number, which alone is recorded."""
     return variable.kind not in (None, "String") and not variable.dimensions
 
 
-def is_recorded(variable: Variable) -> bool:
+def is_recorded(variable: FmuVariable) -> bool:
     """Tell whether a variable is recorded unasked."""
     return variable.causality == "output" and is_number(variable)
 
@@ -194,7 +194,7 @@ class Recorder:
         self.late: list[Names] = [tuple(of.values()) for of in late]
         self._others = [(k, self.late[k], list(of)) for k, of in enumerate(late) if of]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
-        self.header = Table(names, units, points, np.empty((0, len(names))))
+        self.header = RecordTable(names, units, points, np.empty((0, len(names))))
         shape = points.count + 1, len(names)
         size = 8 * shape[0] * shape[1]
         if folder is None and size > MOST_BYTES:
@@ -239,7 +239,7 @@ class Recorder:
         """Go on behind rows that the folder holds already."""
         self.rows = self._base = self.cells[under_way.ROWS] = rows
 
-    def table(self) -> Table:
+    def table(self) -> RecordTable:
         """Give everything recorded."""
         rest = self._block[: self.rows - self._base]
         return self.header.holding(rest if self._folder is None else self._folder.values(self._base, rest))

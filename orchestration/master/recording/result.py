@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class RecordTable:
     """Values at the first communication points of a run; a file on disk may stand behind them.
 
     The names are `slave.variable`; a unit is None where the slave gives none; the values in those units have
@@ -56,7 +56,7 @@ class Table:
             raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
         return self.values[:, self._column[name]]
 
-    def holding(self, values: Array) -> Table:
+    def holding(self, values: Array) -> RecordTable:
         """Give the same columns with other values."""
         return replace(self, values=values)
 
@@ -86,7 +86,7 @@ class Audit:
     """A balance evaluated over a recorded run, in the unit of both ends."""
 
     balance: Balance
-    table: Table = field(repr=False)
+    table: RecordTable = field(repr=False)
 
     @property
     def unit(self) -> str | None:
@@ -203,7 +203,7 @@ class Result(Answer):
     remarks : sentences that say what the slaves did not allow, and what was done instead
     """
 
-    table: Table
+    table: RecordTable
     status: Literal["completed", "ended", "stopped"]
     reason: str | None = None
     error: SlaveError | None = None

@@ -22,9 +22,9 @@ from warmlink.orchestration.master.slaves.library import (
     held_from_start,
     sorted_by_type,
 )
-from warmlink.orchestration.master.slaves.slave import Experiment, Names, SlaveError, Status
+from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError, Status
 from warmlink.orchestration.system.description import ModelInfo
-from warmlink.orchestration.system.model import Value, Variable
+from warmlink.orchestration.system.model import FmuVariable, Value
 
 _ONE, _LITTLE = 1.0, 2.0**-80
 """Their sum and difference are equal where numbers are rounded to the nearest, and nowhere else."""
@@ -81,7 +81,7 @@ class FmiSlave(ABC):
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
         self.info = info
-        self.variables: Mapping[str, Variable] = info.variables
+        self.variables: Mapping[str, FmuVariable] = info.variables
         self.capabilities = info.capabilities
         self.dependencies: Mapping[str, frozenset[str]] = {o: info.feedthrough(o) for o in info.outputs}
         self.accepts_nan = info.accepts_nan
@@ -181,7 +181,7 @@ class FmiSlave(ABC):
             self.fail("DoStep", status)
         return f"{self.prefix}DoStep asks to end the simulation{self.log.tell()}"
 
-    def setup(self, experiment: Experiment) -> None:
+    def setup(self, experiment: RunSpan) -> None:
         """Set up the experiment; FMI 3.0 is told of it on entering initialization mode."""
         self.time, stop = experiment.start_time, experiment.stop_time
         self.forward_only = not experiment.goes_back

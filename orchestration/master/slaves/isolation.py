@@ -21,7 +21,7 @@ from warmlink.orchestration.master.slaves.other_process import (
     ProcessEndedError,
     how_it_ended,
 )
-from warmlink.orchestration.master.slaves.slave import Experiment, Names, Slave, SlaveError
+from warmlink.orchestration.master.slaves.slave import Names, RunSpan, Slave, SlaveError
 from warmlink.orchestration.system.model import ModelInfo, Value
 
 Opener = Callable[[], Slave]
@@ -56,7 +56,7 @@ class IsolatedSlave:
         self.isolation = isolation
         self._time = 0.0
         self._failure: SlaveError | None = SlaveError(name, "error", 0.0, "it has not begun")
-        self._process = OtherProcess(name, _serve, opener, isolation.memory_limit, classes=(Experiment,))
+        self._process = OtherProcess(name, _serve, opener, isolation.memory_limit, classes=(RunSpan,))
         self._numbers: dict[Names, int] = {}
         self.remarks: list[str] = []  # what it does to its process while it runs concerns nobody else
         if isolation is UNLIMITED:

@@ -19,7 +19,7 @@ from typing import Any
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.model import Value, Variable
+from warmlink.orchestration.system.model import FmuVariable, Value
 
 _INTEGERS = [f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)]
 _TYPES: dict[str, dict[str, Any]] = {
@@ -61,7 +61,7 @@ _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for
 """Names in FMI 2.0 that differ in their capitals."""
 
 
-def exchanged_as(prefix: str, variable: Variable) -> tuple[str, Any] | None:
+def exchanged_as(prefix: str, variable: FmuVariable) -> tuple[str, Any] | None:
     """Name and ctypes type by which a variable is exchanged; None where it cannot be."""
     enumeration = "Integer" if prefix == "fmi2" else "Int64"
     base, types = enumeration if variable.type == "Enumeration" else variable.type, _TYPES[prefix]
@@ -74,7 +74,7 @@ Held = dict[int, list[Value]]
 _FLOATS = ("Real", "Float32", "Float64")
 
 
-def held_from_start(variables: Mapping[str, Variable]) -> Held:
+def held_from_start(variables: Mapping[str, FmuVariable]) -> Held:
     """Give the start values of everything, by value reference."""
     held: Held = {}
     for variable in variables.values():
@@ -92,7 +92,7 @@ class Batch:
     `get` and `set` take the same `arguments`.
     """
 
-    def __init__(self, base: str, c_type: Any, chosen: Mapping[int, Variable], held: Held) -> None:
+    def __init__(self, base: str, c_type: Any, chosen: Mapping[int, FmuVariable], held: Held) -> None:
         self.base, self.positions, self.count = base, list(chosen), len(chosen)
         self.arrays = any(variable.elements > 1 for variable in chosen.values())
         self.plain = base in _FLOATS and not self.arrays
@@ -136,13 +136,13 @@ class Batch:
 
 
 def sorted_by_type(
-    slave: str, prefix: str, variables: Mapping[str, Variable], names: Names, held: Held
+    slave: str, prefix: str, variables: Mapping[str, FmuVariable], names: Names, held: Held
 ) -> list[Batch]:
     """Sort variables into batches of one base type; InputError where one is unknown or cannot be exchanged.
 
     `prefix` is that of the slave's FMI version; `held` keeps what arrays were set to.
     """
-    found: dict[tuple[str, Any], dict[int, Variable]] = {}
+    found: dict[tuple[str, Any], dict[int, FmuVariable]] = {}
     for position, name in enumerate(names):
         variable = variables.get(name)
         if variable is None:

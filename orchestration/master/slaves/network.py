@@ -16,7 +16,7 @@ from warmlink.orchestration.master.slaves.slave import Names, Slave, SlaveError
 from warmlink.orchestration.system.model import INTEGER_RANGES, Connection, Value
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.system.description import Variable
+    from warmlink.orchestration.system.description import FmuVariable
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Wire:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class SlaveStates:
     """Everything that a rollback of some slaves needs."""
 
     members: tuple[int, ...]
@@ -132,7 +132,7 @@ class Network:
         told = f"its {('source', 'target')[end]} {component}.{variable} does not exist; correct the name"
         raise InputError(f"connection {link.source} -> {link.target}: {told}")
 
-    def source(self, wire: Wire) -> Variable:
+    def source(self, wire: Wire) -> FmuVariable:
         """Give the output that a wire begins at."""
         return self.slaves[wire.slave].variables[self.reads[wire.slave][wire.position]]
 
@@ -231,7 +231,7 @@ class Network:
         if os.getpid() != self._process:
             os._exit(0)
 
-    def snapshot(self, members: Sequence[int] | None = None, reuse: Snapshot | None = None) -> Snapshot:
+    def snapshot(self, members: Sequence[int] | None = None, reuse: SlaveStates | None = None) -> SlaveStates:
         """Copy the states of some slaves (default: all) and all values, over a snapshot given for reuse."""
         chosen = tuple(range(len(self.slaves)) if members is None else members)
         old = (None,) * len(chosen) if reuse is None else reuse.states
@@ -239,9 +239,9 @@ class Network:
         if reuse is None:
             self._copies += zip(chosen, states, strict=True)
         outputs, inputs = (tuple(list(each) for each in held) for held in (self.outputs, self.inputs))
-        return Snapshot(chosen, states, outputs, inputs)
+        return SlaveStates(chosen, states, outputs, inputs)
 
-    def rewind(self, snapshot: Snapshot) -> None:
+    def rewind(self, snapshot: SlaveStates) -> None:
         """Return to a snapshot, which may be used again."""
         for k, state in zip(snapshot.members, snapshot.states, strict=True):
             self.slaves[k].restore(state)
@@ -265,7 +265,7 @@ class Network:
         return tuple(s.name for s in self.slaves if not s.capabilities.variable_step)
 
 
-def _limits(giving: Variable, taking: Variable) -> tuple[int, int] | None:
+def _limits(giving: FmuVariable, taking: FmuVariable) -> tuple[int, int] | None:
     """Give what an input can hold where an output may have other values; None where it has none."""
     if not {giving.type, taking.type} <= INTEGER_RANGES.keys():
         return None

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.system.description import Capabilities, Variable
+    from warmlink.orchestration.system.description import Capabilities, FmuVariable
     from warmlink.orchestration.system.model import Value
 
 Names = tuple[str, ...]
@@ -46,7 +46,7 @@ class SlaveError(Exception):
 
 
 @dataclass(frozen=True)
-class Experiment:
+class RunSpan:
     """What a slave is told of a run before it initializes.
 
     Parameters
@@ -62,7 +62,7 @@ class Experiment:
     goes_back: bool = True
 
 
-def nominal(variable: Variable) -> float:
+def nominal(variable: FmuVariable) -> float:
     """Give the size by which a variable's tolerances are scaled; 1 where the slave gives none."""
     return abs(variable.nominal) if variable.nominal else 1.0
 
@@ -77,7 +77,7 @@ class Slave(Protocol):
     """
 
     name: str
-    variables: Mapping[str, Variable]
+    variables: Mapping[str, FmuVariable]
     capabilities: Capabilities
     dependencies: Mapping[str, frozenset[str]]
     accepts_nan: frozenset[str]
@@ -85,7 +85,7 @@ class Slave(Protocol):
     @property
     def remarks(self) -> Sequence[str]: ...  # noqa: D102
 
-    def setup(self, experiment: Experiment) -> None:
+    def setup(self, experiment: RunSpan) -> None:
         """Set up the experiment; start values are set after that, before initialization mode."""
 
     def enter_initialization(self) -> None:

@@ -41,7 +41,7 @@ UNITS = {
 """Spellings of units that the page knows in a measured run, by SI unit; the command knows more."""
 
 
-class Whole(NamedTuple):
+class WholeSystem(NamedTuple):
     """A scenario with one controller, its system as one component without start values, and compiled."""
 
     scenario: Scenario
@@ -75,7 +75,7 @@ class Asked:
         return [self.scenario, *options]
 
 
-def content(systems: Sequence[Whole], asked: Asked) -> dict[str, Any]:
+def content(systems: Sequence[WholeSystem], asked: Asked) -> dict[str, Any]:
     """Content of the page, to be written as JSON.
 
     Parameters
@@ -188,7 +188,7 @@ def _of_laws(name: str, expression: str, laws: Sequence[str]) -> list[dict[str, 
     return [_line(f"{name}{law}", expression, law) for law in laws if law != NO_CONTROLLER]
 
 
-def _law(system: Whole, watched: Sequence[str], drivers: Sequence[str]) -> dict[str, Any]:
+def _law(system: WholeSystem, watched: Sequence[str], drivers: Sequence[str]) -> dict[str, Any]:
     """What a reader should know of a law, its value references, and the scenario's start values by these.
 
     A variable has references by its place in the page's field; what all joints do has one in each of them.

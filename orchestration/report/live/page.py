@@ -17,7 +17,7 @@ from warmlink.fmus.safe_text import printable_json
 from warmlink.orchestration.catalogue import Controller, shipped
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.report.figures import LOOKS
-from warmlink.orchestration.report.live.content import Asked, Whole, content
+from warmlink.orchestration.report.live.content import Asked, WholeSystem, content
 from warmlink.orchestration.report.live.form import form, longest
 from warmlink.orchestration.report.page import rendered
 from warmlink.orchestration.scenarios.overrides import settable
@@ -61,7 +61,7 @@ def live_page(
         one = replace(scenario, controller=law)
         whole = one.joined({})
         module = kept(MODULES, _made_from(one), partial(browser_module, whole))
-        systems.append(Whole(one, whole, module))
+        systems.append(WholeSystem(one, whole, module))
     return _page(systems, asked)
 
 
@@ -74,13 +74,13 @@ def kept_live_page(scenario: Scenario, asked: Asked) -> str:
     for one in (replace(scenario, controller=law) for law in usual_laws(scenario)):
         module = None if scenario.machine.never_joined else kept_before(MODULES, _made_from(one))
         if module is not None:
-            systems.append(Whole(one, one.joined({}), module))
+            systems.append(WholeSystem(one, one.joined({}), module))
         elif not systems:
             return ""
     return _page(systems, asked)
 
 
-def _page(systems: Sequence[Whole], asked: Asked) -> str:
+def _page(systems: Sequence[WholeSystem], asked: Asked) -> str:
     scenario, whole, _ = systems[0]
     known = content(systems, asked)
     folder = resources.files("warmlink.orchestration.report.live")

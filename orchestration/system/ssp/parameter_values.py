@@ -23,7 +23,7 @@ from warmlink.orchestration.system.units import (
 
 
 @dataclass(frozen=True)
-class Parameter:
+class SsvValue:
     """One value of a parameter set, of a type of connectors: an Enumeration's is the name of its item.
 
     Where a Real has no unit, it is in that of the variable it goes to.
@@ -35,7 +35,7 @@ class Parameter:
     unit: Unit | None = None
 
 
-def read_ssv(path: Path) -> dict[str, Parameter]:
+def read_ssv(path: Path) -> dict[str, SsvValue]:
     """Parameters of an SSV file by name; InputError if it is absent, no SSV, or not supported."""
     remarks: list[str] = []
     found = parameter_set(xml.root_of_file(path, "ParameterSet", path.name, remarks), path.name, remarks)
@@ -44,18 +44,18 @@ def read_ssv(path: Path) -> dict[str, Parameter]:
     return found
 
 
-def write_ssv(values: Mapping[str, Value | Parameter], path: Path, name: str = "parameters") -> None:
+def write_ssv(values: Mapping[str, Value | SsvValue], path: Path, name: str = "parameters") -> None:
     """Write values by variable, with a unit or item as `Parameter`, as an SSV file, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:
         scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values)))
 
 
-def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, Parameter]:
+def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, SsvValue]:
     """Give the parameters of an `ssv:ParameterSet` element by name; what does not fit is an InputError."""
     xml.refuse_other_children(root, ("Parameters", "Enumerations", "Units"), where)
     units = definitions_of_units(root, where)
-    parameters: dict[str, Parameter] = {}
+    parameters: dict[str, SsvValue] = {}
     for child in root.iterfind("{*}Parameters/{*}Parameter"):
         name = xml.required(child, "name", where)
         found = _parameter(name, child, units, f"{where}: {name}", remarks)
@@ -67,7 +67,7 @@ def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, Parame
     return parameters
 
 
-def _parameter(name: str, entry: Any, units: dict[str, Unit], where: str, remarks: list[str]) -> Parameter:
+def _parameter(name: str, entry: Any, units: dict[str, Unit], where: str, remarks: list[str]) -> SsvValue:
     typed = [child for child in entry if xml.local(child) not in ("Annotations", "MetaData")]
     if len(typed) != 1:
         raise InputError(f"{where}: needs one value, not {len(typed)}; arrays are not supported")
@@ -81,7 +81,7 @@ def _parameter(name: str, entry: Any, units: dict[str, Unit], where: str, remark
     value: Value = text
     if kind in readers:
         value = readers[kind](text, f"{where}: value" if kind == "Boolean" else where)
-    return Parameter(name, kind, value, named_unit(unit, units, where, remarks) if kind == "Real" else None)
+    return SsvValue(name, kind, value, named_unit(unit, units, where, remarks) if kind == "Real" else None)
 
 
 def parameter_mapping(root: Any, where: str) -> tuple[Edge, ...]:
@@ -107,13 +107,13 @@ def with_transformation(edge: Edge, entry: Any, where: str) -> Edge:
     return replace(edge, transformation=change, suppress_unit_conversion=suppress)
 
 
-def parameter_set_element(name: str, values: Mapping[str, Value | Parameter]) -> Any:
+def parameter_set_element(name: str, values: Mapping[str, Value | SsvValue]) -> Any:
     """Give an `ssv:ParameterSet` element that holds the values and the definitions of their units."""
     root = xml.element("ssv", "ParameterSet", version="1.0", name=name)
     held = xml.sub_element(root, "ssv", "Parameters")
     used: dict[str, Unit] = {}
     for key, value in values.items():
-        parameter = value if isinstance(value, Parameter) else _plain(key, value)
+        parameter = value if isinstance(value, SsvValue) else _plain(key, value)
         entry = xml.sub_element(held, "ssv", "Parameter", name=key)
         unit = parameter.unit
         if unit is not None:
@@ -123,7 +123,7 @@ def parameter_set_element(name: str, values: Mapping[str, Value | Parameter]) ->
     return root
 
 
-def _plain(name: str, value: Value) -> Parameter:
+def _plain(name: str, value: Value) -> SsvValue:
     # bool is an int in Python, hence the order.
     kinds = ((bool, "Boolean"), (int, "Integer"), (float, "Real"), (str, "String"))
-    return Parameter(name, next(label for kind, label in kinds if isinstance(value, kind)), value)
+    return SsvValue(name, next(label for kind, label in kinds if isinstance(value, kind)), value)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.check import alike, check_connector, checked_value, own_unit, variable_of
-from warmlink.orchestration.system.model import Connection, Connector, Value, Variable
+from warmlink.orchestration.system.model import Connection, Connector, FmuVariable, Value
 from warmlink.orchestration.system.ssp.net import Edge, Net, Node, Path
-from warmlink.orchestration.system.ssp.parameter_values import Parameter
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue
 from warmlink.orchestration.system.units import IDENTITY, Conversion, QuantityError, Unit, conversion
 
 
@@ -23,7 +23,7 @@ class Binding:
     """One parameter binding of an element: values by name, and the mapping of names if there is one."""
 
     path: Path
-    parameters: dict[str, Parameter]
+    parameters: dict[str, SsvValue]
     mapping: tuple[Edge, ...] | None
     where: str
 
@@ -124,7 +124,7 @@ class Resolver:
                     found[way[-1].target.path][variable.name] = value
         return found
 
-    def _entering(self, binding: Binding) -> Iterator[tuple[Parameter, Edge]]:
+    def _entering(self, binding: Binding) -> Iterator[tuple[SsvValue, Edge]]:
         """Give each value with each connector that it enters; a mapping decides alone, where there is one."""
         edges: Iterable[Edge] = (Edge(name, name) for name in (Node((), each) for each in binding.parameters))
         for edge in edges if binding.mapping is None else binding.mapping:
@@ -163,7 +163,7 @@ class Resolver:
             self.remarks.append(f"{node}: has a start value but drives nothing")
         return ways
 
-    def _started(self, parameter: Parameter, way: Sequence[Edge]) -> tuple[Variable, Value]:
+    def _started(self, parameter: SsvValue, way: Sequence[Edge]) -> tuple[FmuVariable, Value]:
         """Give the variable at the end of a way, and the start value that it gets."""
         node = way[-1].target
         variable, own = self.variable(node)
@@ -186,7 +186,7 @@ class Resolver:
         return variable, checked_value(variable, value, str(node))
 
     def _scalars(self, node: Node, sizes: Sequence[int] = ()) -> list[Node]:
-        """Give the elements of an array, or what is none by itself; `sizes` are those of its connector."""
+        """Give the elements of an array, or the variable itself; `sizes` are those of its connector."""
         info = self.net.info(node)
         names = info.arrays.get(node.connector, (node.connector,)) if info else ()
         if sizes and math.prod(sizes) != len(names):
@@ -196,7 +196,7 @@ class Resolver:
             )
         return [Node(node.path, name) for name in names]
 
-    def variable(self, node: Node) -> tuple[Variable, Unit | None]:
+    def variable(self, node: Node) -> tuple[FmuVariable, Unit | None]:
         """Give a component's scalar variable and the unit of its values."""
         info, declared = self.net.info(node), self.net.declared(node)
         assert info is not None

@@ -9,7 +9,7 @@ import pytest
 
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.candidates import Freed
-from warmlink.orchestration.diagnosis.fit.fitting import Fitter, Point, bounded_step
+from warmlink.orchestration.diagnosis.fit.fitting import FitPoint, Fitter, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
@@ -23,11 +23,11 @@ class Parabola(Fitter):
         self.problem = cast("Problem", SimpleNamespace(calibrated=(number,)))
         self.weight, self.asked, self.least, self.count = weight, [start], least, 1
 
-    def at(self, freed: Sequence[Freed], theta: Any) -> Point:
+    def at(self, freed: Sequence[Freed], theta: Any) -> FitPoint:
         self.asked.append(float(theta[0]))
         away = self.least - theta[0]
         gram = np.array([[self.weight]])
-        return Point(self.weight * away**2, (gram,), (np.array([self.weight * away]),))
+        return FitPoint(self.weight * away**2, (gram,), (np.array([self.weight * away]),))
 
 
 def test_no_step_leaves_the_bounds() -> None:
@@ -77,7 +77,7 @@ def test_what_changes_nothing_stays_where_it_is() -> None:
 class Cliff(Parabola):
     """The same, where nothing can be simulated below 0.3."""
 
-    def at(self, freed: Sequence[Freed], theta: Any) -> Point:
+    def at(self, freed: Sequence[Freed], theta: Any) -> FitPoint:
         if theta[0] < 0.3:
             raise NotSimulatedError("Machine: column: not finite")
         return super().at(freed, theta)

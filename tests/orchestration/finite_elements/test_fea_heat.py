@@ -13,9 +13,9 @@ from tests.bars import bar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.thermal_link.equations import STEFAN_BOLTZMANN
 from warmlink.orchestration.finite_elements.body import HeatModel
-from warmlink.orchestration.finite_elements.transient import Drive, Fea, HeatStepper, graded, held, within
+from warmlink.orchestration.finite_elements.transient import Fea, HeatDrive, HeatStepper, graded, held, within
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS
-from warmlink.orchestration.paper.mesh import Assembly, paper_assembly
+from warmlink.orchestration.paper.mesh import RodMesh, paper_assembly
 
 LINK = MATERIALS["link"]
 SIZE = (0.3302, 0.0254, 0.00635)
@@ -32,7 +32,7 @@ def test_insulated_bar_with_held_end_converges_to_the_series_with_order_2() -> N
     errors = []
     for n in (8, 16, 32):
         body = bar(SIZE, (n, 1, 1), LINK)
-        drive = Drive(0.0, AMBIENT, temperature=AMBIENT + 14.0)
+        drive = HeatDrive(0.0, AMBIENT, temperature=AMBIENT + 14.0)
         grid = 120.0 / n * np.arange(5 * n + 1)
         history = Fea(body, 1).run(drive, grid, AMBIENT)
         exact = closed_forms.bar_fourier_rise(SIZE[0], 600.0, SIZE[0], 14.0, LINK.diffusivity)
@@ -49,7 +49,7 @@ def test_steady_fin_converges_with_order_2() -> None:
     for n in (4, 8, 16):
         # Beyond n = 8 the fin formula's own neglect of the section's temperature differences shows.
         body = bar(SIZE, (n, 1, 1), LINK)
-        drive = Drive(h, AMBIENT, temperature=AMBIENT + 14.0)
+        drive = HeatDrive(h, AMBIENT, temperature=AMBIENT + 14.0)
         history = Fea(body, 1).run(drive, 500.0 * np.arange(40 + 1), AMBIENT)
         errors.append(abs(history.temperature["tip"][-1] - AMBIENT - exact))
     assert errors[-1] < 0.005
@@ -60,7 +60,7 @@ def test_steady_fin_converges_with_order_2() -> None:
 def test_time_stepping_is_of_order_2(radiation: bool) -> None:
     """Smoothly varying ambient, heat flow and coefficient, on a fixed mesh, against small steps."""
     body = bar(SIZE, (6, 1, 1), LINK)
-    drive = Drive(
+    drive = HeatDrive(
         convection=lambda t: 8 + 4 * np.sin(t / 300),
         ambient=lambda t: AMBIENT + 3 * np.sin(t / 500),
         heat_flow=lambda t: 5 * np.sin(t / 200) ** 2,
@@ -83,7 +83,7 @@ def test_stepping_damps_what_it_cannot_resolve() -> None:
     """L-stable: one step of 1e7 s lands on the steady state from anywhere."""
     model = HeatModel(bar(SIZE, (6, 2, 1), LINK))
     start = AMBIENT + np.random.default_rng(1).normal(0, 50, model.size)
-    stepper = HeatStepper(model, Drive(5.0, AMBIENT, heat_flow=0.0))
+    stepper = HeatStepper(model, HeatDrive(5.0, AMBIENT, heat_flow=0.0))
     end = stepper.step(start, 0.0, 1e7)
     assert np.abs(end - AMBIENT).max() < 0.02
 
@@ -93,7 +93,7 @@ def test_energy_balance_with_quantities_integrated_apart_from_the_solver(radiati
     """Heat given (known) = heat stored (from the final field) + heat lost (Simpson over the times)."""
     body = paper_assembly()
     model = HeatModel(body)
-    drive = Drive(7.75, AMBIENT, heat_flow=3.0, radiation=radiation)
+    drive = HeatDrive(7.75, AMBIENT, heat_flow=3.0, radiation=radiation)
     stepper = HeatStepper(model, drive)
     field, lost = np.full(model.size, AMBIENT), [0.0]
     for i in range(360):
@@ -121,7 +121,7 @@ def test_heat_through_a_held_end_equals_the_fin_formula() -> None:
         SIZE[0], 14.0, m, LINK.conductivity, section, h / (LINK.conductivity * m)
     )
     model = Fea(bar(SIZE, (32, 1, 1), LINK), 1)
-    drive = Drive(h, AMBIENT, temperature=AMBIENT + 14.0)
+    drive = HeatDrive(h, AMBIENT, temperature=AMBIENT + 14.0)
     steady = model.fields(drive, 500.0 * np.arange(40 + 1), AMBIENT)[-1]
     assert h * (model.heat.load @ (steady - AMBIENT)) == pytest.approx(exact, rel=2e-3)
 
@@ -130,7 +130,7 @@ def test_radiation_balances_a_black_plate_at_the_stefan_boltzmann_temperature() 
     black = replace(LINK, emissivity=1.0, conductivity=1e5)
     body = bar((0.02, 0.02, 0.002), (2, 2, 1), black)
     model = HeatModel(body)
-    drive = Drive(0.0, AMBIENT, heat_flow=0.5, radiation=True)
+    drive = HeatDrive(0.0, AMBIENT, heat_flow=0.5, radiation=True)
     history = Fea(body, 1).run(drive, 100.0 * np.arange(200 + 1), AMBIENT)
     expected = (0.5 / (STEFAN_BOLTZMANN * model.area.sum()) + AMBIENT**4) ** 0.25
     assert history.temperature["tip"][-1] == pytest.approx(expected, abs=0.01)
@@ -149,7 +149,7 @@ def test_assembly_surface_and_volume_converge_to_the_exact_ones() -> None:
     holes = np.pi / 4 * np.array([g.shaft_diameter**2, g.diode_diameter**2])
     exact = (g.length * g.width - holes.sum()) * g.thickness
     for n, slack in ((1, 5e-3), (2, 1.3e-3), (4, 4e-4)):
-        model = HeatModel(paper_assembly(Assembly(refinement=n, only_link_cooled=True)))
+        model = HeatModel(paper_assembly(RodMesh(refinement=n, only_link_cooled=True)))
         volume = model.basis.dx[model.body.mesh.subdomains["link"]].sum()
         faces = 2 * (g.length * g.width - holes.sum()) + 2 * g.thickness * (g.length + g.width)
         assert volume == pytest.approx(exact, rel=slack)
@@ -172,7 +172,7 @@ def test_graded_grid_meets_every_breakpoint() -> None:
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        (lambda: Drive(1.0, 1.0), "either temperature or heat_flow"),
+        (lambda: HeatDrive(1.0, 1.0), "either temperature or heat_flow"),
         (lambda: Fea(bar(SIZE, (1, 1, 1), LINK), 3).elasticity, "order: 3"),
     ],
 )

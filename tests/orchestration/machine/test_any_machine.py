@@ -25,7 +25,7 @@ from warmlink.orchestration.system.write import write_ssp
 ROLES = Path(__file__).parent
 GANTRY = {
     **{"x_motor": "MotorHeatSource", "x_link": "ThermalLink", "y_motor": "MotorHeatSource"},
-    **{"y_link": "ThermalLink", "sensors": "TemperatureSensors", "compensator": "LagCompensator"},
+    **{"y_link": "ThermalLink", "sensors": "TemperatureSensors", "brain": "LagCompensator"},
 }
 GANTRY_WIRES = (
     ("x_motor.heat_flow", "x_link.heat_flow"),
@@ -34,8 +34,8 @@ GANTRY_WIRES = (
     ("y_link.base_temperature", "y_motor.link_base_temperature"),
     ("x_link.base_temperature", "sensors.temperature[3]"),
     ("y_link.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[3]", "compensator.base_temperature"),
-    ("sensors.reading[5]", "compensator.tip_temperature"),
+    ("sensors.reading[3]", "brain.base_temperature"),
+    ("sensors.reading[5]", "brain.tip_temperature"),
 )
 COLUMN = {"column": "ThermalLink", "sensors": "TemperatureSensors", "compensator": "LagCompensator"}
 COLUMN_WIRES = (

@@ -11,7 +11,7 @@ from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.answer.separation import DUTIES, ONE_AT_A_TIME, drives, duties_of
 from warmlink.orchestration.machine import shipped
 from warmlink.orchestration.machine.machine import KINDS
-from warmlink.orchestration.machine.read import Named, machine_in
+from warmlink.orchestration.machine.read import NamedMachine, machine_in
 from warmlink.orchestration.machine.rig import rig
 from warmlink.orchestration.machine.shipped import LIBRARY, machine_named, machines
 
@@ -95,4 +95,11 @@ def test_a_machine_that_a_file_names_wrongly_is_refused(
 ) -> None:
     (tmp_path / "machine.toml").write_text(text, "utf-8")
     with pytest.raises(InputError, match=complaint):
-        machine_in(Named(named, None, "here", tmp_path))
+        machine_in(NamedMachine(named, None, "here", tmp_path))
+
+
+def test_the_compensator_is_every_place_of_a_controller_unless_a_part_is_called_so() -> None:
+    cell, arm = machine_named("WarmupCell"), machine_named("SixAxisArm")
+    assert cell.addressed("compensator.gain") == ["compensator.gain"]
+    assert arm.addressed("compensator.gain") == [f"axis{i}.compensator.gain" for i in range(1, 7)]
+    assert arm.addressed("motor.pad_gain") == ["motor.pad_gain"], "which is refused, as there is none"

@@ -6,8 +6,8 @@ import pickle
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
-from warmlink.orchestration.master.slaves.slave import Experiment, Names
-from warmlink.orchestration.system.description import Capabilities, Variable
+from warmlink.orchestration.master.slaves.slave import Names, RunSpan
+from warmlink.orchestration.system.description import Capabilities, FmuVariable
 from warmlink.orchestration.system.model import Value
 
 
@@ -49,9 +49,9 @@ def real(
     unit: str | None = None,
     nominal: float | None = None,
     variability: str = "continuous",
-) -> Variable:
+) -> FmuVariable:
     """Describe a Real variable of a mock slave."""
-    return Variable(name, 0, "Real", "Real", causality, variability, unit=unit, nominal=nominal)
+    return FmuVariable(name, 0, "Real", "Real", causality, variability, unit=unit, nominal=nominal)
 
 
 def hold(state: Any, inputs: Inputs, time: float, step_size: float) -> Any:
@@ -96,7 +96,7 @@ class MockSlave:
         state: Any = None,
         advance: Advance = hold,
         feedthrough: Mapping[str, Sequence[str]] | None = None,
-        variables: Sequence[Variable] = (),
+        variables: Sequence[FmuVariable] = (),
         capabilities: Capabilities | None = None,
         accepts_nan: frozenset[str] = frozenset(),
         initialize: Callable[[Any, Inputs], Any] | None = None,
@@ -104,7 +104,7 @@ class MockSlave:
         self.name = name
         self.inputs = Inputs(inputs or {})
         self.outputs = dict(outputs or {})
-        self.variables: dict[str, Variable] = {
+        self.variables: dict[str, FmuVariable] = {
             **{n: real(n, "input") for n in self.inputs},
             **{n: real(n, "output") for n in self.outputs},
             **{v.name: v for v in variables},
@@ -120,7 +120,7 @@ class MockSlave:
         self._initialize = initialize
         self._time = 0.0
 
-    def setup(self, experiment: Experiment) -> None:
+    def setup(self, experiment: RunSpan) -> None:
         """Note the start time."""
         self._time = experiment.start_time
 

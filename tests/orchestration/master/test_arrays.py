@@ -17,7 +17,7 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 from .hand_written import compiled
 from .pairs import wire
@@ -59,7 +59,7 @@ def test_the_state_space_of_the_reference_fmus_runs(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "StateSpace.fmu", "w") as archive:
         archive.write(source / "StateSpace/FMI3.xml", "modelDescription.xml")
         archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
-    alone = System("s", {"a": Component("a", tmp_path / "StateSpace.fmu")})
+    alone = System("s", {"a": FmuPart("a", tmp_path / "StateSpace.fmu")})
     run = simulate(alone, 10.0, 1.0, GaussSeidel())
     assert run.status == "completed", run.reason
     with (source / "StateSpace/StateSpace_out.csv").open() as stream:
@@ -78,7 +78,7 @@ def test_arrays_are_their_elements(arrays: Path) -> None:
 
 def test_elements_are_wired_set_and_recorded_alone(arrays: Path) -> None:
     values = {"a": {"gain[1,2]": 10.0}, "b": {"u[2]": -1.0, "gain[2,2]": 2.0}}
-    parts = {name: Component(name, arrays, {}, given) for name, given in values.items()}
+    parts = {name: FmuPart(name, arrays, {}, given) for name, given in values.items()}
     wired = System("s", parts, (wire("a.y[1] -> b.u[3]"), wire("b.y[2] -> a.u[1]", factor=0.5)))
     run = simulate(wired, 2.0, 1.0, GaussSeidel(("b", "a")), record=["a.y[1]", "b.y[3]", "a.u[1]", "a.u[2]"])
     assert run.status == "completed", run.reason

@@ -18,7 +18,7 @@ from warmlink.orchestration.master.compiled.loop import PAYS_FROM_SLAVE_STEPS, S
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, System, Value
+from warmlink.orchestration.system.model import FmuPart, System, Value
 
 from .pairs import assembly, counter, interrupt_at, wire
 
@@ -37,7 +37,7 @@ STEPPINGS: tuple[Stepping, ...] = ("plain", "compiled")
 def loop(*fmus: Path, **values: dict[str, Value]) -> System:
     given: dict[str, dict[str, Value]] = {"a": {"y": 1.0}, "b": {"rate": 0.7, "on": True}, "c": {"gain": 0.9}}
     components = {
-        name: Component(name, fmu, {}, {**given[name], **values.get(name, {})})
+        name: FmuPart(name, fmu, {}, {**given[name], **values.get(name, {})})
         for name, fmu in zip("abc", fmus, strict=True)
     }
     return System("loop", components, WIRES)
@@ -142,8 +142,8 @@ def test_failures_of_slaves_that_cannot_go_back(trivial2: Path, tmp_path: Path, 
 
 def test_what_gives_no_more_of_what_is_only_recorded_is_named(trivial2: Path) -> None:
     components = {
-        "a": Component("a", trivial2, {}, {"y": 1.0}),
-        "b": Component("b", trivial2, {}, {"fail_at": 100.05, "fail_status": 15}),
+        "a": FmuPart("a", trivial2, {}, {"y": 1.0}),
+        "b": FmuPart("b", trivial2, {}, {"fail_at": 100.05, "fail_status": 15}),
     }
     plain, compiled = both(System("pair", components, WIRES[:1]), Jacobi(), record=["a.y", "b.rate"])
     assert plain.reason is not None

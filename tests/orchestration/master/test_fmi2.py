@@ -21,17 +21,17 @@ from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacob
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves import library, versions
-from warmlink.orchestration.master.slaves.slave import Experiment
+from warmlink.orchestration.master.slaves.slave import RunSpan
 from warmlink.orchestration.master.slaves.versions import Fmi2Slave
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Component, Connection, System, Value
+from warmlink.orchestration.system.model import Connection, FmuPart, System, Value
 
 from .pairs import wire
 
 
 def system(fmu: Path, *wires: Connection, **values: dict[str, Value]) -> System:
-    components = {n: Component(n, fmu, {}, v) for n, v in values.items()}
+    components = {n: FmuPart(n, fmu, {}, v) for n, v in values.items()}
     return System("s", components, wires)
 
 
@@ -177,7 +177,7 @@ def test_states_restore_and_serialise(trivial2: Path) -> None:
     assembly = assemble(system(trivial2, a={}, b={}))
     a, b = assembly.slaves
     for slave in (a, b):
-        slave.setup(Experiment(0.0))
+        slave.setup(RunSpan(0.0))
         slave.enter_initialization()
         slave.exit_initialization()
     a.step(0.0, 1.0)

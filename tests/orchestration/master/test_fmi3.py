@@ -11,8 +11,8 @@ from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.assembly import assemble
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.master.slaves.slave import Experiment
-from warmlink.orchestration.system.model import Component, System, Value
+from warmlink.orchestration.master.slaves.slave import RunSpan
+from warmlink.orchestration.system.model import FmuPart, System, Value
 
 from .pairs import wire
 
@@ -22,18 +22,18 @@ def mixed(first: Path, second: Path, **values: dict[str, Value]) -> System:
     fmus = {"a": first, "b": second}
     return System(
         "s",
-        {n: Component(n, fmu, {}, values.get(n, {})) for n, fmu in fmus.items()},
+        {n: FmuPart(n, fmu, {}, values.get(n, {})) for n, fmu in fmus.items()},
         wires,
     )
 
 
 def test_all_types_states_and_polynomial_inputs(trivial3: Path) -> None:
-    assembly = assemble(System("s", {"a": Component("a", trivial3)}))
+    assembly = assemble(System("s", {"a": FmuPart("a", trivial3)}))
     (slave,) = assembly.slaves
     names = ("u", "fail_status", "on", "label", "rate")
     slave.set(names, [0.25, 0, True, "größe", 2.0])
     assert slave.get(names) == [0.25, 0, True, "größe", 2.0]
-    slave.setup(Experiment(0.0, 10.0))
+    slave.setup(RunSpan(0.0, 10.0))
     slave.enter_initialization()
     slave.exit_initialization()
     state, data = slave.state(), slave.serialize()
@@ -71,7 +71,7 @@ def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3
     start = {"y": 1.0}
     results = []
     for fmu in (trivial2, trivial3):
-        system = System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, wires)
+        system = System("s", {"a": FmuPart("a", fmu, {}, start), "b": FmuPart("b", fmu)}, wires)
         results.append(simulate(system, 5.0, 0.125, FixedPoint()))
     np.testing.assert_allclose(results[0]["a.y"], results[1]["a.y"], rtol=1e-8, atol=1e-8)
     assert np.max(np.abs(results[1]["a.y"] - np.cos(results[1].times))) < 2e-2
@@ -79,7 +79,7 @@ def test_interpolated_inputs_reach_the_accuracy_of_fmi2(trivial2: Path, trivial3
 
 def test_bad_status_is_told_in_the_slaves_words(trivial3: Path) -> None:
     values: dict[str, Value] = {"fail_at": 3.5, "fail_status": 3}
-    system = System("s", {"a": Component("a", trivial3, {}, values)})
+    system = System("s", {"a": FmuPart("a", trivial3, {}, values)})
     result = simulate(system, 10.0, 1.0)
     assert result.reason == "a: error at 3 s: fmi3DoStep answered error; it logged: it fails from 3.5"
     np.testing.assert_array_equal(result.times, [0, 1, 2, 3])

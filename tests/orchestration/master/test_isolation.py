@@ -15,7 +15,7 @@ from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.master.slaves.other_process import OtherProcess, ProcessEndedError
-from warmlink.orchestration.system.model import Component, System, Value
+from warmlink.orchestration.system.model import FmuPart, System, Value
 
 from .pairs import wire
 
@@ -25,7 +25,7 @@ LIMITS = Isolation(time_limit=0.5)
 def pair(fmu: Path, **values: Value) -> System:
     wires = (wire("a.y -> b.u"), wire("b.y -> a.u", factor=-1.0))
     parameters = {"y": 1.0, **values}
-    return System("s", {"a": Component("a", fmu), "b": Component("b", fmu, {}, parameters)}, wires)
+    return System("s", {"a": FmuPart("a", fmu), "b": FmuPart("b", fmu, {}, parameters)}, wires)
 
 
 def test_isolated_slaves_give_the_same_values(trivial2: Path) -> None:

@@ -25,11 +25,11 @@ from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint, InterfaceNewton
 from warmlink.orchestration.master.recording.checkpoint import LongRun
-from warmlink.orchestration.master.recording.result import Table
+from warmlink.orchestration.master.recording.result import RecordTable
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 from .mock import MockSlave
 from .motor_link import motor_link
@@ -41,7 +41,7 @@ KILLS = int(os.environ.get("WARMLINK_KILLS", "5"))
 
 def pair(fmu: Path) -> System:
     start = {"y": 1.0}
-    return System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, WIRES)
+    return System("s", {"a": FmuPart("a", fmu, {}, start), "b": FmuPart("b", fmu)}, WIRES)
 
 
 def test_streamed_values_are_those_of_a_run_in_memory(tmp_path: Path) -> None:
@@ -156,7 +156,7 @@ def test_kills_at_random_moments_change_nothing(trivial2: Path, tmp_path: Path) 
 def test_a_damaged_checkpoint_is_refused_or_changes_nothing(tmp_path: Path) -> None:
     long_run = LongRun(tmp_path / "run", every=2, resume=True)
 
-    def run() -> Table:
+    def run() -> RecordTable:
         return simulate(assembly([counter("x")]), 5.0, 1.0, long_run=long_run).table
 
     whole = np.array(run().values)

@@ -11,7 +11,7 @@ import pytest
 
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 from .pairs import wire
 
@@ -23,7 +23,7 @@ REFERENCE = {"u": 0, "y": 1, "z": 2, "rate": 3, "gain": 4}
 
 
 def ours(fmu: Path) -> np.ndarray:
-    components = {n: Component(n, fmu, {}, dict(v)) for n, v in START.items()}
+    components = {n: FmuPart(n, fmu, {}, dict(v)) for n, v in START.items()}
     system = System("loop", components, tuple(wire(w) for w in WIRES))
     result = simulate(system, STEPS * STEP, STEP, Jacobi())
     return np.column_stack([result[name] for name in WATCHED])

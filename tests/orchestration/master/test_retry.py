@@ -14,7 +14,7 @@ from warmlink.orchestration.master.algorithms.parts import Retry
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.system.description import Capabilities
-from warmlink.orchestration.system.model import Component, System
+from warmlink.orchestration.system.model import FmuPart, System
 
 from .mock import MockSlave
 from .pairs import assembly, counter, wire
@@ -69,7 +69,7 @@ def test_a_slave_without_restore_is_named_as_the_reason_not_to_try() -> None:
 
 def test_native_slaves_are_retried(trivial2: Path) -> None:
     parameters = {"largest_step": 0.25}
-    system = System("s", {"a": Component("a", trivial2), "b": Component("b", trivial2, {}, parameters)})
+    system = System("s", {"a": FmuPart("a", trivial2), "b": FmuPart("b", trivial2, {}, parameters)})
     result = simulate(system, 50.0, 1.0)
     assert result.status == "completed"
     np.testing.assert_allclose(result["b.y"], result.times)

@@ -19,7 +19,7 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.isolation import Isolation
 from warmlink.orchestration.simulation import experiment_of, remarks_on_steps
-from warmlink.orchestration.system.model import Component, DefaultExperiment, System, Value
+from warmlink.orchestration.system.model import DefaultExperiment, FmuPart, System, Value
 from warmlink.orchestration.system.write import write_ssp
 
 from .hand_written import compiled
@@ -79,7 +79,7 @@ def told2(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def system(fmu: Path, **values: dict[str, Value]) -> System:
-    return System("s", {name: Component(name, fmu, {}, given) for name, given in values.items()})
+    return System("s", {name: FmuPart(name, fmu, {}, given) for name, given in values.items()})
 
 
 def ran(made: System, form: str = "plain", by: Algorithm | None = None, **how: Any) -> Result:
@@ -233,7 +233,7 @@ def test_fmus_of_two_steps_meet_at_the_least_common_one(tmp_path: Path) -> None:
     made = System("s", {})
     for name, step in (("a", "0.3"), ("b", "0.2")):
         (tmp_path / name).mkdir()
-        made.components[name] = Component(name, stepped(tmp_path / name, "2.0", 0.0, stepSize=step))
+        made.components[name] = FmuPart(name, stepped(tmp_path / name, "2.0", 0.0, stepSize=step))
     assert experiment_of(made, "6 s", None) == pytest.approx((6.0, 0.6))
 
 

@@ -18,7 +18,7 @@ from warmlink.orchestration.machine.shipped import machine_named
 from warmlink.orchestration.master.algorithms.doubling import StepDoubling
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
-from warmlink.orchestration.master.algorithms.tuned import Change, Tuned
+from warmlink.orchestration.master.algorithms.tuned import Change, Retuned
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.write import write_ssp
@@ -40,7 +40,7 @@ def bench(request: pytest.FixtureRequest) -> System:
 
 
 def run(bench: System, *changes: Change) -> np.ndarray:
-    result = simulate(bench, float(STEPS), 1.0, Tuned(Jacobi(), changes))
+    result = simulate(bench, float(STEPS), 1.0, Retuned(Jacobi(), changes))
     assert result.status == "completed"
     return np.column_stack([result[name] for name in WATCHED])
 
@@ -116,7 +116,7 @@ def test_fmpy_agrees(bench: System) -> None:
 )
 def test_what_cannot_be_tuned_is_refused(bench: System, change: Change, sentence: str) -> None:
     with pytest.raises(InputError) as refusal:
-        simulate(bench, 2.0, 1.0, Tuned(GaussSeidel(), (change,)))
+        simulate(bench, 2.0, 1.0, Retuned(GaussSeidel(), (change,)))
     assert str(refusal.value).startswith(sentence)
 
 
@@ -128,7 +128,7 @@ def test_step_doubling_compares_anew_after_a_change() -> None:
         outputs={"y": lambda x, u, t: 50.0 * t + u["size"] * np.sin(6.0 * t)},
         variables=[replace(real("size", "parameter", variability="tunable"), initial="exact")],
     )
-    chosen = Tuned(StepDoubling(FixedPoint(), {"x.y": 1e-2}), (Change(AT, "source", "size", 1.0),))
+    chosen = Retuned(StepDoubling(FixedPoint(), {"x.y": 1e-2}), (Change(AT, "source", "size", 1.0),))
     result = simulate(assembly([source, counter("x", 1.0)], wire("source.y -> x.u")), 45.0, 1.0, chosen)
     late = np.maximum(result.times, AT)
     exact = 25.0 * result.times**2 + (np.cos(6.0 * AT) - np.cos(6.0 * late)) / 6.0

@@ -15,7 +15,7 @@ from benchmarks.optics import Camera, drift_noise
 from tests import closed_forms
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.paper.cases import Case, fea, steady_time
+from warmlink.orchestration.paper.cases import PaperCase, fea, steady_time
 from warmlink.orchestration.paper.data import GEOMETRY, MATERIALS, PAPER
 from warmlink.orchestration.paper.presentation import readable, terminal, write_report
 from warmlink.orchestration.paper.reproduce import Reproduction
@@ -82,7 +82,7 @@ def test_link_and_finite_elements_lie_where_the_fin_formula_does(
     result: Reproduction, name: str, row: int
 ) -> None:
     """A fin with the shaft's temperature at its root, the overhang beyond the diode included."""
-    g, link, case = GEOMETRY, MATERIALS["link"], Case.printed(name)
+    g, link, case = GEOMETRY, MATERIALS["link"], PaperCase.printed(name)
     section, perimeter = g.width * g.thickness, 2 * (g.width + g.thickness)
     m = closed_forms.fin_parameter(case.convection, perimeter, link.conductivity, section)
     fin = closed_forms.fin_elongation(
@@ -231,6 +231,6 @@ def test_steady_time_is_three_time_constants_of_an_exponential() -> None:
 
 
 def test_a_model_is_made_once() -> None:
-    from warmlink.orchestration.paper.mesh import Assembly
+    from warmlink.orchestration.paper.mesh import RodMesh
 
-    assert fea(Assembly()) is fea(Assembly())
+    assert fea(RodMesh()) is fea(RodMesh())

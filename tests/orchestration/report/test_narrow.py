@@ -15,7 +15,7 @@ from warmlink.orchestration.command_line.diagnose import diagnose, hide
 from warmlink.orchestration.command_line.laws import design
 from warmlink.orchestration.report.figures import LOOK_OF, LOOKS, heat_map, looks_of, time_plot
 from warmlink.orchestration.report.live.content import _plot as live_plot
-from warmlink.orchestration.report.page import Section, Table, write_page
+from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
 
 LAWS = ("none", "lag", "observer", "observer_drift", "regression")
@@ -52,7 +52,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = ("stop_and_go", "overnight_stop_and_warm_restart")
     texts = [["57.2", *["12.0<br>79 %"] * 4]] * 2
     figure = heat_map(LAWS, rows, np.full((2, 5), 12.0), texts, 5.0, "µm")
-    table = Table(("duty cycle", *LAWS), [(name, *["-1234.5"] * 5) for name in rows])
+    table = PageTable(("duty cycle", *LAWS), [(name, *["-1234.5"] * 5) for name in rows])
     write_page(path, "Compared", "Lead.", [Section("Map", figure=figure, table=table)])
     return path
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.report.closed_loop import _changed
-from warmlink.orchestration.report.page import MANY, Section, Table, unwrapped, write_page
+from warmlink.orchestration.report.page import MANY, PageTable, Section, unwrapped, write_page
 
 
 def test_what_stands_between_backticks_is_shown_as_code(tmp_path: Path) -> None:
-    table = Table(("use", "faces"), [("cooled, `convection_factor[1]`", "#1 <b>")])
+    table = PageTable(("use", "faces"), [("cooled, `convection_factor[1]`", "#1 <b>")])
     path = tmp_path / "page.html"
     write_page(
         path, "Title", "As `run` says.", [Section("Heading", "See `warmlink design <x>`; 1 < 2.", table)]
@@ -46,12 +46,12 @@ def test_an_array_of_parameters_takes_one_row_of_the_settings() -> None:
 
 def test_names_may_be_broken_before_their_parts_and_long_tables_are_folded(tmp_path: Path) -> None:
     path, rows = tmp_path / "page.html", [("link.sensor_position[2]", "0.5_a")] * MANY
-    write_page(path, "Title", "Lead.", [Section("Short", table=Table(("name", "value"), rows))])
+    write_page(path, "Title", "Lead.", [Section("Short", table=PageTable(("name", "value"), rows))])
     html = path.read_text("utf-8")
     assert "<td>link.<wbr>sensor_<wbr>position[2]</td><td>0.5_a</td>" in html
     assert "<details>" not in html
     write_page(
-        path, "Title", "Lead.", [Section("Long", table=Table(("name", "value"), [*rows, ("<b>_a", "")]))]
+        path, "Title", "Lead.", [Section("Long", table=PageTable(("name", "value"), [*rows, ("<b>_a", "")]))]
     )
     html = path.read_text("utf-8")
     assert f"<details><summary>{MANY + 1} rows</summary>" in html

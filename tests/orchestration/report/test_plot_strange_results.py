@@ -90,11 +90,13 @@ def test_of_a_run_that_was_killed_the_values_that_it_wrote_are_drawn(
 ) -> None:
     from warmlink.orchestration.master.communication import CommunicationPoints
     from warmlink.orchestration.master.recording.recorder import Values
-    from warmlink.orchestration.master.recording.result import Table
+    from warmlink.orchestration.master.recording.result import RecordTable
 
     (tmp_path / "results.csv").write_text("time [s],a.y [K]\n0,1\n1,1\n")
     os.utime(tmp_path / "results.csv", (1e9, 1e9))
-    header = Table(("a.y",), {"a.y": "K"}, CommunicationPoints.between(0.0, 10.0, 1.0), np.empty((0, 1)))
+    header = RecordTable(
+        ("a.y",), {"a.y": "K"}, CommunicationPoints.between(0.0, 10.0, 1.0), np.empty((0, 1))
+    )
     begun = Values(tmp_path)
     begun.open(header)
     begun.put(0, np.array([[5.0], [6.0], [7.0]]))

@@ -29,7 +29,7 @@ from warmlink.orchestration.studies.compare import (
 )
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
 from .conftest import Here
@@ -214,7 +214,7 @@ def test_the_command_takes_parameter_sets(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    gain = Parameter("gain", "Real", 0.0, parse_unit("m/W"))
+    gain = SsvValue("gain", "Real", 0.0, parse_unit("m/W"))
     write_ssv({"gain": gain}, folder / "off.ssv", "lag, off")
     command = ["compare", "--controllers", "lag", "--duty-cycles", "work.toml", "--mismatch", "nominal"]
     extra = ["--parameters", "off.ssv", "--set", "motor.joint_conductance=0.5 W/K", "--no-report", "--json"]

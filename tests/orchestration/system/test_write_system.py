@@ -15,13 +15,13 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.assemble import check_system, component, connected, read_system
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import (
-    Component,
     Connection,
     Connector,
     DefaultExperiment,
+    FmuPart,
     System,
 )
-from warmlink.orchestration.system.ssp.parameter_values import Parameter, read_ssv, write_ssv
+from warmlink.orchestration.system.ssp.parameter_values import SsvValue, read_ssv, write_ssv
 from warmlink.orchestration.system.units import Unit, parse_unit
 from warmlink.orchestration.system.write import Ports, write_ssp
 
@@ -157,7 +157,7 @@ def test_names_that_are_no_file_names_and_names_that_differ_in_capitals(lab: Lab
 def test_a_unit_that_no_fmu_defines_is_kept(lab: Lab, tmp_path: Path) -> None:
     bare = lab.fmu("Bare", fmi2("Bare", tuple(v.replace('unit="m"', "") for v in LINK)))
     mil = Unit("mil", parse_unit("m").exponents, 2.54e-5)
-    held = Component("bare", bare, {"elongation": Connector("output", "Real", mil)})
+    held = FmuPart("bare", bare, {"elongation": Connector("output", "Real", mil)})
     write_ssp(System("cell", {"bare": held}), tmp_path / "cell.ssp")
     read = read_system(tmp_path / "cell.ssp", tmp_path / "work")
     assert read.components["bare"].connectors == held.connectors
@@ -250,12 +250,12 @@ def test_values_are_checked_when_a_component_is_made(lab: Lab) -> None:
 
 def test_parameter_sets_round_trip(tmp_path: Path) -> None:
     values = {
-        "length": Parameter("length", "Real", 0.1 + 0.2, parse_unit("mm")),
-        "plain": Parameter("plain", "Real", 1e-300),
-        "cells": Parameter("cells", "Integer", -(2**31)),
-        "radiates": Parameter("radiates", "Boolean", True),
-        "label": Parameter("label", "String", 'ein "Stab" <µ>'),
-        "metal": Parameter("metal", "Enumeration", "brass"),
+        "length": SsvValue("length", "Real", 0.1 + 0.2, parse_unit("mm")),
+        "plain": SsvValue("plain", "Real", 1e-300),
+        "cells": SsvValue("cells", "Integer", -(2**31)),
+        "radiates": SsvValue("radiates", "Boolean", True),
+        "label": SsvValue("label", "String", 'ein "Stab" <µ>'),
+        "metal": SsvValue("metal", "Enumeration", "brass"),
     }
     write_ssv(values, tmp_path / "rod.ssv")
     assert read_ssv(tmp_path / "rod.ssv") == values

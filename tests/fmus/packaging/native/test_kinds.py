@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warmlink.fmus.component import Component
 from warmlink.fmus.packaging.native import codegen, joint_code, joint_step
 from warmlink.fmus.packaging.native.casadi_code import function
-from warmlink.fmus.packaging.native.wired import Plan
+from warmlink.fmus.packaging.native.wired import WirePlan
 from warmlink.orchestration.arm.chain import arm_chain
 from warmlink.orchestration.catalogue import controller
 
@@ -41,7 +41,7 @@ def given(arm: Component, sizes: list[int]) -> list[NDArray[np.float64]]:
 
 
 def test_calls_give_the_doubles_of_what_is_written_out(arm: Component) -> None:
-    plan = Plan(arm)
+    plan = WirePlan(arm)
     groups, seen = joint_code.seen(plan)
     parts = [*joint_step.stepping(plan), *seen]
     parts += [*joint_step.slopes(plan)] if not arm.sampled else []
