@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from apart import run_apart
 
 from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
@@ -165,3 +166,19 @@ def test_a_folder_with_blanks_and_umlauts_is_found(c_compiler: Compiler, tmp_pat
         archive.extractall(home / "unpacked")
     found = simulate(there, stop=10, step=1.0)
     assert found.reason is None or found.error is None
+
+
+@pytest.mark.parametrize("form", ["native", "python"])
+@pytest.mark.parametrize("host", ["fmpy", "libcosim"])
+def test_other_hosts_hand_over_the_table(host: str, form: str, c_compiler: Compiler, tmp_path: Path) -> None:
+    pytest.importorskip({"libcosim": "libcosimpy"}.get(host, host))
+    table = random_table(40, even=False)
+    component = playing(COMPONENT, table)
+    if form == "native":
+        fmu = fmu_of(component, "2.0", c_compiler, tmp_path)
+    else:
+        (fmu,) = build_python_fmus([Entry(component, HOME)], tmp_path / "python")
+    names = component.y.names
+    asked = {"fmu": str(fmu), "set": {}, "watch": names, "step": 1.0, "steps": 20}
+    rows = run_apart(f"run_{host}", jobs=[asked]).result[0]["rows"]
+    assert np.array(rows) == pytest.approx(table.over(np.arange(1.0, 21.0)), rel=1e-9)
