@@ -83,6 +83,10 @@ class Table:
         """Time in s of the last row, which holds from then on."""
         return float(self.times[-1])
 
+    def ends_before(self, time: float) -> bool:
+        """Whether a time in s lies beyond the last row; one row alone is for ever."""
+        return self.times.size > 1 and time > self.end + EARLY
+
     def at(self, time: float) -> Array:
         """The row that holds at a time in s: its time, values, and their rates, shape (1 + 2 columns,).
 
