@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.rollout import RECORDED, Array, Record, by_rows, compiled
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.kalman import corrected, variance_along
-from warmlink.controllers.observer import law, model
+from warmlink.controllers.observer import model, prediction
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
 from warmlink.controllers.observer.model import Told
@@ -106,7 +106,7 @@ def _look() -> Any:
     sensed = ca.SX.sym("sensed", len(SENSED))
     after = OBSERVER.x.read(now)
     told = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
-    belief = law.predict(filters_of(OBSERVER.x.read(before)), told, p).quiet
+    belief = prediction.predict(filters_of(OBSERVER.x.read(before)), told, p).quiet
     series = []
     for sensor in _used():
         variance = float(p.sensor_std[sensor]) ** 2

@@ -11,7 +11,6 @@ from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import TrustedDuty
-from warmlink.controllers.regression.law import LENGTH
 from warmlink.fmus.component import limits
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
@@ -22,6 +21,9 @@ Array = NDArray[np.float64]
 
 PHASES = ((3.43, 2.5, 7200.0), (0.0, 0.0, 3600.0))
 """Speed in rad/s, torque in N.m and duration in s of what the shipped regression is taught by."""
+
+SENSORS = ("base_temperature", "tip_temperature")
+"""What a law goes by if nobody says otherwise."""
 
 MEMORY_TIME = 600.0
 """s; shorter than any mode that matters, so that the law goes by the readings rather than by its memory."""
@@ -37,7 +39,7 @@ class TrainingRun:
 
 def fit_regression(
     run: TrainingRun,
-    sensors: Sequence[str] = ("base_temperature", "tip_temperature"),
+    sensors: Sequence[str] = SENSORS,
     sensor_std: float | Mapping[str, float] = 0.1,
     reference_temperature: float = ROOM_TEMPERATURE,
 ) -> dict[str, float | list[float]]:
@@ -55,23 +57,34 @@ def fit_regression(
     InputError
         A sensor is unknown, the run is too short or holds a value that is not finite.
     """
-    rows = np.column_stack([run.temperature - reference_temperature, run.elongation / LENGTH])
-    if rows.shape[0] < 2 * rows.shape[1]:
-        raise InputError(f"run: {rows.shape[0]} rows are too few for a regression; give {2 * rows.shape[1]}")
-    if not np.isfinite(rows).all():
+    rises, growth = run.temperature - reference_temperature, run.elongation
+    if growth.size < 2 * (rises.shape[1] + 1):
+        least = 2 * (rises.shape[1] + 1)
+        raise InputError(f"run: {growth.size} rows are too few for a regression; give {least}")
+    if not (np.isfinite(rises).all() and np.isfinite(growth).all()):
         raise InputError("run: a temperature or the elongation is not finite; leave such rows out")
-    still = np.ptp(rows, axis=0) == 0.0
-    rows[:, still] = 0.0
-    moments = rows.T @ rows / rows.shape[0]
-    moments[still, still] = 1.0  # K2: of a temperature that nobody read, nothing else is known
     stds = sensor_stds(sensors, sensor_std)
+    moments, used = second_moments(rises), np.flatnonzero(stds)
+    coefficients = np.zeros(len(stds))
+    # The filter ridges by the sensors' noise: its temperatures are nearer to the run's than readings are.
+    coefficients[used] = np.linalg.lstsq(rises[:, used], growth, rcond=None)[0]
     return {
         "reference_temperature": reference_temperature,
         "sensor_std": stds,
+        "coefficients": coefficients.tolist(),
         "moments": upper(moments).tolist(),
         "memory_time": MEMORY_TIME,
-        "residual_std": _residual(rows, moments, np.array(stds)),
+        "residual_std": _residual(rises[:, used], growth, np.array(stds)[used]),
     }
+
+
+def second_moments(rises: Array) -> Array:
+    """Second moments in K2 of rises in K, shape (n, 5); of a temperature that nobody read, 1 K2 by itself."""
+    still = np.ptp(rises, axis=0) == 0.0
+    rises = np.where(still, 0.0, rises)
+    moments = rises.T @ rises / rises.shape[0]
+    moments[still, still] = 1.0
+    return np.asarray(moments)
 
 
 def cold_in(run: TrainingRun, sensors: Sequence[str]) -> float:
@@ -107,9 +120,8 @@ def training_run(plant: Plant | None = None, step: float = 10.0) -> TrainingRun:
     return TrainingRun(np.array(temperature), np.array(elongation))
 
 
-def _residual(rows: Array, moments: Array, stds: Array) -> float:
-    """Rms in m that the regression on the sensors in use leaves of the run, their noise aside."""
-    used = np.flatnonzero(stds > 0)
-    ridged = moments[np.ix_(used, used)] + np.diag(stds[used] ** 2)
-    left = rows[:, -1] - rows[:, used] @ np.linalg.solve(ridged, moments[used, -1])
-    return float(LENGTH * np.sqrt(np.mean(left**2)))
+def _residual(rises: Array, growth: Array, stds: Array) -> float:
+    """Rms in m that the ridged regression on the sensors in use leaves of the run, their noise aside."""
+    ridged = rises.T @ rises / growth.size + np.diag(stds**2)
+    left = growth - rises @ np.linalg.solve(ridged, rises.T @ growth / growth.size)
+    return float(np.sqrt(np.mean(left**2)))

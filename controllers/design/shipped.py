@@ -7,26 +7,30 @@ from pathlib import Path
 from warmlink.controllers.design.gains import design_controller, plant_parameters
 from warmlink.controllers.design.plant import Plant, no_growth, plant_model
 from warmlink.controllers.design.reduction import reduce_plant
-from warmlink.controllers.design.regression import fit_regression, training_run
+from warmlink.controllers.design.regression import SENSORS, fit_regression, training_run
 from warmlink.controllers.observer.model import MODES
 from warmlink.controllers.start_values import Values, design_file
 
 
-def observer_facts(plant: Plant) -> Values:
+def observer_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:
     """What the observers know of a plant."""
     return plant_parameters(reduce_plant(plant_model(plant), MODES), plant)
 
 
-PLANT_FACTS: Mapping[str, Callable[[Plant], Values]] = {
-    "regression": lambda plant: {
-        "moments": fit_regression(training_run(plant))["moments"],
-        "reference_temperature": no_growth(plant),
-    },
+def regression_facts(plant: Plant, sensors: Sequence[str] = SENSORS) -> Values:
+    """What the regression knows of a plant whose temperatures are measured by these sensors."""
+    found = fit_regression(training_run(plant), sensors)
+    known = {name: found[name] for name in ("coefficients", "moments")}
+    return {**known, "reference_temperature": no_growth(plant)}
+
+
+PLANT_FACTS: Mapping[str, Callable[..., Values]] = {
+    "regression": regression_facts,
     "observer": observer_facts,
     "observer_drift": observer_facts,
 }
-"""What each law that can be designed knows of the plant: that part of its parameter set which follows from
-the plant alone, whatever sensors it goes by."""
+"""What each law that can be designed knows of the plant, by the plant and the sensors that it uses: that part
+of its parameter set which does not follow from the instruments' errors."""
 
 
 def shipped_values() -> dict[str, Values]:

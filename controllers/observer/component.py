@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from warmlink.controllers import fail_safe
+from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, compensator, length
 from warmlink.controllers.matrices import least_pivot, packed_size, symmetric
 from warmlink.controllers.observer import law, model, offset, retained, witnesses
@@ -67,6 +67,15 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             minimum=0,
             nominal=0.01,
         ),
+        Parameter(
+            "learnt",
+            "1",
+            0,
+            "1: the growth by the temperatures was learnt from a log of the machine; affects only ready",
+            minimum=0,
+            maximum=1,
+        ),
+        smoothing.time(smoothing.NONE),
         of_each(
             "disturbance_std",
             "1",
@@ -205,6 +214,7 @@ def observer(
             State("plausible_heat", "W"),
             *fail_safe.trust_states("K", len(SENSED)),
             *(State(name, "m") for name in ("correction", "elongation")),
+            smoothing.STATE,
             State("distrusted", "1"),
             *states,
         ),

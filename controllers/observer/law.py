@@ -9,18 +9,14 @@ out. See README.md.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
-from warmlink.controllers import fail_safe
+from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import ready, sensed
-from warmlink.controllers.kalman import carried_over
-from warmlink.controllers.matrices import blocks, diagonal, matrix, outer, upper
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
 from warmlink.controllers.observer.filters import (
     Filters,
-    allowed_for,
     believed_variance,
     evidence,
     filters_named,
@@ -39,20 +35,17 @@ from warmlink.controllers.observer.model import (
     by_duty,
     elongation,
     first_believed,
-    known_heat,
     told_named,
 )
+from warmlink.controllers.observer.prediction import predict
 from warmlink.controllers.observer.readings import compared
-from warmlink.fmus.calls import kept_whole, side_by_side
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
-    beside,
     clip,
     maximum,
     minimum,
-    placed,
     stack,
     total,
     truth,
@@ -88,6 +81,7 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
     duty_modes = where(recalled.valid > 0, recalled.duty_modes, start.mean[:MODES])
     # Where bounds held the correction back before a restart, they still do.
     held = recalled.valid * (1.0 - recalled.known)
+    growth = where(held > 0, recalled.correction, grown(filters.quiet.mean, p))
     return {
         **named(filters, trust, 0.0),
         **told_named(told),
@@ -104,7 +98,8 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
         "duty_modes": duty_modes,
         "plausible_heat": 0.0,
         "correction": recalled.correction,
-        "elongation": where(held > 0, recalled.correction, grown(filters.quiet.mean, p)),
+        "elongation": growth,
+        "smoothed": smoothing.begun(growth),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }
 
@@ -196,6 +191,8 @@ def settled(
     more = minimum(absolute(learnt), 0.4 * p.tolerance)
     wanted = clip(estimate + learnt, verdict.lower - more, verdict.upper + more)
     wanted = where(what.wild > 0, x.correction, wanted)
+    smoothed = smoothing.smoothed(x.smoothed, wanted, p, step)
+    wanted = smoothing.on_time(smoothed)
     # After a start the correction has a long way to go; later no bound that comes or goes makes it leap.
     reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
     wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)
@@ -217,6 +214,7 @@ def settled(
         "doubt": where(what.wild > 0, 2.0, maximum(maximum(doubted, unconfirmed), silent)),
         "duty_modes": verdict.duty_modes,
         "plausible_heat": what.plausible,
+        "smoothed": smoothed,
         "correction": fail_safe.limited(x.correction, wanted, p, step),
         "distrusted": doubted,
     }
@@ -233,60 +231,6 @@ def named(filters: Filters, trust: fail_safe.Trust, seen: Number) -> dict[str, N
     return {**filters_named(filters), "evidence": seen, **fail_safe.trust_named(trust)}
 
 
-def predict(filters: Filters, u: Told, p: Record) -> Filters:
-    """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
-    errors = _errors(u.speed, p)
-    return Filters(
-        _mean_later(filters.mean, u, p),
-        _carried_over(filters.spread, errors.added, errors.own, errors.by_heat, p.fade),
-        _carried_over(filters.noise_spread, 0.0 * errors.added, errors.own, errors.by_heat, p.fade),
-    )
-
-
-@partial(side_by_side, paired=1)
-def _mean_later(mean: Number, u: Told, p: Record) -> Number:
-    """The estimate one sample later."""
-    modes, disturbances = mean[:MODES], mean[MODES:]
-    unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
-    drive = known_heat(modes, u, p) + unknown_heat
-    return stack(p.decay * modes + p.reach * drive, p.fade * disturbances)
-
-
-class Errors(NamedTuple):
-    """What a sample does to the errors.
-
-    Attributes
-    ----------
-    own : of each mode, what is left of it
-    by_heat : what each mode gains of each unknown heat
-    added : variances that either filter adds, side by side
-    """
-
-    own: Number
-    by_heat: tuple[Number, Number]
-    added: Number
-
-
-@kept_whole
-def _errors(speed: Number, p: Record) -> Errors:
-    # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
-    own = p.decay + p.reach * absolute(speed) * diagonal(matrix(p.convection, MODES))
-    designed = stack(p.profile_std**2 * (1.0 - p.decay**2), p.disturbance_std**2 * (1.0 - p.fade**2))
-    added = beside(*(allowed_for(designed, share) for share in (1.0, p.quiet_share)))
-    return Errors(own, (p.reach * p.shaft_heat_gain, p.reach * p.link_heat_gain), added)
-
-
-@partial(side_by_side, paired=2)
-def _carried_over(
-    packed: Number, added: Number, own: Number, by_heat: tuple[Number, Number], fade: Number
-) -> Number:
-    """Covariance of the errors one sample later, packed, with the variances that are added."""
-    count = fade.shape[0]
-    gained = outer(by_heat[0], placed(1.0, 0, count)) + outer(by_heat[1], placed(1.0, 1, count))
-    transition = blocks(diagonal(own), gained, diagonal(fade))
-    return carried_over(packed, transition) + upper(diagonal(added))
-
-
 def reported(
     x: Record,
     filters: Filters,
@@ -300,8 +244,10 @@ def reported(
 
     By how much a bound holds the correction off that elongation, it may be wrong.
 
-    While a camera watches (1) it shows what thermometers are off by; else (0) what they may be off by counts.
+    While a camera watches (1) it shows what thermometers are off by, and so has a log that taught the growth;
+    else (0) what they may be off by counts.
     """
+    watched = maximum(watched, p.learnt)
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
     variance = variance + (estimate - x.elongation) ** 2

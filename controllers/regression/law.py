@@ -1,39 +1,31 @@
-"""Growth as a linear function of the temperatures measured, fitted from a run.
+"""Growth as a linear function of the temperatures measured, fitted to a run or learnt from a log.
 
-    correction = c . (T - T_ref),    c = S_eT (S_TT + R)^-1
+    growth = intercept + c . (T - T_ref)
 
-with S the second moments of temperatures and growth in the run that taught it, and R the sensors' noise: the
-linear regression of the shop floor, ridged by the noise. It is computed as a filter, one reading after the
-other, for which the moments are the stationary covariance of a process with a memory: a sensor that is
-missing then leaves the regression on the others, and a reading that does not fit is noticed.
-G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, chapter 3.
+The temperatures are those of a filter that takes one reading after the other. Its stationary covariance is
+that of the temperatures in the run that the law was fitted to: a thermometer that is missing is then inferred
+from the others, and a reading that does not fit is noticed. The growth is smoothed.
+G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003, chapters 3 and 5.
 """
 
 from typing import NamedTuple
 
-from warmlink.controllers import fail_safe
+from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, sensed
 from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
-from warmlink.controllers.matrices import diagonal, upper_diagonal
+from warmlink.controllers.matrices import diagonal, dot
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
 SENSORS = len(SENSED)
 
-STATES = SENSORS + 1
-"""Temperatures in K above the reference, then the growth in `LENGTH`."""
-
-LENGTH = 1e-5
-"""m a kelvin or so: the growth is counted in this, so that the covariance holds numbers of one size."""
-
-
 LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
 
 
 class Estimate(NamedTuple):
-    """Temperatures and growth, shape (6,), and the covariance of their error, packed."""
+    """Temperatures in K above their means, shape (5,), and the covariance of their error, packed."""
 
     mean: Number
     spread: Number
@@ -41,10 +33,12 @@ class Estimate(NamedTuple):
 
 def begin(u: Record, p: Record) -> Values:
     """States at the start: what the first readings say."""
-    belief = Estimate(stack(*[0.0] * STATES), p.moments)
+    belief = Estimate(stack(*[0.0] * SENSORS), p.moments)
     readings = sensed(u)
     belief, trust = sense(belief, fail_safe.at_start(readings), readings, fail_safe.present(readings), p, 0.0)
-    return {**_named(belief, trust, 0.0, readings, p), "wild": 0.0, "waited": 0.0}
+    growth = grown(belief, p)
+    smoothed = smoothing.begun(growth)
+    return {**_named(belief, trust, 0.0, smoothed, readings, p), "wild": 0.0, "waited": 0.0}
 
 
 def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Values:
@@ -53,37 +47,49 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     belief, trust = sense(_later(x.estimate, x.spread, p, step), trust, readings, news, p, step)
     sound, belief = _tamed(belief, p)
-    wanted = where(sound > 0, LENGTH * belief.mean[SENSORS], x.correction)
+    growth = where(sound > 0, grown(belief, p), x.smoothed[0])
+    smoothed = smoothing.smoothed(x.smoothed, growth, p, step)
+    wanted = where(sound > 0, smoothing.on_time(smoothed), x.correction)
     correction = fail_safe.limited(x.correction, wanted, p, step)
-    later = {**_named(belief, trust, correction, readings, p), "wild": 1.0 - sound}
+    later = {**_named(belief, trust, correction, smoothed, readings, p), "wild": 1.0 - sound}
     waited = fail_safe.waited_on(x.waited, readings, p, step)
     again = fail_safe.begins_again(x.waited, x.trust_last, readings, p, step)
     kept = {"correction": correction, "waited": waited}
     return fail_safe.begun_again(begin, later | kept, u, p, again) | kept
 
 
+def grown(belief: Estimate, p: Record) -> Number:
+    """Growth in m at the temperatures of an estimate."""
+    return p.intercept + dot(p.coefficients, p.mean_rise + belief.mean)
+
+
 @kept_whole
 def _later(estimate: Number, spread: Number, p: Record, step: Number) -> Estimate:
     """The estimate a sample later, as far as the temperatures are remembered."""
     decay = exp(-step / p.memory_time)
-    transition = diagonal(stack(*[decay] * STATES))
+    transition = diagonal(stack(*[decay] * SENSORS))
     added = p.moments * (1.0 - decay**2)
     return Estimate(decay * estimate, carried_over(spread, transition) + added)
 
 
 @kept_whole
 def _tamed(estimate: Estimate, p: Record) -> tuple[Number, Estimate]:
-    """1 where the estimate is one, else 0; and the estimate, which otherwise begins again."""
-    sound = truth(absolute(LENGTH * estimate.mean[SENSORS]) <= LARGEST_GROWTH)
+    """1 if the estimate is plausible, else 0; and the estimate, which otherwise begins again."""
+    sound = truth(absolute(grown(estimate, p)) <= LARGEST_GROWTH)
     again = Estimate(0.0 * estimate.mean, p.moments)
     return sound, Estimate(*(where(sound > 0, a, b) for a, b in zip(estimate, again, strict=True)))
 
 
 def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
-    """Correction and its uncertainty in m: what the run that taught it left, and the sensors' noise."""
-    variance = LENGTH**2 * maximum(upper_diagonal(x.spread, STATES)[SENSORS], 0.0)
+    """Correction, and its uncertainty in m: a prediction interval (Seber and Lee, section 5.3).
+
+    The noise of the readings, what the law leaves of growth that it was not fitted to, and the doubt about
+    its coefficients, which grows with the distance from the temperatures that it was fitted to.
+    """
+    variance = variance_along(x.spread, p.coefficients) + p.residual_std**2
+    variance = variance + 1e-12 * variance_along(p.coefficient_spread, x.estimate)
     doubt = maximum(x.distrusted, x.wild)
-    told = fail_safe.reported(x, (variance + p.residual_std**2) ** 0.5, p, doubt)
+    told = fail_safe.reported(x, variance**0.5, p, doubt)
     return told | {"warning": maximum(told["warning"], x.wild)}
 
 
@@ -96,7 +102,7 @@ def sense(
     for i in range(SENSORS):
         used = truth(p.sensor_std[i] > 0)
         memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
-        rise = readings[i] - p.reference_temperature
+        rise = readings[i] - p.reference_temperature - p.mean_rise[i]
         belief, memory = _taken((belief, memory), i, rise, p.sensor_std[i], news[i], gates, step, used)
         memories.append(memory)
     mean, calm, out = (stack(*each) for each in zip(*memories, strict=True))
@@ -115,11 +121,11 @@ def _taken(
     step: Number,
     used: Number,
 ) -> tuple[Estimate, fail_safe.Memory]:
-    """Estimate, and memory of a sensor's innovations, after its reading in K above the reference."""
+    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean."""
     estimate, memory = before
     belief = Belief(*estimate, estimate.spread)
     noise = where(std > 0, std**2, 1.0)
-    row = placed(1.0, sensor, STATES)
+    row = placed(1.0, sensor, SENSORS)
     innovation = rise - belief.mean[sensor]
     variance = variance_along(belief.spread, row) + noise
     use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
@@ -128,13 +134,19 @@ def _taken(
 
 
 def _named(
-    belief: Estimate, trust: fail_safe.Trust, correction: Number, readings: Number, p: Record
+    belief: Estimate,
+    trust: fail_safe.Trust,
+    correction: Number,
+    smoothed: Number,
+    readings: Number,
+    p: Record,
 ) -> dict[str, Number]:
     return {
         "estimate": belief.mean,
         "spread": belief.spread,
         **fail_safe.trust_named(trust),
         "correction": correction,
-        "elongation": LENGTH * belief.mean[SENSORS],
+        "smoothed": smoothed,
+        "elongation": smoothing.on_time(smoothed),
         "distrusted": fail_safe.distrusted(trust, readings, p),
     }

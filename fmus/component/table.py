@@ -32,11 +32,11 @@ EARLY = 1e-6
 _FORMAT = "warmlink table 1"
 _HELD, _LINEAR = 0, 1
 _HANDLES = count(1)
-_TABLES: WeakValueDictionary[int, Table] = WeakValueDictionary()
+_TABLES: WeakValueDictionary[int, RecordedTable] = WeakValueDictionary()
 """Tables of this process by the number that stands for them among the settled parameters."""
 
 
-class Table:
+class RecordedTable:
     """Rows over time: times, and for each column a value in every row, or one for all of them.
 
     Attributes
@@ -76,7 +76,7 @@ class Table:
         self._moving = [k for k, (name, each) in named if name in self.linear and each.size > 1]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Table, (self.times, dict(zip(self.names, self.columns, strict=True)), self.linear)
+        return RecordedTable, (self.times, dict(zip(self.names, self.columns, strict=True)), self.linear)
 
     @property
     def end(self) -> float:
@@ -118,12 +118,12 @@ class Table:
                 found[:, k] = each[i] + rates * passed
         return found
 
-    def until(self, time: float) -> Table:
+    def until(self, time: float) -> RecordedTable:
         """The table without the rows that a run up to a time in s does not need."""
         last = int(self.times.searchsorted(time + EARLY, side="right")) + 1  # and where a linear one goes
         if last >= self.times.size:
             return self
-        return Table(
+        return RecordedTable(
             self.times[:last],
             {name: each[:last] for name, each in zip(self.names, self.columns, strict=True)},
             self.linear,
@@ -153,7 +153,7 @@ class Table:
         return body + struct.pack("<Q", zlib.crc32(body))
 
 
-def read_table(content: bytes, names: Sequence[str], units: Mapping[str, str], where: str) -> Table:
+def read_table(content: bytes, names: Sequence[str], units: Mapping[str, str], where: str) -> RecordedTable:
     """Table in the content of its file; InputError where it is damaged or has other columns."""
     head = heading(names, units)
     if not content.startswith(head):
@@ -172,7 +172,7 @@ def read_table(content: bytes, names: Sequence[str], units: Mapping[str, str], w
     values = np.frombuffer(content, "<f8", sum(sizes), len(head) + 8 * (1 + kinds)).astype(float)
     times, *columns = np.split(values, np.cumsum(sizes)[:-1])
     linear = [name for name, kind in zip(names, numbers[1::2], strict=True) if kind == _LINEAR]
-    return Table(times, dict(zip(names, columns, strict=True)), linear)
+    return RecordedTable(times, dict(zip(names, columns, strict=True)), linear)
 
 
 def heading(names: Sequence[str], units: Mapping[str, str]) -> bytes:
@@ -196,7 +196,7 @@ class Played:
 
     name: str
     columns: tuple[Output, ...]
-    table: Table
+    table: RecordedTable
 
     def __post_init__(self) -> None:
         wanted = tuple(own_name(each.name) for each in self.columns)
@@ -249,7 +249,7 @@ def own_name(name: str) -> str:
 
 
 def table_row(handle: Number, time: Number, columns: int) -> Number:
-    """The row that holds at a time in s, as `Table.at`, of the table that a settled parameter stands for.
+    """The row that holds at a time in s, as `RecordedTable.at`; a settled parameter stands for the table.
 
     In CasADi it is a call of a function of so many columns that the C core has by hand.
     """

@@ -6,7 +6,7 @@ import hashlib
 import zipfile
 from pathlib import Path
 
-from warmlink.fmus.component.table import Table
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest, write_archive
 from warmlink.fmus.packaging.beside import FOLDER, STEPS, reference_files, table_files
@@ -14,7 +14,7 @@ from warmlink.fmus.packaging.cache import cache_folder, used, vouch, whole
 from warmlink.fmus.recorded_duty.component import COMPONENT, playing
 
 
-def with_table(fmu: Path, table: Table) -> Path:
+def with_table(fmu: Path, table: RecordedTable) -> Path:
     """FMU of RecordedDuty that plays a table, in the cache; the FMU itself where it plays that table.
 
     InputError if the table does not fit.
@@ -38,7 +38,7 @@ def with_table(fmu: Path, table: Table) -> Path:
     return path
 
 
-def table_in(fmu: Path) -> Table:
+def table_in(fmu: Path) -> RecordedTable:
     """Table that an FMU of RecordedDuty plays; InputError if it has none, or a damaged one."""
     (played,) = COMPONENT.tables
     try:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warmlink.fmus.component import Component, Derived, Output, Terminal
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE, bus
-from warmlink.fmus.component.table import Played, Table
+from warmlink.fmus.component.table import Played, RecordedTable
 from warmlink.fmus.duty_cycle.component import COMPONENT as DUTY_CYCLE
 from warmlink.fmus.recorded_duty import equations
 
@@ -22,7 +22,7 @@ def player(
     name: str,
     description: str,
     outputs: Sequence[Output],
-    table: Table,
+    table: RecordedTable,
     terminals: tuple[Terminal, ...] = (),
 ) -> Component:
     """Declare a component that plays a table.
@@ -54,7 +54,7 @@ def player(
     )
 
 
-def playing(component: Component, table: Table) -> Component:
+def playing(component: Component, table: RecordedTable) -> Component:
     """The component that plays another table in place of its own; raises as `player`."""
     (played,) = component.tables
     return replace(component, tables=(replace(played, table=table),))
@@ -73,10 +73,12 @@ _SHIPPED = {"speed": 3.43, "torque": 2.5}
 """What the shipped table demands, whose one row holds for ever."""
 
 
-def duty_table(times: ArrayLike, columns: Mapping[str, ArrayLike], linear: Sequence[str] = ()) -> Table:
+def duty_table(
+    times: ArrayLike, columns: Mapping[str, ArrayLike], linear: Sequence[str] = ()
+) -> RecordedTable:
     """Table of a duty from some of its columns; the others are 0, or 22 degC, with the pad off."""
     usual = {d.name: ROOM_TEMPERATURE if d.display == "degC" else 0.0 for d in _DEMANDS}
-    return Table(times, {name: columns.get(name, [value]) for name, value in usual.items()}, linear)
+    return RecordedTable(times, {name: columns.get(name, [value]) for name, value in usual.items()}, linear)
 
 
 COMPONENT = player(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import by_scalar, design_file
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
@@ -37,7 +38,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     errors. Raises InputError if a start value does not exist or is refused.
     """
     law, machine = scenario.controller.name, scenario.machine
-    if law == NO_CONTROLLER or scenario.controller.place:
+    if law == NO_CONTROLLER or scenario.controller.place or _learnt(scenario):
         return None, False
     if scenario.design is None:
         told = f"{law} has no design for {machine.name}; it runs with the parameters that it is shipped with"
@@ -45,6 +46,13 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
     if machine.designs is not None:
         return None, False
     return _Judged(scenario).advice()
+
+
+def _learnt(scenario: Scenario) -> bool:
+    """Whether the law was learnt from a measured log, so that no model says what it should be."""
+    laws = scenario.machine.controllers
+    marks = tuple(f"{law}.{name}" for law in laws for name in ("coefficient_spread", "learnt"))
+    return any(name.startswith(marks) for name in scenario.as_believed.parameters)
 
 
 class _Judged:
@@ -115,7 +123,8 @@ class _Judged:
         law = scenario.controller.component
         held = dict(zip(law.p.names, law.start_values()[0].tolist(), strict=True))
         held |= {n.rpartition(".")[2]: v for n, v in differing.items() if n.startswith(self._laws)}
-        return _alike(_facts(scenario.controller.name, _plant(scenario)), held, share)
+        used = [name for i, name in enumerate(SENSED, 1) if held[f"sensor_std[{i}]"] > 0]
+        return _alike(_facts(scenario.controller.name, _plant(scenario), used), held, share)
 
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:
@@ -145,11 +154,11 @@ def _plant(scenario: Scenario) -> Plant:
     return plant_of(scenario.machine, scenario.declared, scenario.values())
 
 
-def _facts(law: str, plant: Plant) -> dict[str, float]:
-    """What a design of a law for a plant knows of it."""
+def _facts(law: str, plant: Plant, sensors: Sequence[str] = SENSED) -> dict[str, float]:
+    """What a design of a law for a plant knows of it, with the thermometers that it uses."""
     from warmlink.controllers.design.shipped import PLANT_FACTS
 
-    return by_scalar(PLANT_FACTS[law](plant))
+    return by_scalar(PLANT_FACTS[law](plant, sensors))
 
 
 def _alike(facts: Mapping[str, float], held: Mapping[str, float], share: float) -> bool:

@@ -1,13 +1,26 @@
-"""The table that `warmlink compare` prints, and what its marks mean."""
+"""`warmlink compare`, the table that it prints, and what its marks mean."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.command_line import arguments
+from warmlink.orchestration.command_line.studies import interruptible, kept_results, run_options
+from warmlink.orchestration.console import FAILED, answer, answer_json, print_table, remark
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.results import refuse_others
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from warmlink.orchestration.studies.compare import Comparison, Row
+
+COMMANDS = ("compare",)
+
+WIDE = 240
+"""Width in characters of the table where the output is not a terminal."""
 
 BEST, BEYOND, HARM = "*", "!", "!!"
 LEGEND = (
@@ -81,3 +94,136 @@ def _cell(row: Row, best_um: float, which: str) -> str:
     removed = "" if row.removed_percent is None else shown_percent(row.removed_percent)
     mark = HARM if row.worse_than_none else BEYOND if row.beyond_tolerance else ""
     return f"{error} {removed:>5} {mark + (BEST if row.equals(best_um) else ''):<3}"
+
+
+def compare(
+    logs: list[Path] | None = None,
+    *,
+    data: list[Path] | None = None,
+    learn: list[Path] | None = None,
+    tolerance: str = "5 um",
+    unit: list[str] | None = None,
+    decimal: str = "",
+    controllers: str | None = None,
+    duty_cycles: str | None = None,
+    mismatch: str | None = None,
+    with_: list[str] | None = None,
+    parameters: list[Path] | None = None,
+    set_: list[str] | None = None,
+    fmus: str | None = None,
+    system: str = DEFAULT,
+    scenario: Path | None = None,
+    replace: list[str] | None = None,
+    map_: list[str] | None = None,
+    out: Path | None = None,
+    scheduler: str | None = None,
+    jobs: int = 2,
+    exact: bool = False,
+    report: bool = True,
+    json: bool = False,
+) -> None:
+    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
+
+    A --set of a compensator's parameter reaches every controller that has this parameter; mismatches are
+    applied after all other changes. Writes compare.csv and report.html. After an interruption the same
+    command continues. Differences within the error budget count as equal. The table marks where an error is
+    beyond the tolerance, and where a controller is worse than none.
+
+    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle,
+    and without --duty-cycles it is compared in its own.
+
+    With --data no plant is needed: controllers are run over measured logs. Each sees what was logged, and its
+    error is the measured growth minus its correction; one with a camera sees the growth whenever it was
+    measured. A column `growth`, which nobody sees, is judged by if there is one.
+
+    Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
+
+    Parameters
+    ----------
+    logs : With --data: further logs.
+    data : Measured logs of one machine to judge on, with columns as `warmlink diagnose` reads them.
+        Repeatable.
+    learn : With --data: logs from which controllers learn first that can. Repeatable.
+    tolerance : With --data: error that production allows.
+    unit : With --data: unit that is missing from a header, as --unit "T_base=degC". Repeatable.
+    decimal : With --data: decimal mark, `comma` or `point`, if a log could be read either way.
+    controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
+    duty_cycles : Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all,
+        or that of the --scenario.
+    mismatch : How the real cell differs from the one that the controllers were designed for: `nominal`,
+        `thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`,
+        `noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or TOML
+        files, separated by commas. Default: nine of them.
+    with_ : A controller of your own, as `my_law.py:MyLaw`. Repeatable.
+    system : `WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.
+    scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold, and its duty cycle.
+    out : Folder for results. Default: out/compare.
+    """
+    from warmlink.orchestration.scenarios.overrides import reached_controllers
+    from warmlink.orchestration.scenarios.replaced import with_replaced
+    from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
+    from warmlink.orchestration.system.replacement import Replacements
+
+    sets = arguments.sets_given(parameters, set_)
+    if data:
+        from warmlink.orchestration.command_line.replay import judge
+
+        others = duty_cycles, mismatch, scenario, replace, fmus, scheduler
+        if any(each is not None for each in others) or exact or system != DEFAULT:
+            raise InputError(
+                "--data: measured logs are compared as they are; leave out all options but --controllers, "
+                "--with, --set, --parameters, --learn, --tolerance, --unit, --map, --decimal, --out"
+            )
+        named = None if controllers is None and not with_ else [*(arguments.listed(controllers) or ())]
+        judge(
+            [*data, *(logs or ())],
+            None if named is None else [*named, *(with_ or ())],
+            sets,
+            learn or [],
+            tolerance,
+            (unit or [], map_ or [], decimal),
+            out or Path("out") / "compare",
+            report,
+            json,
+        )
+        return
+    if logs or learn or unit or decimal:
+        raise InputError("compare: logs to judge on are given with --data LOG")
+    laws, duties, wrong = (arguments.listed(each) for each in (controllers, duty_cycles, mismatch))
+    plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
+    given = Replacements.given(replace, map_)
+    plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
+    for each in sets:
+        sentence = reached_controllers(each, plan.laws)
+        if sentence is not None:
+            remark(sentence)
+    for first in {each.controller.name: each for each in plan.scenarios}.values():
+        arguments.advise(first)
+    folder = out or Path("out") / ("compare" if system == DEFAULT else f"compare_{system}")
+    refuse_others(folder, "compare")
+    means = run_options(fmus, jobs, scheduler, exact)
+    with (
+        interruptible(),
+        compared(plan, means, folder) as comparison,
+        kept_results(folder, "compare") as target,
+    ):
+        write_csv(comparison, target / "compare.csv")
+        if report:
+            from warmlink.orchestration.report.comparison import write_comparison
+
+            write_comparison(comparison, target / "report.html")
+    if json:
+        answer_json(comparison.records())
+    else:
+        title = "largest error in µm, and the share of it removed"
+        print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
+        answer(f"{legend(comparison)}\ntable   {folder / 'compare.csv'}")
+        if report:
+            answer(f"report  {folder / 'report.html'}")
+    stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
+    for row in stopped[:3]:
+        remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
+    if len(stopped) > 3:
+        remark(f"{len(stopped) - 3} more runs stopped early")
+    if stopped:
+        raise SystemExit(FAILED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -14,9 +15,11 @@ COMMANDS = ("design", "export")
 
 
 def design(
-    system: str,
+    system: list[str] | None = None,
     *,
     law: str = "observer",
+    data: list[Path] | None = None,
+    scenario: str | None = None,
     sensors: str | None = None,
     sensor_std: str | None = None,
     camera_std: str | None = None,
@@ -24,48 +27,107 @@ def design(
     set_: list[str] | None = None,
     replace: list[str] | None = None,
     map_: list[str] | None = None,
+    unit: list[str] | None = None,
+    decimal: str = "",
     out: Path | None = None,
     report: Path | None = None,
     json: bool = False,
 ) -> None:
     """Compute a controller's gains for a system, and write them as a parameter set (SSV) for its FMU.
 
+    With --data a law is learnt from measured logs instead, and no model of the machine is needed: the growth
+    may have been measured only now and then. A model, as --scenario, helps where little was measured.
+
     The plant model takes its parameters from the system's motors and links, changed by --set. For a scenario,
     the connections and the table [roles] say which inputs are driven and which output is scored.
 
-    Example: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`
+    Examples: `warmlink design WarmupCell --law observer --sensors shaft --out shaft_only.ssv`,
+    `warmlink design --law regression --data log.csv --report law.html`
 
     Parameters
     ----------
     system : `WarmupCell`, an .ssp file with one motor and one link, or a scenario file (TOML) with any number
-        of motors and links; for `regression`, with any FMUs.
+        of motors and links; for `regression`, with any FMUs. With --data: further logs.
     law : `observer`, `observer_drift` or `regression`.
+    data : Logs of one machine to learn a law from, as a logger or a spreadsheet writes them (CSV,
+        text, Parquet, Excel), with columns as `base_temperature [degC]` and `elongation [um]`. Repeatable.
+    scenario : With --data: a scenario file (TOML) with a model of the machine.
     sensors : Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`. Default:
-        those that the scenario says, or base and tip.
-    sensor_std : Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K.
+        those that the scenario says, or base and tip; with --data those that are worth it.
+    sensor_std : Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K; with --data
+        the one that the logs show.
     camera_std : Standard deviation of the camera's noise, such as "0.2 um". Default: that of DriftCamera.
     sample_time : Time between two corrections.
+    unit : With --data: unit that is missing from a header, as --unit "T_base=degC". Repeatable.
+    map_ : What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q; with --data: which
+        variable a column holds, as --map "T_base=base_temperature". Repeatable.
+    decimal : With --data: decimal mark, `comma` or `point`, if a log could be read either way.
     out : Parameter set (SSV) to write. Default: LAW.ssv.
     report : HTML page to write: expected error, what each thermometer is worth, gains and poles of the
-        filter, Bode plots, and the error of the reduced model (not for `regression`).
+        filter, Bode plots, and the error of the reduced model; with --data the law, its errors, what each
+        thermometer is worth, and how much log is enough.
     """
+    if out is not None and out.suffix != ".ssv":
+        raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
+    path = out or Path(f"{law}.ssv")
+    if data:
+        from warmlink.orchestration.command_line.learning import learn
+
+        logs = [*data, *map(Path, system or ())]
+        if replace:
+            raise InputError("--replace: a law that is learnt from logs has no model; leave it out")
+        stds = sensor_std, camera_std
+        options = law, _names(sensors), stds, sample_time, scenario, settings_given(set_)
+        learn(logs, *options, unit or [], map_ or [], decimal, path, report, json)
+        return
+    if scenario is not None or unit or decimal:
+        option = "--scenario" if scenario is not None else "--unit" if unit else "--decimal"
+        raise InputError(f"{option}: belongs to --data; name the system or scenario before the options")
+    if len(system or ()) != 1:
+        raise InputError("design: needs one system to design for, or logs: --data LOG")
+    _design(
+        (system or [""])[0],
+        law,
+        _names(sensors),
+        (sensor_std, camera_std, sample_time),
+        settings_given(set_),
+        (replace, map_),
+        path,
+        report,
+        json,
+    )
+
+
+def _design(
+    system: str,
+    law: str,
+    sensors: list[str] | None,
+    figures: tuple[str | None, str | None, str],
+    settings: Mapping[str, str],
+    replaced: tuple[list[str] | None, list[str] | None],
+    path: Path,
+    report: Path | None,
+    json: bool,
+) -> None:
+    """Design for a model; `figures` are sensor_std, camera_std and sample_time."""
+    from warmlink.orchestration.studies.design import Designed
     from warmlink.orchestration.studies.design import design as design_law
     from warmlink.orchestration.system.replacement import Replacements
 
-    if out is not None and out.suffix != ".ssv":
-        raise InputError(f"--out {out}: is no parameter set; name a file that ends in .ssv")
     if report is not None and law == "regression":
         raise InputError(f"--report {report}: regression has no model to show; leave it out")
+    sensor_std, camera_std, sample_time = figures
     found = design_law(
         system,
         law,
-        _names(sensors),
+        sensors,
         sensor_std=sensor_std,
         camera_std=camera_std,
         sample_time=sample_time,
-        parameters=settings_given(set_),
-        replaced=Replacements.given(replace, map_),
+        parameters=settings,
+        replaced=Replacements.given(*replaced),
     )
+    assert isinstance(found, Designed)
     if report is not None and found.reduced is not None and found.plant is not None:
         from warmlink.controllers.design.plant import plant_model
         from warmlink.orchestration.report.design import write_report
@@ -73,7 +135,6 @@ def design(
         title, lead = f"{law} for {Path(system).stem}", f"{'; '.join(found.summary().splitlines())}."
         with fresh_file(report) as target:
             write_report(plant_model(found.plant), found.reduced, found.values, title, lead, target)
-    path = out or Path(f"{law}.ssv")
     found.write(path)
     if json:
         answer_json({**found.to_dict(), "values": str(path)})

@@ -1,4 +1,4 @@
-"""`warmlink compare`, `tune` and `sweep`: many scenarios, run on all cores or on a cluster."""
+"""`warmlink tune` and `sweep`: many scenarios, run on all cores or on a cluster."""
 
 from __future__ import annotations
 
@@ -12,18 +12,13 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.command_line import arguments
-from warmlink.orchestration.command_line.comparison import legend, table
 from warmlink.orchestration.console import (
     FAILED,
     Terminated,
     answer,
     answer_json,
     interrupted,
-    print_table,
-    remark,
 )
-from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.results import refuse_others, results_folder
 from warmlink.orchestration.shell import command
@@ -33,98 +28,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.studies.points import Searched
     from warmlink.orchestration.studies.tune import Tuned
 
-COMMANDS = ("compare", "tune", "sweep")
-
-WIDE = 240
-"""Width in characters of the table where the output is not a terminal."""
-
-
-def compare(
-    *,
-    controllers: str | None = None,
-    duty_cycles: str | None = None,
-    mismatch: str | None = None,
-    with_: list[str] | None = None,
-    parameters: list[Path] | None = None,
-    set_: list[str] | None = None,
-    fmus: str | None = None,
-    system: str = DEFAULT,
-    scenario: Path | None = None,
-    replace: list[str] | None = None,
-    map_: list[str] | None = None,
-    out: Path | None = None,
-    scheduler: str | None = None,
-    jobs: int = 2,
-    exact: bool = False,
-    report: bool = True,
-    json: bool = False,
-) -> None:
-    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
-
-    A --set of a compensator's parameter reaches every controller that has this parameter; mismatches are
-    applied after all other changes. Writes compare.csv and report.html. After an interruption the same
-    command continues. Differences within the error budget count as equal. The table marks where an error is
-    beyond the tolerance, and where a controller is worse than none.
-
-    With --scenario, a cell of one's own is compared in: its parameters and sensors hold in every duty cycle,
-    and without --duty-cycles it is compared in its own.
-
-    Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
-
-    Parameters
-    ----------
-    controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
-    duty_cycles : Names of duty cycles, or TOML or CSV files of your own, separated by commas. Default: all,
-        or that of the --scenario.
-    mismatch : How the real cell differs from the one that the controllers were designed for: `nominal`,
-        `thermal_high`, `thermal_low`, `insulated`, `ventilated`, `losses_high`, `losses_low`,
-        `noisy_sensors`, `camera_absent`, `draw_1`, `draw_2` and so on (the number is the seed), or TOML
-        files, separated by commas. Default: nine of them.
-    with_ : A controller of your own, as `my_law.py:MyLaw`. Repeatable.
-    system : `WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.
-    scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold, and its duty cycle.
-    out : Folder for results. Default: out/compare.
-    """
-    from warmlink.orchestration.scenarios.overrides import reached_controllers
-    from warmlink.orchestration.scenarios.replaced import with_replaced
-    from warmlink.orchestration.studies.compare import compared, plan_on, write_csv
-    from warmlink.orchestration.system.replacement import Replacements
-
-    sets = arguments.sets_given(parameters, set_)
-    laws, duties, wrong = (arguments.listed(each) for each in (controllers, duty_cycles, mismatch))
-    plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
-    given = Replacements.given(replace, map_)
-    plan = plan._replace(scenarios=tuple(with_replaced(each, given) for each in plan.scenarios))
-    for each in sets:
-        sentence = reached_controllers(each, plan.laws)
-        if sentence is not None:
-            remark(sentence)
-    for first in {each.controller.name: each for each in plan.scenarios}.values():
-        arguments.advise(first)
-    folder = out or Path("out") / ("compare" if system == DEFAULT else f"compare_{system}")
-    refuse_others(folder, "compare")
-    means = _means(fmus, jobs, scheduler, exact)
-    with interruptible(), compared(plan, means, folder) as comparison, _results(folder, "compare") as target:
-        write_csv(comparison, target / "compare.csv")
-        if report:
-            from warmlink.orchestration.report.comparison import write_comparison
-
-            write_comparison(comparison, target / "report.html")
-    if json:
-        answer_json(comparison.records())
-    else:
-        title = "largest error in µm, and the share of it removed"
-        print_table(title, ("", *comparison.controllers), table(comparison), texts=1, width=WIDE)
-        answer(f"{legend(comparison)}\ntable   {folder / 'compare.csv'}")
-        if report:
-            answer(f"report  {folder / 'report.html'}")
-    stopped = [row for row in comparison.rows.values() if row.outcome.stopped is not None]
-    for row in stopped[:3]:
-        remark(f"{row.controller}, {row.duty_cycle}, {row.mismatch}: stopped early: {row.outcome.stopped}")
-    if len(stopped) > 3:
-        remark(f"{len(stopped) - 3} more runs stopped early")
-    if stopped:
-        raise SystemExit(FAILED)
+COMMANDS = ("tune", "sweep")
 
 
 def tune(
@@ -172,13 +76,13 @@ def tune(
     asked = load_study(study).lasting(trials)
     folder = out or Path("out") / asked.name / "tune"
     refuse_others(folder, "tune")
-    means = _means(fmus, jobs, scheduler, exact)
+    means = run_options(fmus, jobs, scheduler, exact)
 
     def keep(folder: Path, found: Tuned) -> None:
-        with _results(folder, "tune") as target:  # which keeps those of another command line from now on
+        with kept_results(folder, "tune") as target:  # which keeps those of another command line from now on
             found.write_csv(target / TRIALS)
 
-    with interruptible(), tuned(asked, means, folder, keep) as found, _results(folder, "tune") as target:
+    with interruptible(), tuned(asked, means, folder, keep) as found, kept_results(folder, "tune") as target:
         found.write_csv(target / TRIALS)
         if found.best is not None:
             write_winner(asked, found.best.point, target)
@@ -226,8 +130,8 @@ def sweep(
     asked = load_study(study)
     folder = out or Path("out") / asked.name / "sweep"
     refuse_others(folder, "sweep")
-    means = _means(fmus, jobs, scheduler, exact)
-    with interruptible(), swept(asked, means, folder) as searched, _results(folder, "sweep") as target:
+    means = run_options(fmus, jobs, scheduler, exact)
+    with interruptible(), swept(asked, means, folder) as searched, kept_results(folder, "sweep") as target:
         searched.write(target / "sweep.parquet")
         if report:
             from warmlink.orchestration.report.studies import write_sweep
@@ -236,7 +140,8 @@ def sweep(
     _answer(searched, f"table   {folder / 'sweep.parquet'}", folder, report, json)
 
 
-def _means(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
+def run_options(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
+    """How the runs of a study are carried out, by the command's options."""
     from warmlink.orchestration.fmu_store import kind_named
     from warmlink.orchestration.studies.at_work import Means
 
@@ -279,7 +184,7 @@ def interruptible() -> Iterator[None]:
 
 
 @contextmanager
-def _results(folder: Path, command: str) -> Iterator[Path]:
+def kept_results(folder: Path, command: str) -> Iterator[Path]:
     """Yield a temporary folder to write results into; its files move to `folder` when all are written.
 
     InputError if the results cannot be written; the sentence says that the finished runs are kept.

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import fmu_files as fmu_files
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
     from warmlink.orchestration.products.build import build as build
+    from warmlink.orchestration.products.compare import compare as compare
     from warmlink.orchestration.products.diagnose import diagnose as diagnose
     from warmlink.orchestration.products.export import export as export
     from warmlink.orchestration.products.live import live as live
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.at_work import Means as Means
-    from warmlink.orchestration.studies.compare import compare as compare
     from warmlink.orchestration.studies.design import design as design
     from warmlink.orchestration.studies.sweep import sweep_study
     from warmlink.orchestration.studies.tune import tune_study
@@ -58,7 +58,7 @@ _PLACES = {
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.products.build:build",
     "check": "orchestration.check.checked:check",
-    "compare": "orchestration.studies.compare:compare",
+    "compare": "orchestration.products.compare:compare",
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",
     "diagnose": "orchestration.products.diagnose:diagnose",

@@ -23,7 +23,7 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
-from warmlink.fmus.component.table import Table as Rows
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.tabled import with_table
 from warmlink.fmus.packaging.views import with_flag_wires
@@ -134,7 +134,7 @@ class Machine:
     ports: Ports | None = None
     foreign: Mapping[str, Path] = field(default_factory=dict)
     scaled: Mapping[str, Conversion] = field(default_factory=dict)
-    tables: Mapping[str, Rows] = field(default_factory=dict)
+    tables: Mapping[str, RecordedTable] = field(default_factory=dict)
     designs: Designs | None = None
     program: Program | None = None
     detail: Callable[[Result], Mapping[str, Mapping[str, Any]]] | None = None
@@ -252,14 +252,13 @@ class Machine:
         tables = {f"{prefix}.{name}": table for name, table in self.tables.items()}
         return replace(self, parts=parts, wires=wires, tables=tables)
 
-    def driven_by(self, tables: Mapping[str, Rows]) -> Machine:
+    def driven_by(self, tables: Mapping[str, RecordedTable]) -> Machine:
         """The machine whose instances play tables, not segments; without tables `duty` has segments."""
         changed = {name: PLAYER for name in tables if self.parts.get(name) in (DRIVER, PLAYER)}
         if not tables and self.parts.get(DUTY) == PLAYER:
             changed = {DUTY: DRIVER}
-        played = {
-            name: each for name, each in {**self.tables, **tables}.items() if changed.get(name) != DRIVER
-        }
+        every = {**self.tables, **tables}
+        played = {name: each for name, each in every.items() if changed.get(name) != DRIVER}
         if not changed or (changed.items() <= self.parts.items() and played == self.tables):
             return self
         nominal = {name: of for name, of in self.nominal.items() if name not in changed}

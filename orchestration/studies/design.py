@@ -25,6 +25,7 @@ from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
@@ -34,6 +35,7 @@ from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
+from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
@@ -44,6 +46,8 @@ from warmlink.orchestration.system.units import parse_unit
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
+    import pandas
+
     from warmlink.controllers.design.reduction import ReducedPlant
 
 SENSORS, SENSOR_STD = ("base", "tip"), 0.1
@@ -132,8 +136,10 @@ def design(
     sample_time: str | float = 1.0,
     parameters: Mapping[str, str | float] = MappingProxyType({}),
     replaced: Replacements = NOTHING_REPLACED,
-) -> Designed:
-    """Compute a controller's gains for a system.
+    data: Sources | str | Path | pandas.DataFrame | None = None,
+    told: Said = NOTHING_SAID,
+) -> Designed | LearntLaw:
+    """Compute a controller's gains for a system, or learn them from measured logs.
 
     Parameters
     ----------
@@ -147,6 +153,9 @@ def design(
     sample_time : time between two corrections, in s
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
+    data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
+        them; the model of the system, if it is not the nominal cell, then helps where little was measured
+    told : units and names of the logs' columns
 
     Raises
     ------
@@ -159,12 +168,15 @@ def design(
     >>> designed.write("observer.ssv")
     >>> wl.run("stop_and_go", "observer", parameters="observer.ssv")
     """
-    if law not in PLANT_FACTS:
-        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     if camera_std is not None and law != WITH_CAMERA:
         raise InputError(
             f"{argument('camera_std', camera_std)}: {law} does not use the camera; {WITH_CAMERA} does"
         )
+    if data is not None:
+        stds = sensor_std, camera_std
+        return _learnt(data, system, law, sensors, stds, sample_time, parameters, told)
+    if law not in PLANT_FACTS:
+        raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     scenario = None
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
@@ -193,6 +205,43 @@ def design(
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
     return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
+
+
+def _learnt(
+    data: Sources | str | Path | pandas.DataFrame,
+    system: str | Path,
+    law: str,
+    sensors: Sequence[str] | str | None,
+    stds: tuple[str | float | None, str | float | None],
+    sample_time: str | float,
+    parameters: Mapping[str, str | float],
+    told: Said,
+) -> LearntLaw:
+    """The law learnt from logs; a system other than the nominal cell is a model of the machine.
+
+    `stds` are those of a thermometer and of the camera.
+    """
+    plant = None
+    if str(system).endswith(".toml"):
+        plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
+    elif system != DEFAULT or parameters:
+        plant = _plant(str(system), parameters)
+    names = None if sensors is None else several(sensors)
+    noise, camera = (
+        None if std is None else positive(std, unit, argument(name))
+        for std, unit, name in zip(stds, ("K", "m"), ("sensor_std", "camera_std"), strict=True)
+    )
+    sources = data if isinstance(data, Sequence) and not isinstance(data, str) else [data]
+    return learnt_law(
+        sources,
+        law,
+        names,
+        sensor_std=noise,
+        camera_std=camera,
+        sample_time=sample_time,
+        plant=plant,
+        told=told,
+    )
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:

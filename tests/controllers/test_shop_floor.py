@@ -261,7 +261,7 @@ def test_sound_thermometers_leave_it_ready(duty: str, plant: int, least: float) 
 @pytest.mark.parametrize(
     ("component", "wrong", "said"),
     [
-        (REGRESSION, {"moments[19]": 0.0}, "moments: no positive definite matrix"),
+        (REGRESSION, {"moments[15]": 0.0}, "moments: no positive definite matrix"),
         (REGRESSION, {"moments[1]": -1.0}, "moments: no positive definite matrix"),
         (OBSERVER, {"warm_spread[8]": -1.0}, "warm_spread: no covariance"),
         (DRIFT, {"warm_spread[2]": 1e3}, "warm_spread: no covariance"),
@@ -293,7 +293,7 @@ def test_a_wild_estimate_holds_the_correction_warns_and_recovers(component: Comp
     correction = instance.get("correction")
     kept = instance.snapshot()
     states = list(kept.states)
-    growth = "estimate[6]" if component is REGRESSION else "estimate[1]"
+    growth = "estimate[5]" if component is REGRESSION else "estimate[1]"
     states[component.x.index[growth]] = 1e9
     instance.restore(Snapshot(**{**vars(kept), "states": states}))
     step(30)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from warmlink.fmus.component import Output
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.join import join
-from warmlink.fmus.component.table import EARLY, Table
+from warmlink.fmus.component.table import EARLY, RecordedTable
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.recorded_duty.component import COMPONENT, duty_table, player, playing
@@ -28,7 +28,7 @@ SHIFT = duty_table(
 )
 
 
-def running(table: Table) -> Instance:
+def running(table: RecordedTable) -> Instance:
     instance = Instance(playing(COMPONENT, table))
     instance.initialize()
     return instance
@@ -78,7 +78,7 @@ def test_means_are_those_of_the_rows() -> None:
 def test_many_times_at_once_are_as_one_by_one(steps: Sequence[float], asked: Sequence[float]) -> None:
     times = np.cumsum(steps)
     values = np.sin(np.arange(times.size))
-    table = Table(times, {"a": values, "b": 3.0 * values, "c": [7.0]}, linear=["b"])
+    table = RecordedTable(times, {"a": values, "b": 3.0 * values, "c": [7.0]}, linear=["b"])
     at = np.array([*asked, *times[:5]])
     rows = np.array([table.at(time) for time in at])
     assert np.array_equal(table.over(at), rows[:, 1:4] + rows[:, 4:] * (at - rows[:, 0])[:, None])
@@ -137,12 +137,14 @@ def test_bad_rows_are_refused_in_a_sentence(
 
 def test_another_table_needs_the_same_columns() -> None:
     with pytest.raises(InputError, match="a table of a; give one of speed, torque"):
-        playing(COMPONENT, Table([0.0], {"a": [1.0]}))
+        playing(COMPONENT, RecordedTable([0.0], {"a": [1.0]}))
 
 
 def test_anything_can_be_played() -> None:
     flow = Output("flow", "kg/s", "flow of coolant", nominal=0.1)
-    pump = player("Pump", "Recorded flow", [flow], Table([0, 10], {"flow": [0.1, 0.2]}, linear=["flow"]))
+    pump = player(
+        "Pump", "Recorded flow", [flow], RecordedTable([0, 10], {"flow": [0.1, 0.2]}, linear=["flow"])
+    )
     instance = Instance(pump)
     instance.initialize()
     instance.step(0.0, 5.0)

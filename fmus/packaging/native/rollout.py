@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component.table import Table
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.packaging.native.library import loaded, processor
 
 Array = NDArray[np.float64]
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Given = Mapping[str, Mapping[str, Any]]
 """Parameters of a run, by part and name."""
 
-Played = Mapping[str, Table]
+Played = Mapping[str, RecordedTable]
 """Tables that a run plays, by the part in whose place they stand."""
 
 _CLOSE = 1e-9

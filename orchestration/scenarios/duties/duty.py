@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
-from warmlink.fmus.component.table import EARLY, Table
+from warmlink.fmus.component.table import EARLY, RecordedTable
 from warmlink.fmus.duty_cycle.component import COMPONENT, SEGMENTS
 from warmlink.fmus.duty_cycle.equations import DEMANDS
 from warmlink.fmus.errors import InputError
@@ -106,7 +106,7 @@ class Drive:
         raise NotImplementedError
 
     @property
-    def tables(self) -> Mapping[str, Table]:
+    def tables(self) -> Mapping[str, RecordedTable]:
         """Tables that instances play in place of segments, by the instance."""
         return {}
 
@@ -170,7 +170,7 @@ IDLE = Duty("idle", "idle", "", 1.0, (Segment(1.0),))
 class Recorded(Drive):
     """A recorded duty: a table of any length, whose last row holds; each column held or linear."""
 
-    table: Table
+    table: RecordedTable
 
     def until(self, stop_time: float) -> Self:
         """The same with another stop time in s; a remark says where that is after the last row."""
@@ -184,7 +184,7 @@ class Recorded(Drive):
         return {}
 
     @property
-    def tables(self) -> Mapping[str, Table]:
+    def tables(self) -> Mapping[str, RecordedTable]:
         """The table, which the instance `duty` plays."""
         return {DUTY: self.table}
 

@@ -17,7 +17,7 @@ import pytest
 from warmlink.fmus.catalogue import catalogue
 from warmlink.fmus.component import Component, Scalar
 from warmlink.fmus.component.dependencies import TIME, dependencies
-from warmlink.fmus.component.table import Table
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging import release
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
@@ -159,7 +159,7 @@ def some(scalar: Scalar, rng: np.random.Generator) -> float:
 def test_time_acts_where_it_is_said_to(component: Component) -> None:
     rng = np.random.default_rng(3)
     moving = (
-        replace(each, table=Table([0.0, 1.0], {name: [1.0, 2.0] for name in each.table.names}))
+        replace(each, table=RecordedTable([0.0, 1.0], {name: [1.0, 2.0] for name in each.table.names}))
         for each in component.tables
     )
     component = replace(component, tables=tuple(moving))

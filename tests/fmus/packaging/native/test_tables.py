@@ -14,7 +14,7 @@ from warmlink.fmus.catalogue import Entry
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.component.join import join
-from warmlink.fmus.component.table import Table
+from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
 from warmlink.fmus.packaging.beside import FOLDER
@@ -32,7 +32,7 @@ from .running import Native
 HOME = "warmlink.fmus.recorded_duty.component"
 
 
-def random_table(rows: int, even: bool) -> Table:
+def random_table(rows: int, even: bool) -> RecordedTable:
     generator = np.random.default_rng(rows)
     steps = np.full(rows, 2.0) if even else 10 ** generator.uniform(-2, 2, rows)
     drawn = generator.uniform(0, 4, (2, rows))

@@ -1,0 +1,1 @@
+"""Laws learnt from measured logs, and what such a log says."""

@@ -1,0 +1,154 @@
+"""The regression law learnt from logs of a machine, without any model of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.controllers.design.regression import MEMORY_TIME, TrainingRun, second_moments
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.learning.line import ALONG, GrowthLine, Held, Learner, doubt
+from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of
+from warmlink.controllers.matrices import upper
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
+from warmlink.fmus.errors import InputError
+
+Array = NDArray[np.float64]
+
+OWN_WAY = 2.0
+"""K by which a thermometer may go its own way, whatever those beside it did in the log."""
+
+WORTH_IT = 0.05
+"""Share of the error that a thermometer off the link must save if it is to be used."""
+
+_LEAST_NOISE = 0.02
+"""K; a thermometer that seems to have less noise is rounded."""
+
+
+@dataclass(frozen=True)
+class LearntMap:
+    """What a log taught.
+
+    Attributes
+    ----------
+    line : the growth by the temperatures of the thermometers `used`, places in `SENSED`
+    ridge : in K2
+    held : predictions of what was held out
+    near, far : standard deviation of such predictions in m, and its variance in m2 for each lever
+    noise : of each thermometer in K, shape (5,)
+    """
+
+    line: GrowthLine
+    used: tuple[int, ...]
+    ridge: float
+    held: Held
+    near: float
+    far: float
+    noise: Array
+    examples: Examples
+    model: TrainingRun | None = None
+
+    @property
+    def values(self) -> dict[str, float | list[float]]:
+        """Parameter set of the regression law."""
+        kept = [i for i in self.used if self.line.coefficients[self.used.index(i)] > 0]
+        rows = self.examples.temperature - ROOM_TEMPERATURE
+        measured = np.isfinite(rows).all(axis=0)
+        mean = np.where(measured, np.where(measured, rows, 0.0).mean(axis=0), 0.0)
+        moments = second_moments(np.where(measured, rows - mean, 0.0))
+        coefficients, spread = np.zeros(len(SENSED)), np.zeros((len(SENSED),) * 2)
+        inside = [self.used.index(i) for i in kept]
+        coefficients[kept] = self.line.coefficients[inside]
+        spread[np.ix_(kept, kept)] = 1e12 * self.far * self.line.inverse[np.ix_(inside, inside)]
+        return {
+            "reference_temperature": ROOM_TEMPERATURE,
+            "sensor_std": [float(self.noise[i]) if i in kept else 0.0 for i in range(len(SENSED))],
+            "intercept": float(self.line.intercept - coefficients @ mean),
+            "coefficients": coefficients.tolist(),
+            "mean_rise": mean.tolist(),
+            "moments": upper(moments + OWN_WAY**2 * np.eye(len(SENSED))).tolist(),
+            "coefficient_spread": upper(spread).tolist(),
+            "memory_time": MEMORY_TIME,
+            "residual_std": self.near,
+        }
+
+
+def learn(
+    logs: Sequence[Log],
+    sensors: Sequence[str] | None = None,
+    model: TrainingRun | None = None,
+    sensor_std: float | None = None,
+) -> LearntMap:
+    """Learn the growth from logs.
+
+    Parameters
+    ----------
+    logs : of one machine
+    sensors : names in `SENSED` that the law is to use; by default those on the link that were measured in
+        every log, and others that are worth it
+    model : a run of a plant's model, towards which little measured is pulled; None if there is none
+    sensor_std : noise of a thermometer in K; by default that which the logs show
+
+    Raises
+    ------
+    InputError
+        Too little was measured.
+    """
+    rows = examples_of(logs)
+    measured = [i for i in range(len(SENSED)) if np.isfinite(rows.temperature[:, i]).all()]
+    used = measured if sensors is None else [SENSED.index(name) for name in sensors]
+    where = logs[0].name if len(logs) == 1 else f"{logs[0].name} and {len(logs) - 1} more"
+    if absent := [SENSED[i] for i in used if i not in measured]:
+        raise InputError(f"{where}: {absent[0]} was not measured; add its column, or leave it out")
+    if not used:
+        raise InputError(f"{where}: no temperature was measured; add a column 'base_temperature [degC]'")
+    if sensors is None:
+        used = _worth_it(rows, used, model)
+    if (least := _readings_for(used)) > rows.growth.size:
+        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, teach too little"
+        raise InputError(f"{where}: {told}; measure at least {least}")
+    learner = Learner(used, model)
+    ridge, held = learner.best(rows)
+    near, far = doubt(held)
+    noise = np.array(
+        [
+            sensor_std or max(_noise_of(log.temperature[:, i] for log in logs), _LEAST_NOISE)
+            for i in range(len(SENSED))
+        ]
+    )
+    return LearntMap(learner.line(rows, ridge), tuple(used), ridge, held, near, far, noise, rows, model)
+
+
+def _worth_it(rows: Examples, measured: Sequence[int], model: TrainingRun | None) -> list[int]:
+    """The thermometers on the link, and of the others those that make the law better by enough."""
+    used = [i for i in measured if SENSED[i] in ALONG]
+    enough = rows.growth.size >= _readings_for([*used, 0])
+    error = Learner(used, model).best(rows)[1].rms if used and enough else np.inf
+    while enough and (others := [i for i in measured if i not in used]):
+        tried = {i: Learner(sorted([*used, i]), model).best(rows)[1].rms for i in others}
+        best = min(tried, key=tried.__getitem__)
+        if tried[best] > (1 - WORTH_IT) * error:
+            break
+        used, error = sorted([*used, best]), tried[best]
+        enough = rows.growth.size >= _readings_for([*used, 0])
+    return used or list(measured)
+
+
+def _readings_for(used: Sequence[int]) -> int:
+    """Least number of readings of the growth that so many thermometers need."""
+    return 2 * (len(used) + 3)
+
+
+def _noise_of(signals: Iterable[Array]) -> float:
+    """1 sigma in K of what changes from row to row, which no temperature does: by second differences."""
+    sizes = []
+    for signal in signals:
+        read = signal[np.isfinite(signal)]
+        if read.size > 10:
+            change = np.diff(read, 2)
+            most = 4 * np.sqrt(np.mean(change**2))
+            sizes.append(np.mean(change[np.abs(change) <= most] ** 2) / 6)
+    return float(np.sqrt(np.mean(sizes))) if sizes else 0.0

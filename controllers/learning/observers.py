@@ -1,0 +1,67 @@
+"""The observers taught the same map from temperatures to growth as the regression.
+
+An observer's growth is linear in its modes, and so are the temperatures at its sensors. In place of the
+model's own expansion it gets the learnt coefficients of these temperatures. Its model of motor and link then
+serves to smooth them and to see that a reading cannot be; the structure that it lacks is in the covariance of
+each mode (`profile_std`), large enough that thermometers outweigh the duty.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warmlink.controllers.design.gains import Unknown, design_controller
+from warmlink.controllers.design.plant import Plant
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.learning.learnt import LearntMap
+from warmlink.controllers.start_values import Values
+
+PROFILE = 0.3
+"""K by which each mode may be off where it is largest: a model of other structure is."""
+
+MODEL_SHARE, RECEIVED_SHARE = 1.0, 0.2
+"""Shares of the link's losses, and of the motor's heat, that may enter or leave the link unknown."""
+
+SMOOTHING_TIME = 15.0
+"""s; as of the regression."""
+
+
+def taught(
+    law: str,
+    learnt: LearntMap,
+    sample_time: float,
+    plant: Plant | None = None,
+    camera_std: float | None = None,
+) -> Values:
+    """Parameter set of an observer by what a log taught.
+
+    Parameters
+    ----------
+    law : observer or observer_drift
+    learnt : from logs of the machine
+    sample_time : in s
+    plant : a model of the machine; the nominal cell by default
+    camera_std : noise of the camera in m; that of the DriftCamera component by default
+    """
+    known = learnt.values
+    coefficients, stds = (np.array(known[name]) for name in ("coefficients", "sensor_std"))
+    sensors = {name: float(std) for name, std in zip(SENSED, stds, strict=True) if std > 0}
+    unknown = Unknown(profile=PROFILE, quiet_share=1.0)
+    options = {"sample_time": sample_time, "plant": plant, "unknown": unknown, "camera_std": camera_std}
+    design = design_controller(law, list(sensors), sensors, **options)  # type: ignore[arg-type]
+    values = dict(design.parameters)
+    rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
+    by_all = float(coefficients.sum())
+    spread = learnt.line.inverse
+    return {
+        **values,
+        "elongation_row": (coefficients @ rows).tolist(),
+        "elongation_per_kelvin": by_all,
+        "reference_temperature": float(known["reference_temperature"]) - float(known["intercept"]) / by_all,  # type: ignore[arg-type]
+        "model_std": learnt.near,
+        "relative_std": float(np.sqrt(learnt.far * spread.sum())) / by_all,
+        "model_share": MODEL_SHARE,
+        "received_share": RECEIVED_SHARE,
+        "smoothing_time": SMOOTHING_TIME,
+        "learnt": 1.0,
+    }

@@ -1,0 +1,90 @@
+"""Controllers compared: in simulated runs, or on measured logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeAlias
+
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.progress import spinner
+from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, replayed
+from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
+from warmlink.orchestration.studies.at_work import USUAL, Means
+from warmlink.orchestration.studies.compare import Comparison
+from warmlink.orchestration.studies.compare import compare as compare_simulated
+
+if TYPE_CHECKING:
+    import pandas
+
+    Logs: TypeAlias = Sequence[str | Path | pandas.DataFrame] | str | Path | pandas.DataFrame
+
+
+def compare(
+    controllers: Sequence[str] | str | None = None,
+    duty_cycles: Sequence[str | Path] | str | Path | None = None,
+    mismatches: Sequence[str | Path] | str | Path | None = None,
+    *,
+    system: str = DEFAULT,
+    scenario: str | Path | None = None,
+    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
+    means: Means = USUAL,
+    out: str | Path | None = None,
+    data: Logs | None = None,
+    learn: Logs = (),
+    tolerance: str | float = TOLERANCE,
+    units: Mapping[str, str] = MappingProxyType({}),
+    names: Mapping[str, str] = MappingProxyType({}),
+    decimal: str = "",
+) -> Comparison | Replayed:
+    """Compare controllers with each other and with no compensation, in simulated runs or on measured logs.
+
+    Parameters
+    ----------
+    controllers : names, or laws of one's own as `my_law.py:MyLaw`; all that are designed for the system
+    duty_cycles, mismatches : names or files; all that are usual for the system
+    system : WarmupCell or SixAxisArm
+    scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle; its
+        own is the usual one
+    parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
+    means : kind of FMU and number of processes
+    out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
+    data : measured logs (files or DataFrames) to judge on instead, without any plant: a controller sees what
+        was logged, and its error is the measured growth minus its correction
+    learn : logs from which controllers learn first that can
+    tolerance : error that production allows, of measured logs
+    units, names, decimal : of the logs' columns, as `diagnose` takes them
+
+    Raises
+    ------
+    InputError
+        If there is none of a name, a value is refused, or a log does not fit.
+    """
+    if data is None:
+        return compare_simulated(
+            *(controllers, duty_cycles, mismatches),
+            system=system,
+            scenario=scenario,
+            parameters=parameters,
+            means=means,
+            out=out,
+        )
+    given: dict[str, object] = {"duty_cycles": duty_cycles, "mismatches": mismatches, "scenario": scenario}
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
+    values = given_values(parameters)
+    sets = [StartValueSet("parameters", values)] if values else []
+    told = Said(units, names=names, decimal=decimal)
+    with spinner("Replaying"):
+        return replayed(
+            *(_several(data), controllers, sets), learn=_several(learn), tolerance=tolerance, told=told
+        )
+
+
+def _several(logs: Logs) -> Sequence[str | Path | pandas.DataFrame]:
+    return logs if isinstance(logs, Sequence) and not isinstance(logs, str) else [logs]

@@ -1,0 +1,1 @@
+"""Laws learnt from measured logs, and judged on them, without a plant."""

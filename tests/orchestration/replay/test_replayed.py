@@ -1,0 +1,185 @@
+"""`warmlink compare --data` and `wl.compare(data=...)`: laws judged on measured logs, without a plant."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import warmlink as wl
+from benchmarks.strange_machine import Demand, Machine, training
+from benchmarks.strange_machine import logs as logs_of
+from warmlink.controllers.start_values import with_scalars
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import controllers
+from warmlink.orchestration.cli import main
+from warmlink.orchestration.replay.compare import Replayed, judged, replayed
+from warmlink.orchestration.replay.learn import learnt_law
+from warmlink.orchestration.replay.logs import read_logs
+
+
+@cache
+def log() -> pd.DataFrame:
+    return Machine(2).run([Demand(5400, 3.4, 2.5), Demand(1800)], 1).log()
+
+
+@cache
+def taught() -> pd.DataFrame:
+    return Machine(2).run(training(), 2).log()
+
+
+def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr("sys.argv", ["warmlink", "compare", *arguments])
+    try:
+        main()
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def test_without_compensation_the_error_is_the_growth() -> None:
+    (read,) = read_logs([log()])
+    found = judged(controllers()["none"], read, 5e-6)
+    late = log().iloc[121:]["growth [um]"]
+    assert found.worst_um == pytest.approx(late.abs().max(), rel=1e-3)
+    assert found.rms_um == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)
+    assert found.outside_percent == pytest.approx(100 * (late.abs() > 5).mean(), abs=0.1)
+    assert found.ready_percent == 0
+    assert found.travel_um_h == 0
+
+
+def test_a_law_that_learnt_from_another_log_is_far_better() -> None:
+    found = replayed([log()], ["none", "regression"], learn=[taught()])
+    none, regression = (found.rows[name, "data"] for name in found.controllers)
+    assert regression.rms_um < 0.02 * none.rms_um
+    assert regression.removed_percent is not None
+    assert regression.removed_percent > 97.5
+    assert regression.travel_um_h < 100
+    assert regression.ready_wrong_percent == 0
+
+
+def test_no_law_of_ours_is_worse_than_the_regression() -> None:
+    """With the same thermometers and log: at most a tenth, and more thermometers make none worse."""
+    strange = dict(logs_of(5))
+    names, others = ["regression", "observer", "observer_drift"], ["random_shift", "heavy_shift", "draught"]
+    found = replayed([strange[name] for name in others], names, learn=[strange["training"]])
+    rms = {name: found.over_all(name)["rms_um"] for name in names}
+    assert max(rms.values()) <= 1.1 * rms["regression"] + 0.02
+    assert all(found.over_all(name)["ready_wrong_percent"] <= 1 for name in names)
+    assert all(found.over_all(name)["fine_not_ready_percent"] <= 10 for name in names)
+    assert found.over_all("observer")["travel_um_h"] < 100
+
+
+def test_the_truth_is_judged_by_and_never_seen() -> None:
+    """With another truth the same corrections are judged otherwise."""
+    shifted = log().assign(**{"growth [um]": log()["growth [um]"] + 3.0})
+    one, other = (
+        replayed([each], ["observer_drift"]).rows["observer_drift", "data"] for each in (log(), shifted)
+    )
+    assert one.travel_um_h == other.travel_um_h
+    assert other.rms_um > one.rms_um + 1.0
+
+
+def test_without_a_truth_the_measured_growth_is_judged_by() -> None:
+    bare = log().drop(columns="growth [um]")
+    whole, measured = (replayed([each], ["observer"]).rows["observer", "data"] for each in (log(), bare))
+    assert measured.rms_um == pytest.approx(whole.rms_um, rel=0.1)
+    assert measured.travel_um_h == whole.travel_um_h
+
+
+def test_a_camera_sees_the_growth_less_its_own_correction() -> None:
+    blind = log().drop(columns="elongation [um]")
+    seen, unseen = (
+        replayed([each], ["observer_drift"]).rows["observer_drift", "data"] for each in (log(), blind)
+    )
+    assert seen.rms_um < 0.3 * unseen.rms_um
+
+
+def test_a_log_slower_than_the_law_slows_it() -> None:
+    """A reading that is held for a minute once looked stuck, and was left out."""
+    slow = log().iloc[::60].reset_index(drop=True)
+    found = replayed([slow], ["regression"], learn=[taught()]).rows["regression", "data"]
+    assert found.rms_um < 2.0
+
+
+def test_start_values_reach_the_laws_that_have_them() -> None:
+    values = learnt_law([taught()]).parameters
+    found = wl.compare(["regression", "lag"], data=log(), parameters=values)
+    assert isinstance(found, Replayed)
+    assert found.rows["regression", "data"].rms_um < 1.5
+    law = controllers()["regression"]
+    own = replace(
+        law,
+        parameters=with_scalars(law.parameters, {k.partition(".")[2]: v for k, v in values.items()}),
+    )
+    (read,) = read_logs([log()])
+    assert judged(own, read, 5e-6) == found.rows["regression", "data"]
+
+
+def test_the_tolerance_is_the_laws_too() -> None:
+    strict, loose = (
+        replayed([log()], ["regression"], learn=[taught()], tolerance=t) for t in ("0.5 um", "9 um")
+    )
+    assert strict.rows["regression", "data"].ready_percent < 5
+    assert loose.rows["regression", "data"].ready_percent > 95
+    assert strict.tolerance_um == pytest.approx(0.5)
+
+
+def test_the_command_writes_table_and_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        log().to_parquet(f"{name}.parquet")
+    taught().to_parquet("taught.parquet")
+    common = ["--controllers", "lag,regression", "--learn", "taught.parquet", "--out", "found"]
+    assert run(["--data", "one.parquet", "two.parquet", *common], monkeypatch) == 0
+    said = capsys.readouterr().out
+    assert "2 measured logs, tolerance ±5 µm" in said
+    assert "removed, median" in said
+    table = pd.read_csv("found/compare.csv")
+    assert len(table) == 4
+    assert set(table["log"]) == {"one", "two"}
+    assert "Controllers judged on measured logs" in Path("found/report.html").read_text("utf-8")
+    assert run(["--data", "one.parquet", *common, "--json", "--no-report"], monkeypatch) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["laws"]["regression"]["rms_um"] < told["laws"]["lag"]["rms_um"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--data", "log.csv", "--duty-cycles", "stop_and_go"], "--data: measured logs are compared as they"),
+        (["--data", "absent.csv"], "absent.csv: there is no such file"),
+        (["--data", "log.csv", "--controllers", "magic"], "magic: no such controller"),
+        (["--data", "log.csv", "--tolerance", "5 K"], "--tolerance"),
+        (["--data", "log.csv", "--set", "compensator.nose=3"], "nose"),
+        (["--data", "log.toml"], "is no log; give a file of measurements"),
+        (["--learn", "log.csv"], "are given with --data LOG"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    log().iloc[:1200].to_csv("log.csv", index=False)
+    assert run(arguments, monkeypatch) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert "Traceback" not in told
+    assert not Path("out").exists() or not list(Path("out").rglob("*.csv"))
+
+
+def test_a_log_without_growth_cannot_judge() -> None:
+    bare = log().drop(columns=["growth [um]", "elongation [um]"])
+    with pytest.raises(InputError, match="the growth was measured 0 times after the first 2 min"):
+        replayed([bare], ["none"])
