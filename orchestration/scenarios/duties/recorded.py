@@ -134,6 +134,7 @@ def _demand(sheet: Sheet, place: Place) -> Array:
     """Values of a demand in SI, row by row; NaN where a pad is off."""
     _, values, lost = signal(sheet, place, _DEMANDS[place.variable])
     sheet.refuse(lost, place.column, "{} is no reading; mend or empty it")
+    sheet.refuse(np.flatnonzero(values < 0), place.column, "{} is below 0; give absolute values")
     if place.variable.startswith("pad_"):
         return values
     if not np.isfinite(values[0]):
