@@ -10,7 +10,6 @@ import numpy as np
 from warmlink.fmus.component import Component, Input, Parameter, limits
 from warmlink.fmus.component.arithmetic import Number, stack
 from warmlink.fmus.component.integrator import GAMMA, ComplexStepJacobian, Vector, ros2, solution_of
-from warmlink.fmus.component.table import EARLY
 from warmlink.fmus.errors import InputError
 
 TICK_TOLERANCE = 1e-9
@@ -152,7 +151,7 @@ class Instance:
         self._time = time + step
         self._y = None
         for played in self.component.tables:
-            if self._time > played.table.end + EARLY and played.name not in self._ended:
+            if played.name not in self._ended and played.table.ends_before(self._time):
                 self._ended.add(played.name)
                 self.warn(f"{self.name}{played.ended}")
 

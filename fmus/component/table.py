@@ -83,6 +83,10 @@ class RecordedTable:
         """Time in s of the last row, which holds from then on."""
         return float(self.times[-1])
 
+    def ends_before(self, time: float) -> bool:
+        """Whether a time in s lies beyond the last row; one row alone is for ever."""
+        return self.times.size > 1 and time > self.end + EARLY
+
     def at(self, time: float) -> Array:
         """The row that holds at a time in s: its time, values, and their rates, shape (1 + 2 columns,).
 
@@ -289,12 +293,14 @@ def _check_column(variable: Output, values: Array, linear: bool) -> None:
     unit = "" if variable.unit == "1" else f" {variable.unit}"
     if whole and linear:
         raise InputError(f"{name}: is a whole number, so it cannot be linear between rows; hold it")
-    low = 0.0 if variable.choice is not None else variable.minimum
-    high = variable.maximum if variable.choice is None else float(variable.choice.last)
+    low, high = (
+        (0.0, float(variable.choice.last)) if variable.choice else (variable.minimum, variable.maximum)
+    )
+    low, high = -np.inf if low is None else low, np.inf if high is None else high
     for wrong, told in (
-        (low is not None and values < low, f"is too low; give at least {low}{unit}"),
-        (high is not None and values > high, f"is too high; give at most {high}{unit}"),
-        (whole and values != np.round(values), "is not a whole number; give one"),
+        (values < low, f"is too low; give at least {low:g}{unit}"),
+        (values > high, f"is too high; give at most {high:g}{unit}"),
+        (whole & (values != np.round(values)), "is not a whole number; give one"),
     ):
         for row in np.flatnonzero(wrong)[:1].tolist():
             raise InputError(f"{name}: row {row + 1}: {values[row]:.10g}{unit} {told}")

@@ -121,7 +121,7 @@ def test_any_damage_is_refused(byte: int) -> None:
         ([0, np.nan], {}, (), "row 2: its time is not finite"),
         ([0, 1], {"speed": [1, 2, 3]}, (), "speed: 3 values for 2 rows"),
         ([0, 1], {"speed": [1, np.inf]}, (), "speed: row 2: inf is not finite"),
-        ([0, 1], {"speed": [1, -2]}, (), "speed: row 2: -2 rad/s is too low; give at least 0.0 rad/s"),
+        ([0, 1], {"speed": [1, -2]}, (), "speed: row 2: -2 rad/s is too low; give at least 0 rad/s"),
         ([0, 1], {"pad_mode": [1, 3]}, (), "pad_mode: row 2: 3 is too high"),
         ([0, 1], {"pad_mode": [0, 0.5]}, (), "pad_mode: row 2: 0.5 is not a whole number"),
         ([0, 1], {"pad_mode": [0, 1]}, ("pad_mode",), "pad_mode: .*cannot be linear"),

@@ -71,11 +71,12 @@ class ComponentSlave(Fmi2Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         resources = str(kwargs.get("resources", ""))
-        self._instance = Instance(_with_tables(self.component, resources), self.instance_name)
+        playing, lost = _with_tables(self.component, resources)
+        self._instance = Instance(playing, self.instance_name)
         self._instance.warn = lambda sentence: self.log(sentence, Fmi2Status.warning)
         self._types = {s.reference: s.variable.type for s in self.component.scalars()}
         self._begun = False
-        self._memory = _Memory()
+        self._memory = _Memory(unfit=lost and f"{self.instance_name}: {lost}")
         _finish_at_exit(resources)
 
     # pythonfmu's library calls what follows by names that it expects.
@@ -92,6 +93,7 @@ class ComponentSlave(Fmi2Slave):
             self._instance.initialize()
         except Exception as error:
             self._memory.unfit = self._sentence(error)
+        if self._memory.unfit is not None:
             self.log(self._memory.unfit, Fmi2Status.warning)
         self._begun = True
 
@@ -219,10 +221,21 @@ class ComponentSlave(Fmi2Slave):
         return f"{self.instance_name}: {type(error).__name__} at {self._instance.time:g} s: {error}"
 
 
-def _with_tables(component: Component, resources: str) -> Component:
-    """The component with the tables in the FMU's resources in place of those it was declared with."""
-    found = [each.read((Path(resources) / each.file).read_bytes(), each.file) for each in component.tables]
-    return replace(component, tables=tuple(found)) if found else component
+def _with_tables(component: Component, resources: str) -> tuple[Component, str | None]:
+    """The component with the tables in the FMU's resources in place of those it was declared with.
+
+    Beside it why there are none, or None; then it has those that it was declared with.
+    """
+    found = []
+    for each in component.tables:
+        path = Path(resources) / each.file
+        try:
+            found.append(each.read(path.read_bytes(), str(path)))
+        except OSError as fault:
+            return component, f"{path}: cannot be read ({fault.strerror}); unpack the FMU whole"
+        except InputError as fault:
+            return component, str(fault)
+    return replace(component, tables=tuple(found)) if found else component, None
 
 
 def _integer(value: float) -> int:

@@ -175,7 +175,7 @@ class Recorded(Drive):
     def until(self, stop_time: float) -> Self:
         """The same with another stop time in s; a remark says where that is after the last row."""
         told = tuple(each for each in self.remarks if not each.endswith(_HOLDS))
-        if stop_time > self.table.end + EARLY:
+        if self.table.ends_before(stop_time):
             told += (f"{self.name} ends at {self.table.end:g} s{_HOLDS}",)
         return replace(self, stop_time=stop_time, remarks=told)
 

@@ -18,6 +18,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.pages import live
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
+from warmlink.orchestration.products.build import JOINED_HOME
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.system.assemble import component
 from warmlink.orchestration.system.model import DefaultExperiment, System
@@ -43,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def whole_run(scenario: Scenario, folder: Path) -> Result:
     """Run of the native FMU of the whole system."""
-    (fmu,) = build_native_fmus([Entry(scenario.joined(), "warmlink.orchestration.system.shipped")], folder)
+    (fmu,) = build_native_fmus([Entry(scenario.joined(), JOINED_HOME)], folder)
     stop = scenario.stop_time
     system = System("Alone", {"whole": component("whole", fmu)}, (), DefaultExperiment(0.0, stop, 1.0))
     return simulate(system, stop, 1.0)

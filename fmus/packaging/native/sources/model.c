@@ -105,7 +105,7 @@ void model_tell_ends(Model *model)
 {
     for (int i = 0; i < WL_TABLES; i++) {
         Table *table = &model->tables[i];
-        double end = table->rows ? table->times[table->rows - 1] : HUGE_VAL;
+        double end = table->rows > 1 ? table->times[table->rows - 1] : HUGE_VAL; /* one row is for ever */
         if (table->ended || !(model->memory.time > end + EARLY))
             continue;
         Severity before = model->severity;

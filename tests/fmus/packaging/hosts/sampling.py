@@ -57,7 +57,7 @@ def running(fmu: str, rng: random.Random) -> Slave:
         parameters["sample_time"] = rng.uniform(0.3, 3.0)
     # Second moments drawn one by one belong to no random variables: the law's estimates would be NaN.
     parameters |= {n: float(probe.variables[n].start) for n in parameters if n.startswith("moments[")}
-    for _ in range(2 * len(parameters)):
+    for _ in range(2 * len(parameters) + 1):
         slave = Slave(fmu, start=start)
         inputs = {name: value(slave, name, rng) for name in slave.named("input")}
         slave.initialize(parameters | inputs)

@@ -68,6 +68,10 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
         ("time [s],torque [kg]\n1,1\n2,2", "column 'torque \\[kg\\]': .*; give it in N.m"),
         ("time [s],torque\n1,1\n2,2", "column 'torque' has no unit"),
         ("time,torque [N.m]\n1,1\n2,2", "column 'time' has no unit; head it as 'time \\[s\\]'"),
+        (
+            "time [s],speed [rad/s]\n0,1\n1,-2\n2,3",
+            "row 3, column 'speed \\[rad/s\\]': '-2' is below 0; give absolute values",
+        ),
         ("time [s],torque [N.m]\n0,much\n1,1", "row 2, column 'torque \\[N.m\\]': 'much' is no reading"),
         (
             "time [s],speed [rpm],torque [N.m]\n0,1,1\n,2,1",
