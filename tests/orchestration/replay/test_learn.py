@@ -143,7 +143,7 @@ def test_columns_may_have_other_names_and_units() -> None:
             ["--law", "lag", "--data", "{log}"],
             "--law lag: is not learnt from a log; choose regression, observer or",
         ),
-        (["--law", "regression", "--data", "absent.csv"], "absent.csv: there is no such file"),
+        (["--law", "regression", "--data", "absent.csv"], "absent.csv: no such file"),
         (
             ["--law", "regression", "--data", "{log}", "--sensors", "nose"],
             "no such thermometer; choose shaft, winding, base, middle or tip",

@@ -174,7 +174,7 @@ def test_the_command_writes_table_and_page(
     ("arguments", "said"),
     [
         (["--data", "log.csv", "--duty-cycles", "stop_and_go"], "--data: measured logs are compared as they"),
-        (["--data", "absent.csv"], "absent.csv: there is no such file"),
+        (["--data", "absent.csv"], "absent.csv: no such file"),
         (["--data", "log.csv", "--controllers", "magic"], "magic: no such controller"),
         (["--data", "log.csv", "--tolerance", "5 K"], "--tolerance"),
         (["--data", "log.csv", "--set", "compensator.nose=3"], "nose"),
