@@ -83,7 +83,9 @@ COMPONENT = Component(
     ),
     states=(State("lagged", "1", size=LAGS),),
     outputs=(
-        temperature_output("corrected_temperature", "temperatures with the remainder", size=TEMPERATURES),
+        temperature_output(
+            "corrected_temperature", "temperatures with the remainder", size=TEMPERATURES, plausible=None
+        ),
         Output("corrected_elongation", "m", "growth with the remainder", display="um", nominal=50e-6),
         Output("outside", "1", "how far the lags are outside what was learnt from; 0: inside", nominal=1),
         Output(

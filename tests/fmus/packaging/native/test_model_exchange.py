@@ -28,6 +28,7 @@ CONTINUOUS = {e.component.name: opened(e.component) for e in catalogue() if exch
 STARTS: dict[str, dict[str, float]] = {
     "Heater": {"on": 1.0, "heat_capacity": 50.0, "contact_resistance": 0.5},
     "MotorHeatSource": {"speed": 3.43, "torque": 2.5, "pad_mode": 2, "pad_temperature": 303.15},
+    "Remainder": {"speed": 3.0, "temperature_weight[1]": 1.0, "elongation_weight[1]": 1e-6, "scale[1]": 3.0},
     "ThermalLink": {"heat_flow": 5.0, "speed": 3.0, "emissivity": 0.5},
 }
 every = pytest.mark.parametrize("name", CONTINUOUS)
