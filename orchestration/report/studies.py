@@ -175,7 +175,9 @@ def _importance(storage: Storage) -> Any:
     told = {"text": [f"{share:.2f}" for share in shares], "textposition": "outside", "cliponaxis": False}
     look = {"type": "bar", "orientation": "h", "marker": {"color": COLOURS[0]}, **told}
     down = {"autorange": "reversed", "automargin": True}
-    return chart({"x": shares, "y": names, **look}, x="share [1]", y=down, height=260)
+    # Room for the figures that stand beyond the bars.
+    across = {"title": "share [1]", "range": [0, 1.2], "tickvals": [0, 0.5, 1]}
+    return chart({"x": shares, "y": names, **look}, x=across, y=down, height=260)
 
 
 def _closing(study: Study, found: Sequence[Judged], word: str) -> list[Section]:

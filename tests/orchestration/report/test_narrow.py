@@ -90,7 +90,7 @@ def test_tables_and_residuals_of_a_diagnosis_are_seen(chromium: Browser, diagnos
 @pytest.mark.parametrize("width", [400, 1300])
 def test_the_bode_plots_of_a_design_are_seen(chromium: Browser, tmp_path: Path, width: int) -> None:
     pytest.importorskip("control")
-    design("WarmupCell", law="observer", out=tmp_path / "observer.ssv", report=tmp_path / "design.html")
+    design(["WarmupCell"], law="observer", out=tmp_path / "observer.ssv", report=tmp_path / "design.html")
     chromium.open(tmp_path / "design.html", width)
     found = chromium.evaluate(DRAWN)
     assert found["scrollWidth"] <= width
