@@ -22,6 +22,7 @@ from benchmarks.hidden_effects import (
     weakened,
     with_gaps,
 )
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def trial(task: tuple[str, int, int]) -> Trial:
     )
     heldout = None
     if found.word == "named":
-        scores = Scores(experiment, found.noise, found.best)
+        scores = Scores(Problem(experiment), found.noise, found.best)
         measured = scores.rmse(scores.predict(found.best), True)
         heldout = None if measured is None else measured[0]
     return Trial(

@@ -1,7 +1,7 @@
 """Other people's files, run by us and by another master: `python -m benchmarks.public_files FOLDER`.
 
-FMUs are run by FMPy too, systems by libcosim, with the same steps and the inputs' start values. It counts
-whether a number differs without a word.
+FMUs are run by FMPy too, systems by libcosim, with the same steps, the inputs' start values, and libcosim's
+algorithm. It counts whether a number differs without a word.
 """
 
 from __future__ import annotations
@@ -77,7 +77,8 @@ class Ran:
 def ours(ssp: Path, stop: float, step: float, work: Path) -> Ran:
     """Run a system by the command."""
     command = [sys.executable, "-m", "warmlink", "simulate", str(ssp), "--no-error-budget", "--no-csv"]
-    options = ["--stop", f"{stop!r} s", "--step", f"{step!r} s", "--out", str(work / "ours")]
+    options = ["--stop", f"{stop!r} s", "--step", f"{step!r} s", "--master", "jacobi"]
+    options += ["--out", str(work / "ours")]
     try:
         done = subprocess.run(
             [*command, *options], capture_output=True, text=True, timeout=SECONDS, check=False

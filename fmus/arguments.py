@@ -4,17 +4,20 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-_options: Mapping[str, str] | None = None
+_options: Mapping[str | tuple[str, type], str] | None = None
 _quoted: Callable[[str], str] = str
 
 
 @contextmanager
-def speaking_of_options(names: Mapping[str, str], quoted: Callable[[str], str] = str) -> Iterator[None]:
+def speaking_of_options(
+    names: Mapping[str | tuple[str, type], str], quoted: Callable[[str], str] = str
+) -> Iterator[None]:
     """Let sentences speak of a command's options meanwhile, as while a command runs.
 
     Parameters
     ----------
-    names : option of each argument that is not called alike, as `--mismatch` of `mismatches`
+    names : option of each argument that is not called alike, as `--mismatch` of `mismatches`; by name and
+        type if values of this type have an option of their own
     quoted : gives `NAME=VALUE` as one word of a command
     """
     global _options, _quoted
@@ -41,6 +44,8 @@ def argument(name: str, *value: object) -> str:
     """
     if _options is not None:
         option = _options.get(name, f"--{name.strip('_').replace('_', '-')}")
+        if value and isinstance(value[0], Path):
+            option = _options.get((name, Path), option)
         if value and isinstance(value[0], Mapping):
             return " ".join(f"{option} {_quoted(f'{key}={each}')}" for key, each in value[0].items())
         return " ".join([option, *(f"{each:g}" if isinstance(each, float) else str(each) for each in value)])

@@ -22,7 +22,8 @@ WRITTEN = ".written-"
 """How the names of folders begin whose files are whole, and are about to take their places."""
 
 _GOES = ".goes"
-"""Folder in such a folder with the names of files that go before; each says into which folder, or none."""
+"""Folder in such a folder with the names of files that go before; those that are kept stand in a folder of it
+that is named as the one into which they go. Names alone take no room on a disk that is full."""
 
 ENDING_SECONDS = 1.0
 """Within which the processes of a command that was killed have ended, and hold no folder any more."""
@@ -56,9 +57,10 @@ def fresh_folder(
                         raise InputError(
                             f"{shown / name}: is a folder; choose another {argument('out')}, or move it"
                         )
-                (work / _GOES).mkdir()
+                goes = work / _GOES / kept_in
+                goes.mkdir(parents=True)
                 for path in old() if new else ():
-                    (work / _GOES / path.name).write_text(kept_in, encoding="utf-8")
+                    (goes / path.name).touch()
             except OSError as fault:
                 if fault.errno not in FULL_DISK:
                     raise
@@ -85,11 +87,13 @@ def settle(folder: Path) -> None:
 
 def _take_places(ready: Path) -> None:
     """Have the old files go, then the new ones move up; may be done again after it was interrupted."""
-    for name in [*(ready / _GOES).glob("*")]:
-        path, kept_in = ready.parent / name.name, name.read_text(encoding="utf-8")
-        if kept_in and path.exists():
-            (ready.parent / kept_in).mkdir(exist_ok=True)
-            path.replace(ready.parent / kept_in / name.name)
+    goes = ready / _GOES
+    for name in [path for path in goes.rglob("*") if path.is_file()]:
+        path = ready.parent / name.name
+        if name.parent != goes and path.exists():
+            kept = ready.parent / name.parent.name
+            kept.mkdir(exist_ok=True)
+            path.replace(kept / name.name)
         path.unlink(missing_ok=True)
         name.unlink()
     for path in sorted(ready.rglob("*")):

@@ -24,7 +24,7 @@ from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate as simulate_system
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
-from warmlink.orchestration.scenarios.system_values import Written, with_parameters
+from warmlink.orchestration.scenarios.system_values import Written, full_name, with_parameters
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.description import FmuVariable, read_description
 from warmlink.orchestration.system.model import System
@@ -81,7 +81,8 @@ def simulate(
         times = experiment_of(read, stop, step)
         for told in remarks_on_steps(read, *times, stop):
             remark(told)
-        how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": record}
+        names = None if record is None else [full_name(read, name) for name in record]
+        how: dict[str, Any] = {"start_time": read.default_experiment.start_time, "record": names}
         how["fmu_tolerance"] = relative_tolerance(fmu_tolerance)
         with progress_bar(read.name) as progress:
             found = guarded(

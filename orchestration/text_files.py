@@ -29,13 +29,24 @@ def is_folder(path: Path) -> bool:
         return False
 
 
+def absent(path: Path, remedy: str, sought: str = "file") -> InputError:
+    """What to raise where a file is needed and there is none, or a folder."""
+    there = "is a folder" if is_folder(path) else f"no such {sought}"
+    return InputError(f"{shortened(str(path))}: {there}; {remedy}")
+
+
+def demand_file(path: Path, remedy: str) -> None:
+    """Raise InputError, with the remedy, unless there is such a file."""
+    if not is_file(path):
+        raise absent(path, remedy)
+
+
 def read_text(path: Path, remedy: str) -> str:
     """Text of a file in UTF-8, with or without a byte order mark.
 
     InputError if there is no such file, with the remedy, it cannot be read, or it is in another encoding.
     """
-    if not is_file(path):
-        raise InputError(f"{shortened(str(path))}: no such file; {remedy}")
+    demand_file(path, remedy)
     try:
         return path.read_bytes().decode("utf-8-sig")
     except OSError as fault:

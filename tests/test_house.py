@@ -74,6 +74,17 @@ def test_what_is_imported_of_ours_is_there(folder: str) -> None:
     assert not missing
 
 
+def test_data_are_installed_with_the_room_that_holds_them() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
+    patterns = [Path(each) for each in declared["package-data"]["*"]]
+    for path in (each for floor in FLOORS for each in (ROOT / floor).rglob("*.toml")):
+        room = next(each for each in path.parents if (each / "__init__.py").is_file())
+        inside = path.relative_to(room)
+        assert any(len(each.parts) == len(inside.parts) and inside.match(str(each)) for each in patterns), (
+            f"{path.relative_to(ROOT)} is not installed: package-data in pyproject.toml does not name it"
+        )
+
+
 def test_the_face_is_warmlink_and_holds_nothing_but_names() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
     assert declared["package-dir"]["warmlink"] == FACE.as_posix()
@@ -231,3 +242,21 @@ def test_the_project_speaks_of_itself_only() -> None:
 def test_a_room_that_is_gone_is_noticed() -> None:
     with pytest.raises(AssertionError, match="fmus/parts holds no Python"):
         sources("fmus/parts")
+
+
+def test_the_library_speaks_of_arguments_and_the_command_of_options() -> None:
+    """`argument` gives either; a sentence with a whole command may have its options."""
+    spoken = re.compile(r"(?<![\w<!-])--[a-z][a-z-]+")
+    found = []
+    for path in SOURCES:
+        if {"command_line", "cli.py"}.isdisjoint(path.parts):
+            tree = ast.parse(path.read_text("utf-8"))
+            told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+            texts = (n for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+            sentences = (each for each in texts if " " in each.value and id(each) not in told)
+            found += [
+                f"{path.relative_to(ROOT)}:{each.lineno}: {each.value}"
+                for each in sentences
+                if spoken.search(each.value) and "warmlink " not in each.value
+            ]
+    assert not found

@@ -30,7 +30,8 @@ from warmlink.orchestration.arm import chain
 from warmlink.orchestration.arm.chain import axis, axis_name
 from warmlink.orchestration.arm.errors import ArmErrors
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.machine.machine import COMPENSATOR, Machine, Roles, Sensors
+from warmlink.orchestration.machine.machine import COMPENSATOR, Machine
+from warmlink.orchestration.machine.roles import Roles, Sensors
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.scenarios.duties import duty_files
 from warmlink.orchestration.scenarios.duties.duty import Drive, Duty, Segment

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import by_scalar, design_file
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -97,9 +99,9 @@ class _Judged:
         anew = _command(scenario, changed, law)
         if own & _facts(law, cell_plant()).keys():
             remedy = f"leave out the design that is given, or put that of this cell in its place: {anew}"
-            other = "if the cell is that other one, say so by its values, as --set or in a scenario"
-            return f"{said}; {remedy}; {other}", ideal
-        return f"{said}; design it anew: {anew}; then add --parameters {law}.ssv", ideal
+            other = f"say so by its values, as {argument('parameters')} or in a scenario"
+            return f"{said}; {remedy}; if the cell is that other one, {other}", ideal
+        return f"{said}; design it anew: {anew}; then add {_file_of(law)}", ideal
 
     def _other(self, law: str, told: str, changed: list[str]) -> tuple[str | None, bool]:
         # What these laws go by is no temperature, or the rise of one since the start.
@@ -113,7 +115,7 @@ class _Judged:
         return (
             f"the parameters of {law} suit the nominal cell; {told}; tune them, or use a "
             f"law that is designed for this cell: {anew}; then run with "
-            f"--controller {SUBSTITUTE} --parameters {SUBSTITUTE}.ssv"
+            f"{argument('controller', SUBSTITUTE)} {_file_of(SUBSTITUTE)}"
         ), False
 
     def _suits(self, scenario: Scenario, differing: Mapping[str, float], share: float = 1e-6) -> bool:
@@ -125,6 +127,10 @@ class _Judged:
         held |= {n.rpartition(".")[2]: v for n, v in differing.items() if n.startswith(self._laws)}
         used = [name for i, name in enumerate(SENSED, 1) if held[f"sensor_std[{i}]"] > 0]
         return _alike(_facts(scenario.controller.name, _plant(scenario), used), held, share)
+
+
+def _file_of(law: str) -> str:
+    return argument("parameters", Path(f"{law}.ssv"))
 
 
 def _command(scenario: Scenario, changed: Iterable[str], law: str) -> str:

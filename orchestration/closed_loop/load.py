@@ -23,7 +23,7 @@ from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.shell import command
-from warmlink.orchestration.text_files import is_file, read_text, shortened, tables_of
+from warmlink.orchestration.text_files import absent, is_file, read_text, tables_of
 from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text
 from warmlink.orchestration.written.tables import read_table
 
@@ -106,7 +106,7 @@ def load_scenario(name: str) -> Scenario:
         what, *words = _OTHERS[path.suffix]
         raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
     known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
-    raise InputError(f"{shortened(name)}: no such scenario; {known_names}")
+    raise absent(path, known_names, "scenario")
 
 
 def driven(cell: Scenario, duty: Scenario) -> Scenario:

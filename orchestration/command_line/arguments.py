@@ -59,11 +59,12 @@ EXPLAINED = {
 }
 """What the docstrings of commands leave out, by the names of their parameters."""
 
-OPTIONS = {
+OPTIONS: dict[str | tuple[str, type], str] = {
     "heat_faces": "--heat-face",
     "mismatches": "--mismatch",
     "names": "--map",
     "parameters": "--set",
+    ("parameters", Path): "--parameters",
     "replaced": "--replace",
     "sensor_points": "--sensor",
     "solver": "--with",

@@ -179,8 +179,8 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
-            practise = command("warmlink", "hide", "EFFECT", "--duty", following)
-            answer(f"next    {following}    practise it: {practise}")
+            words = ("hide", "EFFECT", "--duty") if found.experiment.rig.system is None else ("run",)
+            answer(f"next    {following}    practise it: {command('warmlink', *words, following)}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:

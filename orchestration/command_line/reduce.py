@@ -9,7 +9,7 @@ from warmlink.orchestration.console import FAILED, answer, answer_json, print_ta
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.shell import command
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 COMMANDS = ("reduce",)
 
@@ -77,6 +77,7 @@ def reduce(
     if list_faces:
         _list(part, unit, mesh_size, json)
         return
+    demand_file(part, "give a STEP file or a mesh")
     target = fmu_path(out or part.with_suffix(".fmu"))
     found = reduce_solid(
         part,
@@ -131,8 +132,7 @@ def _list(part: Path, unit: str | None, mesh_size: str | None, json: bool) -> No
     from warmlink.orchestration.written.quantities import positive
 
     size = None if mesh_size is None else positive(mesh_size, "m", "--mesh-size")
-    if not is_file(part):
-        raise InputError(f"{part}: no such file; give a STEP file or a mesh")
+    demand_file(part, "give a STEP file or a mesh")
     solid = read_solid(part, unit, size)
     page = part.with_name(f"{part.stem}_faces.html")
     with fresh_file(page) as scratch:

@@ -105,7 +105,7 @@ def simulate(
     from warmlink.orchestration.master.slaves.under_way import interruption
     from warmlink.orchestration.report.plot import refuse_unmatched, series_writers
     from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
-    from warmlink.orchestration.scenarios.system_values import with_parameters
+    from warmlink.orchestration.scenarios.system_values import full_name, with_parameters
     from warmlink.orchestration.simulation import (
         experiment_of,
         halvable,
@@ -136,6 +136,7 @@ def simulate(
         for path in parameters or ():
             read = with_parameters(read, path)
         read = with_parameters(read, arguments.settings_given(set_))
+        watch = [full_name(read, name) for name in watch] if watch else None
         for told in read.remarks:
             remark(told)
         stop_time, step_size = experiment_of(read, stop, step)
@@ -149,7 +150,7 @@ def simulate(
             repeats = False
             remark(f"the coupling error is not bounded, for an FMU does not go on by {step_size / 2:g} s")
         outputs = [name for name, variable in variables(read).items() if is_recorded(variable)]
-        written = arguments.listed(record) or ()
+        written = [full_name(read, pattern) for pattern in arguments.listed(record) or ()]
         kept = [*outputs, *watch] if watch else None
         refuse_unmatched(written, kept or outputs)
         once = partial(

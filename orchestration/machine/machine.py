@@ -17,9 +17,8 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from warmlink.controllers.interface import SENSED
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.join import Wire, join
@@ -29,14 +28,12 @@ from warmlink.fmus.packaging.tabled import with_table
 from warmlink.fmus.packaging.views import with_flag_wires
 from warmlink.fmus.recorded_duty.component import playing
 from warmlink.orchestration import catalogue
+from warmlink.orchestration.machine.roles import AS_THEY_ARE, NOTHING_SCORED, Roles, Sensors
 from warmlink.orchestration.system.assemble import assemble
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import DefaultExperiment, StartValues, System, Value
 from warmlink.orchestration.system.units import Conversion
 from warmlink.orchestration.system.write import Ports
-from warmlink.orchestration.written.entries import Names, Quantity
-from warmlink.orchestration.written.expression import Expression
-from warmlink.orchestration.written.tables import Table
 
 if TYPE_CHECKING:
     from warmlink.orchestration.master.recording.result import Result
@@ -51,36 +48,6 @@ KINDS = {
     **{"sensors": THERMOMETERS, "camera": "DriftCamera", "poses": "PoseSequence", COMPENSATOR: ""},
 }
 """Component behind each kind of part, by which people name it; empty: a controller."""
-
-TEMPERATURES = tuple(each.removesuffix("_temperature") for each in SENSED)
-
-
-@dataclass(frozen=True)
-class Roles:
-    """Roles of a machine's variables: their `score` is the error of the tool point in m.
-
-    `uncompensated` is the same error without a controller; of the coupling errors of the `plant`'s variables
-    the largest is reported.
-    """
-
-    score: Expression
-    uncompensated: Expression
-    plant: tuple[str, ...]
-
-
-NOTHING_SCORED = Roles(Expression("0"), Expression("0", "uncompensated"), ())
-"""Roles of a bench, which has no tool point."""
-
-
-@dataclass(frozen=True)
-class Sensors(Table):
-    """Thermometers that controllers use: noise (1 sigma), and which; None: as the machine has them."""
-
-    noise: Annotated[float | None, Quantity("K", least=0, difference=True)] = None
-    used: Annotated[tuple[str, ...] | None, Names("base", TEMPERATURES)] = None
-
-
-AS_THEY_ARE = Sensors()
 
 Designs = Callable[[str, Sensors], StartValues | None]
 """Function that returns the controllers' start values for a machine by the law's name, or None."""
@@ -172,7 +139,7 @@ class Machine:
     @cached_property
     def driven(self) -> Mapping[str, str]:
         """Demand of a duty cycle, as `speed`, behind each input that one drives."""
-        drivers = set(self.called(DUTY))
+        drivers = {part for part, kind in self.parts.items() if kind in (DRIVER, PLAYER)}
         split = {target: source.rpartition(".") for target, source in self.fed.items()}
         return {target: demand for target, (part, _, demand) in split.items() if part in drivers}
 

@@ -27,7 +27,8 @@ from warmlink.fmus.packaging.views import flag_of
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import remark_once
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine, Roles
+from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine
+from warmlink.orchestration.machine.roles import Roles
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.assemble import connected, read_system
 from warmlink.orchestration.system.check import variable_of

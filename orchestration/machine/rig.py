@@ -218,6 +218,8 @@ class Rig:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading
+        if self.machine.controllers:  # what is scored is measured, by whatever instrument
+            found |= {name: name for name in self.machine.growth if name not in found.values()}
         return found
 
     @cached_property

@@ -16,7 +16,8 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.fmus.plugins import plugins
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import NOTHING_SCORED, Machine, Roles
+from warmlink.orchestration.machine.machine import Machine
+from warmlink.orchestration.machine.roles import NOTHING_SCORED, Roles
 from warmlink.orchestration.system.write import Ports
 from warmlink.orchestration.written.expression import Expression
 

@@ -63,6 +63,10 @@ def compare(
     ------
     InputError
         If there is none of a name, a value is refused, or a log does not fit.
+
+    Examples
+    --------
+    >>> print(wl.compare(["lag", "observer"], ["stop_and_go"], ["thermal_high"]))
     """
     if data is None:
         return compare_simulated(

@@ -17,7 +17,7 @@ from warmlink.orchestration.reduction.elements import Use
 from warmlink.orchestration.reduction.order import LARGEST_ORDER, range_of
 from warmlink.orchestration.reduction.part import Part, reduce_part, write_fmu
 from warmlink.orchestration.report.reduction import remarks, write_report
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 from warmlink.orchestration.written.quantities import positive
 
 
@@ -122,8 +122,7 @@ def reduce(
     >>> part.write_fmu("MyLink.fmu")
     """
     path, size = Path(part), None if mesh_size is None else positive(mesh_size, "m", argument("mesh_size"))
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give a STEP file or a mesh")
+    demand_file(path, "give a STEP file or a mesh")
     if not heat_faces or not tool_point:
         needed = f"{argument('heat_faces')} and {argument('tool_point')}"
         raise InputError(f"{needed}: both are needed; {argument('list_faces')} shows the faces")

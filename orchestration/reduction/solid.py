@@ -23,7 +23,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 from warmlink.orchestration.written.quantities import quantity
 
 Integers = NDArray[np.int64]
@@ -117,8 +117,7 @@ def read_solid(path: Path, unit: str | None = None, size: float | None = None, c
     The file is STEP, or a mesh of tetrahedra (.msh, .inp), whose `unit` is said. Elements have a `size` [m],
     by default the thickness of thin walls; `coarser` is a factor on all sizes, those around bores included.
     """
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give a STEP file or a mesh")
+    demand_file(path, "give a STEP file or a mesh")
     if path.suffix.lower() in SOLIDS:
         if unit is not None:
             raise InputError(f"{argument('unit', unit)}: a STEP file says its unit; leave it out")

@@ -125,7 +125,7 @@ def _causes(diagnosis: Diagnosis) -> list[Section]:
     return sections
 
 
-def _wrong_table(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> PageTable:
+def _wrong_table(diagnosis: Diagnosis, wrong: Mapping[str, Wrong]) -> PageTable:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]

@@ -119,8 +119,10 @@ def _read(path: Path) -> Columns:
             found = pandas.read_parquet(path) if parquet else pandas.read_csv(path, index_col=False)
             found = found if parquet else found.rename(columns=of_cell)
     except (OSError, ValueError, LookupError, TypeError, NotImplementedError, Warning) as fault:
-        told = (str(fault).splitlines() or [type(fault).__name__])[0]
-        raise InputError(f"{path}: cannot be read ({told[:160]})") from None
+        told = (str(fault).splitlines() or [type(fault).__name__])[0].rpartition("C error: ")[2]
+        if told.startswith("EOF inside string"):
+            told = 'a quote (") opens a cell and none closes it'
+        raise InputError(f"{path}: cannot be read ({told[:160]}); give results of run or simulate") from None
     return _checked(found, str(path))
 
 

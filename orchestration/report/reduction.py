@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.reduction.order import AMBIENT_CHANGE, SAFETY, TIP_HEAT_FLOW
 from warmlink.orchestration.reduction.part import HEAT_FLOW, NOISE, TIMES, Part, best_pair, tool_error, warmed
@@ -108,7 +109,8 @@ def write_faces(solid: Solid, name: str, path: Path) -> None:
     labels = [f"#{face.number}" for face in solid.faces]
     traces.append(_points(np.array(marks), labels, COLOURS[5], "faces"))
     section = Section("Turn it with the mouse", figure=_turned(traces))
-    write_page(path, f"Faces of {name}", "--heat-face, --tool-face and --cooled take these.", [section])
+    heat, tool, cooled = map(argument, ("heat_faces", "tool_faces", "cooled"))
+    write_page(path, f"Faces of {name}", f"{heat}, {tool} and {cooled} take these.", [section])
 
 
 def _warming(part: Part, surface: Integers, best: Array) -> Section:

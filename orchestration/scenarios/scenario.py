@@ -13,7 +13,8 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import Controller, controller_named, shipped
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.machine.machine import AS_THEY_ARE, Machine, Sensors, merged
+from warmlink.orchestration.machine.machine import Machine, merged
+from warmlink.orchestration.machine.roles import AS_THEY_ARE, Sensors
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.algorithms import DEFAULT_MASTER
 from warmlink.orchestration.scenarios import mismatch

@@ -60,11 +60,13 @@ def with_parameters(system: System, parameters: Mapping[str, Written] | str | Pa
 
 def _owner(system: System, name: str, where: str) -> tuple[str, str]:
     """Component and variable of a name."""
-    if len(system.components) == 1:
-        (only,) = system.components
-        if not name.startswith(f"{only}."):
-            return only, name
-    return end_of(system.components, name, where)
+    return end_of(system.components, full_name(system, name), where)
+
+
+def full_name(system: System, name: str) -> str:
+    """Name of a variable, or a pattern, with its component's name: of a single FMU people leave that out."""
+    only, *more = system.components
+    return name if more or name.startswith(("*", f"{only}.")) else f"{only}.{name}"
 
 
 def _typed(given: Written, variable: FmuVariable, unit: Unit | None, where: str) -> Value:

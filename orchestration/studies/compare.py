@@ -268,10 +268,6 @@ def compare(
     ------
     InputError
         If there is none of a name, or a value is refused.
-
-    Examples
-    --------
-    >>> print(wl.compare(["lag", "observer"], ["stop_and_go"], ["thermal_high"]))
     """
     given = given_values(parameters)
     sets = [StartValueSet("parameters", given)] if given else []

@@ -29,8 +29,9 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import AS_THEY_ARE, COMPENSATOR, Machine
+from warmlink.orchestration.machine.machine import COMPENSATOR, Machine
 from warmlink.orchestration.machine.plant import plant_of
+from warmlink.orchestration.machine.roles import AS_THEY_ARE
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate

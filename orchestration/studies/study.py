@@ -20,7 +20,7 @@ from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario, believing
 from warmlink.orchestration.studies.axis import Axis, AxisTable, read_axis
 from warmlink.orchestration.studies.case import Case, Constraint, Gathered, case_of
-from warmlink.orchestration.text_files import is_file, read_toml, shortened, shown
+from warmlink.orchestration.text_files import absent, is_file, read_toml, shown
 from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text, Whole
 from warmlink.orchestration.written.tables import Table, read_table
 
@@ -173,7 +173,7 @@ def load_study(name: str) -> Study:
     path = LIBRARY / f"{name}.toml" if name in names() else Path(name)
     if is_file(path):
         return read_study(path.stem, read_toml(path), path.parent)
-    raise InputError(f"{shortened(name)}: no such study; {instead(name, names(), 'or give a TOML file')}")
+    raise absent(path, instead(name, names(), "or give a TOML file"), "study")
 
 
 def read_study(name: str, given: Mapping[str, Any], folder: Path) -> Study:

@@ -22,7 +22,7 @@ from pathlib import Path
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.files import file_digest, hold, let_go, sweep, whole_file
 from warmlink.orchestration.files import write_all
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 # What zipfile raises on damaged input; OSError covers seeks to places that do not exist.
 _ZIP_FAULTS = (
@@ -82,8 +82,7 @@ def open_archive(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def _check_there(path: Path) -> None:
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the path of an .fmu or .ssp file")
+    demand_file(path, "give the path of an .fmu or .ssp file")
 
 
 def read_member(path: Path, name: str) -> bytes:

@@ -28,7 +28,7 @@ from warmlink.orchestration.system.model import (
 from warmlink.orchestration.system.ssp.net import net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 STRUCTURE = "SystemStructure.ssd"
 """The description of a system that an SSP is read by."""
@@ -173,8 +173,7 @@ def _refuse_choice(path: Path, chosen: str | None, held: Iterable[Path]) -> None
 
 def _kept(path: Path) -> Path:
     """Folder in the cache for the FMUs of a system: runs and studies may need them again."""
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the path of an .ssp or .fmu file")
+    demand_file(path, "give the path of an .ssp or .fmu file")
     folder = cache_folder() / "systems" / hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)
     return folder

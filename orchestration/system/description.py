@@ -28,7 +28,7 @@ from warmlink.orchestration.system.model import (
     Value,
 )
 from warmlink.orchestration.system.units import definitions_of_units
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 _MOST_ELEMENTS = 100_000
 """Variables of one FMU, beyond which arrays are not taken apart."""
@@ -51,8 +51,7 @@ def read_description(fmu: Path) -> ModelInfo:
     InputError if the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-
     simulation.
     """
-    if not is_file(fmu):
-        raise InputError(f"{fmu}: no such file; give the path of an .fmu file")
+    demand_file(fmu, "give the path of an .fmu file")
     facts = fmu.stat()
     return _read_cached(fmu.resolve(), (facts.st_mtime_ns, facts.st_ctime_ns, facts.st_size))
 

@@ -43,12 +43,12 @@ class Replacements:
 
     @classmethod
     def given(cls, fmus: list[str] | None, names: list[str] | None) -> Replacements:
-        """What the options `--replace link=My.fmu` and `--map link.heat_flow=Q` say.
+        """What a command was told of them, as `link=My.fmu` and `link.heat_flow=Q`.
 
         Raises InputError where one does not have its form, or a name is of a part that is not replaced.
         """
-        pairs = dict(pair(each, "--replace", "link=My.fmu") for each in fmus or ())
-        renamed = dict(pair(each, "--map", "link.heat_flow=Q") for each in names or ())
+        pairs = dict(pair(each, argument("replaced"), "link=My.fmu") for each in fmus or ())
+        renamed = dict(pair(each, argument("names"), "link.heat_flow=Q") for each in names or ())
         for name in renamed:
             if not any(name.startswith(f"{instance}.") for instance in pairs):
                 raise InputError(

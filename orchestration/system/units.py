@@ -52,6 +52,7 @@ _PLANE_ANGLES = (
     "plane_rpm = plane_rev / minute",
 )
 _SPELLED = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
+_WORD = re.compile(r"[^\W\d_]+")
 _DOT = re.compile(r"(?<=[\w)])\s*[.·⋅]\s*(?=[^\W\d]|\(|1/)")
 _POWER = re.compile(r"(?<![\w.])([^\W\d]+)\^?(-?\d{1,2})(?![\w.])")
 # Names, the number 1, products, quotients, brackets and whole powers of one or two digits. pint would work
@@ -136,10 +137,13 @@ def conversion(source: Unit, target: Unit, difference: bool = False) -> Conversi
 
 def spelled(given: str, unit: str) -> str:
     """How warmlink spells a unit that people write otherwise, where a unit like the second one is due."""
-    with contextlib.suppress(InputError):
-        conversion(parse_unit(given), parse_unit(unit))
-        return given
-    return SPELLINGS.get(given, given)
+    meant = SPELLINGS.get(given, given)
+    words = _WORD.sub(lambda word: f"({SPELLINGS[word[0]]})" if word[0] in SPELLINGS else word[0], given)
+    for each in (given, meant, words):
+        with contextlib.suppress(InputError):
+            conversion(parse_unit(each), parse_unit(unit))
+            return each
+    return meant
 
 
 def meaning(unit: Unit) -> Unit:

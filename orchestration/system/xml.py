@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
-from warmlink.orchestration.text_files import is_file
+from warmlink.orchestration.text_files import demand_file
 
 if TYPE_CHECKING:
     from warmlink.orchestration.system.model import Value
@@ -161,8 +161,7 @@ def refuse_other_children(parent: Any, known: tuple[str, ...], where: str) -> No
 
 def root_of_file(path: Path, expected: str, where: str, remarks: list[str]) -> Any:
     """Parse an SSP document of the expected kind that is a file of its own, and give its root."""
-    if not is_file(path):
-        raise InputError(f"{path}: no such file; give the path of a file that holds a {expected}")
+    demand_file(path, f"give the path of a file that holds a {expected}")
     with path.open("rb") as stream:
         # One more byte than the limit, so that the parser sees and says that it is exceeded.
         found: list[str] = []

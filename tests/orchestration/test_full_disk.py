@@ -56,8 +56,8 @@ def once(fail_at):
         except SystemExit as end:
             code = end.code
     made, counters[1] = counters[0], 1 << 60
-    files = {str(path.relative_to(folder)): path for path in Path(folder).rglob("*") if path.is_file()}
-    files = {name: path.read_bytes().hex() for name, path in files.items()}
+    within = [path for path in Path(folder).rglob("*") if path.is_file()]
+    files = {path.relative_to(folder).as_posix(): path.read_bytes().hex() for path in within}
     found = {"code": code, "out": out.getvalue(), "err": err.getvalue(), "files": files}
     print(json.dumps(found), flush=True)
     return made
@@ -204,6 +204,8 @@ def test_results_of_an_earlier_run_stay_where_new_ones_cannot_be_written(
     )
     found = comparable(whole["files"])
     new = {name: content for name, content in found.items() if "/" not in name}
+    kept = {name.partition("/")[2]: each for name, each in whole["files"].items() if "/" in name}
+    assert comparable(kept) == old
     assert set(new) == set(old)
     assert {name for name in found if "/" in name} == {f"earlier-1/{name}" for name in old}
     assert all(new[name] != old[name] for name in new)

@@ -10,18 +10,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.shipped import PLANT_FACTS
-from warmlink.controllers.start_values import by_scalar, design_file
-from warmlink.orchestration.catalogue import controllers, shipped
+from warmlink.controllers.start_values import design_file
+from warmlink.orchestration.catalogue import controllers
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.closed_loop.belief import judged
-from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 
@@ -95,21 +91,6 @@ def test_a_perfect_cell_is_called_one(warmlink: Warmlink) -> None:
     assert "removed" not in printed, "a share of an error within the error budget means nothing"
     assert "The thermometers are perfect" in Path("o/report.html").read_text("utf-8")
     assert metrics("o")["reduction_percent"] is None
-
-
-def test_a_design_for_another_cell_is_not_told_to_be_added_again() -> None:
-    """The remark ended in "then add --parameters observer.ssv", which was given."""
-    other = PLANT_FACTS["observer"](cell_plant({}, {"conductivity": 100.0}))
-    given = {f"compensator.{name}": value for name, value in by_scalar(other).items()}
-    scenario = replace(load_scenario(NOMINAL), controller=shipped("observer"), parameters=given)
-    told, _ = judged(scenario)
-    assert told is not None
-    assert told.startswith(
-        "observer was designed for another cell; this one is the nominal one; leave out the"
-    )
-    assert "add --parameters" not in told
-    same = replace(scenario, parameters={**given, "link.conductivity": 100.0})
-    assert judged(same)[0] is None
 
 
 @pytest.mark.parametrize("law", ["observer", "regression"])

@@ -34,6 +34,8 @@ def test_a_single_fmu_runs_with_values_as_people_write_them(fmus: dict[str, Path
     )
     assert cold["ThermalLink.elongation"][-1] > 5e-6
     assert same["ThermalLink.elongation"] == pytest.approx(cold["ThermalLink.elongation"], rel=1e-9)
+    kept = wl.simulate(fmus["ThermalLink"], stop="1 min", record=["elongation"])
+    assert kept.table.names == ("ThermalLink.elongation",)
     write_ssv({"heat_flow": SsvValue("heat_flow", "Real", 0.005, parse_unit("kW"))}, tmp_path / "q.ssv")
     again = wl.simulate(fmus["ThermalLink"], stop="2 min", parameters=tmp_path / "q.ssv")
     assert again["ThermalLink.elongation"] == pytest.approx(cold["ThermalLink.elongation"], rel=1e-12)
@@ -79,3 +81,19 @@ def test_the_command_shows_few_outputs_or_none(
     assert [line.split()[0] for line in printed[1][2:3]] == ["ThermalLink.elongation"]
     assert "13 more outputs" in printed[1][3]
     assert printed[2] == ["results  o"]
+
+
+def test_variables_of_a_single_fmu_are_watched_and_recorded_by_their_own_names(
+    fmus: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = ["simulate", str(fmus["ThermalLink"]), "--stop", "1 min", "--watch", "elongation"]
+    monkeypatch.setattr("sys.argv", ["warmlink", *asked, "--record", "*temperature,elongation"])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code
+    assert "ThermalLink.elongation" in capsys.readouterr().out
+    table = Path("out/ThermalLink/simulate/results.csv").read_text("utf-8").splitlines()[0]
+    assert "ThermalLink.elongation [m]" in table
+    assert "ThermalLink.tip_temperature [K]" in table
+    assert "surface_heat_loss" not in table

@@ -25,6 +25,7 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.candidates import Item
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, followed_input, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
@@ -54,13 +55,19 @@ class Diagnosis:
 
     @cached_property
     def scores(self) -> Scores:
-        """Errors on the whole experiment."""
-        return Scores(self.experiment, self.assessment.noise, self.assessment.best)
+        """Errors on the whole experiment, by which models are judged."""
+        return Scores(Problem(self.experiment), self.assessment.noise, self.assessment.best)
+
+    @cached_property
+    def told(self) -> Scores:
+        """The same errors as they are told, in units of a noise that no cause was needed to find."""
+        begun = self.assessment.begun
+        return Scores(self.scores.problem, begun.noise, begun.fit)
 
     @cached_property
     def before(self) -> Predicted:
         """Readings by the uncorrected model."""
-        return self.scores.predict(self.assessment.null)
+        return self.told.predict(self.assessment.null)
 
     @cached_property
     def after(self) -> Predicted:
@@ -147,15 +154,16 @@ class Diagnosis:
         is_open = self.verdict in ("ambiguous", "unknown", "empirical") and not self.slips
         return next_experiment(self.assessment, self.experiment) if is_open else None
 
-    @cached_property
-    def wrong(self) -> dict[str, Wrong]:
+    @property
+    def wrong(self) -> Mapping[str, Wrong]:
         """What the simulation as it stands gets wrong, by column name."""
-        return what_is_wrong(self.assessment.fitter, self.assessment.null)
+        return self.assessment.begun.wrong
 
     @cached_property
-    def remaining(self) -> dict[str, Wrong]:
+    def remaining(self) -> Mapping[str, Wrong]:
         """What the chosen model still gets wrong, by column name."""
-        return what_is_wrong(self.assessment.fitter, self.assessment.best)
+        best = self.assessment.best
+        return what_is_wrong(self.assessment.fitter, best) if best.items else self.wrong
 
     @cached_property
     def pattern(self) -> tuple[str, str] | None:

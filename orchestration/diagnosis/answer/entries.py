@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -128,7 +129,7 @@ def cause_entry(diagnosis: Diagnosis, item: Item) -> dict[str, Any]:
             "chi2_needed": search.penalty([item]),
             "p_value": float(chdtrc(len(item.freed), gain)),
             "bic_gain": gain - len(item.freed) * float(np.log(max(assessment.fitter.count, 2))),
-            "chi2_gain_alone": None if alone is None else assessment.null.chi2 - alone.chi2,
+            "chi2_gain_alone": None if alone is None else assessment.search.null.chi2 - alone.chi2,
             "effect": effect,
         },
     }
@@ -155,7 +156,7 @@ def in_shown_unit(diagnosis: Diagnosis, item: Item, variable: str) -> tuple[floa
     return per_si(unit) if unit in ("K/h", "um/h", "mm") else 1.0, unit
 
 
-def wrong_entries(diagnosis: Diagnosis, wrong: dict[str, Wrong]) -> dict[str, dict[str, Any]]:
+def wrong_entries(diagnosis: Diagnosis, wrong: Mapping[str, Wrong]) -> dict[str, dict[str, Any]]:
     """What a model gets wrong, by column name."""
     entries: dict[str, dict[str, Any]] = {}
     for name, each in wrong.items():
@@ -186,7 +187,7 @@ def errors_by_run(diagnosis: Diagnosis, after: Predicted) -> dict[str, dict[str,
 
 def errors_in_noise(diagnosis: Diagnosis, after: Predicted, heldout: bool) -> dict[str, Any] | None:
     """RMSE before and after in units of noise, with 95 % intervals; None where there are no such rows."""
-    first, then = diagnosis.scores.rmse(diagnosis.before, heldout), diagnosis.scores.rmse(after, heldout)
+    first, then = (diagnosis.told.rmse(each, heldout) for each in (diagnosis.before, after))
     if first is None or then is None:
         return None
     return {

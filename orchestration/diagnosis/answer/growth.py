@@ -39,7 +39,7 @@ def growth_of(problem: Problem) -> Growth:
         )
     if missing := [name for name in machine.growth if name not in measured]:
         raise InputError(
-            f"{machine.name}: {listed(missing)} was not measured, so nobody knows how well it is predicted; "
+            f"{machine.name}: nobody measured {listed(missing)}, or knows how well it is predicted; "
             "measure it, or score what was measured"
         )
     weights = np.array([*machine.growth.values()])

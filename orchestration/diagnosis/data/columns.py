@@ -54,7 +54,7 @@ def said(
     replaced: Replacements | None = None,
     machine: str = DEFAULT,
 ) -> Said:
-    """What options say, as `--unit`, `--map` and `--decimal`; raises InputError where one lacks its form."""
+    """What a command was told of columns; raises InputError where an entry does not have its form."""
     for text in names:
         if "=" not in text:
             raise InputError(

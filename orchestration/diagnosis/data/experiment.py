@@ -22,7 +22,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.text_files import is_file, measured_text, shown, tables_of
+from warmlink.orchestration.text_files import demand_file, measured_text, shown, tables_of
 from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
 from warmlink.orchestration.written.tables import Table, read_table
 
@@ -174,8 +174,7 @@ def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> E
     does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
-        if not is_file(source):
-            raise InputError(f"{source}: there is no such file; give the path of a .csv or .toml file")
+        demand_file(source, "give the path of a .csv or .toml file")
         return _Reader(source, told).experiment()
     cell = rig_of(told.machine, replaced=told.replaced)
     run = read_run(source, cell, told=told)

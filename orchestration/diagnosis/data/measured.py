@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.component import Scalar, limits
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, refusal
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
 from warmlink.orchestration.diagnosis.data.rows import without_slips
@@ -189,26 +189,25 @@ def read_run(
     extra = covariates or {}
     assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
     clock, date = assigned.time()
-    time, taken = times(sheet, clock, date)
-    _refuse_too_short_or_long(sheet, clock, time)
+    wrong, time, taken = list[str](), np.empty(0), ""
+    try:
+        time, taken = times(sheet, clock, date)
+        _refuse_too_short_or_long(sheet, clock, time)
+    except InputError as fault:
+        wrong.append(str(fault))
     found: dict[str, dict[str, Array]] = {"input": {}, "reading": {}, "covariate": {}}
-    columns: dict[str, list[Column]] = {kind: [] for kind in found}
-    remarks: list[str] = []
+    columns, remarks = {kind: list[Column]() for kind in found}, list[str]()
     for place in assigned.signals():
         kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
-        scalar = rig.variables.get(place.variable)
-        column, values, lost = signal(sheet, place, scalar)
-        remarks += [sheet.taken_for_missing(lost, place.column)] if lost.size else []
-        if kind == "reading":
-            values, left_out = without_repeats(sheet, column.name, values)
-            remarks += left_out
-        else:
-            if kind == "input" and scalar is not None and scalar.is_discrete:
-                _refuse_undefined(sheet, place, values, scalar)
-            remarks += said_of_empty(sheet, place)
-            values = held(sheet, place, values, lost)
-        found[kind][place.variable] = values
+        try:
+            column, found[kind][place.variable], said = _signal(sheet, place, rig, kind)
+        except InputError as fault:
+            wrong.append(str(fault))
+            continue
         columns[kind].append(column)
+        remarks += said
+    if wrong:
+        raise refusal(wrong)
     _refuse_empty(sheet.name, found["reading"], assigned, rig)
     used = tuple(each for kind in columns.values() for each in kind)
     inputs, readings, slips = without_slips(sheet, time, used, found["input"], found["reading"])
@@ -225,6 +224,19 @@ def read_run(
         form=f"{sheet.form}; times as {taken}",
     )
     return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
+
+
+def _signal(sheet: Sheet, place: Place, rig: Rig, kind: str) -> tuple[Column, Array, list[str]]:
+    """A column, its values, and remarks on its cells; raises InputError."""
+    scalar = rig.variables.get(place.variable)
+    column, values, lost = signal(sheet, place, scalar)
+    remarks = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
+    if kind == "reading":
+        values, left_out = without_repeats(sheet, column.name, values)
+        return column, values, [*remarks, *left_out]
+    if kind == "input" and scalar is not None and scalar.is_discrete:
+        _refuse_undefined(sheet, place, values, scalar)
+    return column, held(sheet, place, values, lost), [*remarks, *said_of_empty(sheet, place)]
 
 
 def _refuse_too_short_or_long(sheet: Sheet, clock: Place, time: Array) -> None:

@@ -6,7 +6,8 @@ M. A. Branch, T. F. Coleman and Y. Li, SIAM Journal on Scientific Computing 21 (
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
@@ -14,7 +15,10 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.progress import Progress, stretch, unseen
 
@@ -27,11 +31,30 @@ _WIDE = 4.0
 _SAME = 0.01
 """Share of chi-square by which two starting points may end apart for there to be one minimum."""
 
+_ARRIVED, _MOST_REFINED = 1.0, 3
+"""Standard deviations that a fit may move once the grid's error is taken out anew, and how often it is."""
+
 _FURTHER = ((0.25, 0.75), (0.75, 0.25))
 """Places between the bounds, alternately by number, of starts that are tried where others disagree."""
 
 _FAILED = 1e3
 """Times the first residuals that count where nothing can be simulated."""
+
+
+@dataclass(frozen=True)
+class AsItStands:
+    """The uncorrected model, calibrated; the same whether causes are looked for or not.
+
+    Attributes
+    ----------
+    fit : the model
+    noise : by channel, as estimated before any cause was tried
+    wrong : errors on the fitted rows by column name
+    """
+
+    fit: Fit
+    noise: tuple[NoiseModel, ...]
+    wrong: Mapping[str, Wrong]
 
 
 def calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit:
@@ -54,6 +77,33 @@ def calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit:
             starts += [sought.between(np.resize(places, given.size)) for places in _FURTHER]
     _, best = min(ends, key=lambda end: end[0])
     return fitter.fit((), dict(zip(freed, best.tolist(), strict=True)))
+
+
+def as_it_stands(fitter: Fitter, fit: Fit) -> AsItStands:
+    """The uncorrected model where its fit arrives."""
+    fit = refined(fitter, fit)
+    return AsItStands(fit, fitter.noise, what_is_wrong(fitter, fit))
+
+
+def refine(problem: Problem, fit: Fit) -> None:
+    """Take the grid's error out as it is with a fit's values."""
+    problem.refine(problem.values_by_run(fit.freed, fit.theta))
+
+
+def refined(fitter: Fitter, fit: Fit) -> Fit:
+    """A fit again, until the grid's error and what is linear are those where it ends."""
+    for _ in range(_MOST_REFINED):
+        refine(fitter.problem, fit)
+        before, fit = fit, fitter.fit(fit.items, fit.values)
+        if not moved(before, fit):
+            break
+    return fit
+
+
+def moved(before: Fit, after: Fit) -> bool:
+    """Whether a fit moved by more than is known of its numbers."""
+    apart = np.abs(after.theta - before.theta)
+    return bool(np.any(apart > _ARRIVED * np.sqrt(np.diag(after.covariance()))))
 
 
 class _Sought:

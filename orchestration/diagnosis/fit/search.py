@@ -58,6 +58,7 @@ class Search:
     Parameters
     ----------
     before : fits of the same causes under another noise, from which the new ones begin
+    alone : there are no causes to think of
     """
 
     def __init__(
@@ -65,10 +66,12 @@ class Search:
         fitter: Fitter,
         progress: Progress = unseen,
         before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
+        alone: bool = False,
     ) -> None:
         self.fitter = fitter
+        possible = () if alone else fitter.problem.items
         # The first of those that free the same in the fitted runs.
-        split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(fitter.problem.items))
+        split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(possible))
         self.items = tuple(dict(split).values())[::-1]
         self.fits: dict[frozenset[str], Fit] = {}
         self._proposals: dict[frozenset[str], Proposal] = {}

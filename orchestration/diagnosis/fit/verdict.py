@@ -12,7 +12,14 @@ import numpy as np
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
-from warmlink.orchestration.diagnosis.fit.calibrated import calibrated
+from warmlink.orchestration.diagnosis.fit.calibrated import (
+    AsItStands,
+    as_it_stands,
+    calibrated,
+    moved,
+    refine,
+    refined,
+)
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, lack_of_fit_p
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.likeliest import likeliest
@@ -42,9 +49,6 @@ _SEEDS = 4
 _GRID = 100.0
 """Chi-square that the grid's error at the values of another set may cost a set."""
 
-_ARRIVED, _MOST_REFINED = 1.0, 3
-"""Standard deviations that a fit may move once the grid's error is taken out anew, and how often it is."""
-
 _AS_IT_STANDS, _CALIBRATED, _SEARCHED = 0.05, 0.3, 0.7
 """Shares of the work that are usually done after the first simulation, the calibration, the first search."""
 
@@ -63,6 +67,7 @@ class Assessment:
     ----------
     word : the verdict
     problem, fitter, search : what it was found with, on the fitted data alone
+    begun : the uncorrected model
     best : the chosen model; the uncorrected one for `adequate`
     rivals : models that fit as well, best first
     artefact : error of the simulation's own steps and cells, in standard deviations of all readings
@@ -72,6 +77,7 @@ class Assessment:
     problem: Problem
     fitter: Fitter
     search: Search
+    begun: AsItStands
     best: Fit
     rivals: tuple[Fit, ...]
     artefact: float
@@ -79,7 +85,7 @@ class Assessment:
     @property
     def null(self) -> Fit:
         """The uncorrected model, calibrated."""
-        return self.search.null
+        return self.begun.fit
 
     @property
     def noise(self) -> tuple[NoiseModel, ...]:
@@ -110,14 +116,16 @@ def assess(experiment: Experiment, progress: Progress = unseen) -> Assessment:
         for k in range(_MOST_CALIBRATED):
             share = _AS_IT_STANDS + (_CALIBRATED - _AS_IT_STANDS) * np.array([k, k + 1]) / _MOST_CALIBRATED
             fit = calibrated(Fitter(problem, noise), stretch(progress, *share.tolist()))
-            _refine(problem, fit)
+            refine(problem, fit)
             noise = _noise(problem, fit)
             before, last = {fit.key: fit}, before.get(fit.key)
-            if last is not None and not _moved(last, fit):
+            if last is not None and not moved(last, fit):
                 break
     first = stretch(progress, _CALIBRATED, _SEARCHED)
     first("causes: what noise and wandering explain")
-    search = _search(problem, noise, (), first, before)
+    search = uncorrected = _search(problem, noise, (), first, before)
+    if problem.calibrated and search.items:
+        uncorrected = _search(problem, noise, (), unseen, before, alone=True)
     best, lasting = search.run(), any(n.lasting for n in noise)
     progress = stretch(progress, _SEARCHED, 1.0)
     if lasting and search.lack_of_fit_p(best) < UNEXPLAINED:
@@ -134,8 +142,9 @@ def assess(experiment: Experiment, progress: Progress = unseen) -> Assessment:
         if lack_of_fit_p(tolerant, best) >= UNEXPLAINED:
             search, best = _searched_again(search, best, progress, liked=TOLERATED)
     word, rivals = _judge(search, best)
-    best = _refined(search.fitter, best)
-    return Assessment(word, problem, search.fitter, search, best, rivals, artefact)
+    stands = as_it_stands(uncorrected.fitter, uncorrected.null)
+    best = refined(search.fitter, best)
+    return Assessment(word, problem, search.fitter, search, stands, best, rivals, artefact)
 
 
 def _search(
@@ -144,13 +153,19 @@ def _search(
     known: Sequence[Fit],
     progress: Progress,
     before: Mapping[frozenset[str], Fit] = MappingProxyType({}),
+    alone: bool = False,
 ) -> Search:
-    """A search with what wanders beside its log, judged from nothing and from known models."""
-    still = Search(Fitter(problem, noise), progress, before)
+    """A search with what wanders beside its log, judged from nothing and from known models.
+
+    It has no causes to think of where the uncorrected model stands `alone`.
+    """
+    still = Search(Fitter(problem, noise), progress, before, alone)
     if any(each.lasting for each in noise):
         return still  # an error that lasts wanders already
     wander, responses = likeliest(still, (still.null, *known))
-    return still if wander.still else Search(Fitter(problem, noise, wander, responses), progress, before)
+    return (
+        still if wander.still else Search(Fitter(problem, noise, wander, responses), progress, before, alone)
+    )
 
 
 def _searched_again(
@@ -164,7 +179,7 @@ def _searched_again(
     problem = search.fitter.problem
     doing = "looking again from " + (" + ".join(sorted(best.key)) or "the start")
     progress(doing, 0.0)
-    _refine(problem, best)
+    refine(problem, best)
     known = [best, *search.rivals(best)] if best.items else []
     fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)
     for k, seed in enumerate(seeds := known[:_SEEDS]):
@@ -172,27 +187,6 @@ def _searched_again(
         fresh.add(fresh.fitter.fit(seed.items, seed.values))
     hopeless = max(search.lack_of_fit_p(best), fresh.lack_of_fit_p(fresh.best)) < HOPELESS
     return fresh, fresh.run(patience=IMPATIENT if hopeless else PATIENT)
-
-
-def _refine(problem: Problem, fit: Fit) -> None:
-    """Take the grid's error out as it is with a fit's values."""
-    problem.refine(problem.values_by_run(fit.freed, fit.theta))
-
-
-def _refined(fitter: Fitter, fit: Fit) -> Fit:
-    """A fit again, until the grid's error and what is linear are those where it ends."""
-    for _ in range(_MOST_REFINED):
-        _refine(fitter.problem, fit)
-        before, fit = fit, fitter.fit(fit.items, fit.values)
-        if not _moved(before, fit):
-            break
-    return fit
-
-
-def _moved(before: Fit, after: Fit) -> bool:
-    """Whether a fit moved by more than is known of its numbers."""
-    apart = np.abs(after.theta - before.theta)
-    return bool(np.any(apart > _ARRIVED * np.sqrt(np.diag(after.covariance()))))
 
 
 def _with_fewer(search: Search, best: Fit) -> Fit | None:
@@ -215,7 +209,7 @@ def _with_fewer(search: Search, best: Fit) -> Fit | None:
 
 def _anew(search: Search, fit: Fit) -> Fit:
     """A fit again, with the grid's error and what leaps do as they are at its own values."""
-    _refine(search.fitter.problem, fit)
+    refine(search.fitter.problem, fit)
     return search.fitter.anew().fit(fit.items, fit.values)
 
 

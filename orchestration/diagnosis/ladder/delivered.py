@@ -65,7 +65,9 @@ def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
     established = [CAUSES] if verdict in ("named", "ambiguous") else []
     asked = [CALIBRATED] if declared else []
     order = [*established, *asked, UNCORRECTED, CAUSES, CALIBRATED, NEAREST, REMAINDER]
-    rungs = [models[name] for name in dict.fromkeys(order) if name in models]
+    # Causes that do not explain a run may fit its end all the same.
+    unfit = set() if ladder.judges_whole_runs else {NEAREST}
+    rungs = [models[name] for name in dict.fromkeys(order) if name in models and name not in unfit]
     if ladder.is_judged:
         rungs = [each for each in rungs if not ladder.is_worse_in_growth(each)]
         return ladder.simplest_of_the_best(rungs).name

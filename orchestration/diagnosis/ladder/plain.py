@@ -21,8 +21,8 @@ from warmlink.orchestration.progress import Progress, unseen
 _INDEPENDENT = 30.0
 """Independent errors that count in each channel of a run, however many rows it has."""
 
-_APART, _ADDED = 0.5, 0.2
-"""By how much of itself a usual value is off, 1 sigma; and by how much of its bounds if it is usually 0."""
+_APART, _MATERIAL, _ADDED = 0.5, 0.03, 0.2
+"""By how much of itself a usual value is off, 1 sigma; a material's; and of its bounds what is usually 0."""
 
 _ROUNDS, _MOST_EVALUATIONS = 2, 12
 """Times that the channels' weights are taken anew, and simulations in each."""
@@ -42,7 +42,7 @@ def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | Non
     if not freed:
         return None
     start, lower, upper = np.array([(f.start, f.lower, f.upper) for f in freed]).T
-    spread = np.array([_APART * abs(f.start) or _ADDED * f.span for f in freed])
+    spread = np.array([_off(item.cause.material, f) for item in items for f in item.freed])
     sought = _Residuals(problem, freed, start, spread)
     place = np.zeros(len(freed))
     low, high = (lower - start) / spread - 1e-9, (upper - start) / spread + 1e-9
@@ -67,6 +67,11 @@ def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | Non
         place = found.x
     theta = np.clip(start + spread * place, lower, upper)
     return Fit(items, freed, theta, fitter.at(freed, theta), (False,) * len(freed))
+
+
+def _off(material: bool, number: Freed) -> float:
+    """By how much a number is usually off, 1 sigma in SI."""
+    return (_MATERIAL if material else _APART) * abs(number.start) or _ADDED * number.span
 
 
 class _Residuals:

@@ -90,8 +90,8 @@ class Scores:
     `best` model's values what it does to a reading that nobody knows when between two rows the inputs leapt.
     """
 
-    def __init__(self, experiment: Experiment, noise: Sequence[NoiseModel], best: Fit) -> None:
-        self.problem = Problem(experiment)
+    def __init__(self, problem: Problem, noise: Sequence[NoiseModel], best: Fit) -> None:
+        self.problem = problem
         self.scales: list[Array] = []
         self._doubted: list[list[bool]] = []
         for run, z in enumerate(Carried(self.problem, best).values):
@@ -199,7 +199,8 @@ class Scores:
             step = np.linalg.lstsq(columns[good], residual[good], rcond=None)[0]
             for f, change in zip(own, step, strict=True):
                 slots = list(f.slots)
-                z[slots] = np.clip(z[slots] + change, f.lower, f.upper)
+                nothing = self.problem.neutral[run][slots] if f.added else 0.0
+                z[slots] = np.clip(z[slots] + change, nothing + f.lower, nothing + f.upper)
         return z
 
 

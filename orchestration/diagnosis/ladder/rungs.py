@@ -74,6 +74,11 @@ class Ladder:
         return np.array(read, dtype=float).reshape(-1, len(self.channels))
 
     @property
+    def judges_whole_runs(self) -> bool:
+        """Whether all held-out rows are those of runs of which nothing was fitted."""
+        return all(not run.fitted.any() for run in self.runs if not run.fitted.all())
+
+    @property
     def is_judged(self) -> bool:
         """Whether there are held-out readings."""
         return bool(self._counts.sum() > 0)

@@ -31,7 +31,7 @@ from warmlink.orchestration.scenarios.logged.cells import held, signal
 from warmlink.orchestration.scenarios.logged.clock import times
 from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, name_and_unit, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
-from warmlink.orchestration.text_files import is_file, shortened, shown
+from warmlink.orchestration.text_files import demand_file, shown
 
 RECORDED = {TIME: "s", **{name: unit for name, unit in UNITS.items() if name != "duration"}}
 """SI unit of each column that makes the duty cycle."""
@@ -59,8 +59,7 @@ def read_recorded(
     Raises InputError where the file cannot be read, a column or unit is not known or stands twice, a cell
     holds no reading, or time does not increase.
     """
-    if not is_file(path):
-        raise InputError(f"{shortened(str(path))}: no such file; give an existing .toml, .csv or .parquet")
+    demand_file(path, "give an existing .toml, .csv or .parquet")
     sheet = read_sheet(path)
     places = _chosen(sheet, columns) if columns else _places(sheet)
     if TIME not in places:

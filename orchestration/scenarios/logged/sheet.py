@@ -17,7 +17,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.scenarios.logged import layout
-from warmlink.orchestration.text_files import is_file, measured_text, shown
+from warmlink.orchestration.text_files import demand_file, measured_text, shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,8 +100,7 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
         raise InputError(f"{argument('decimal', decimal)}: {instead(decimal, DECIMALS)}")
     if not isinstance(source, Path):
         return _of_frame(source, "the DataFrame", decimal, "DataFrame")
-    if not is_file(source):
-        raise InputError(f"{source}: there is no such file; give the path of a file of measurements")
+    demand_file(source, "give the path of a file of measurements")
     suffix = source.suffix.lower()
     if suffix in (".parquet", ".pq"):
         import pandas as pd

@@ -21,7 +21,7 @@ from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.load import load_scenario, names_on, read_scenario
 from warmlink.orchestration.closed_loop.outcome import ClosedLoop, run_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.machine.machine import Sensors
+from warmlink.orchestration.machine.roles import Sensors
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.scenarios import mismatch

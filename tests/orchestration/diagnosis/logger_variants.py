@@ -96,13 +96,14 @@ def plain() -> Experiment:
 
 
 def check(variant: Variant, folder: Path) -> None:
-    """Read a variant: it gives the plain run's numbers, or is refused in one sentence."""
+    """Read a variant: it gives the plain run's numbers, or is refused, in a sentence for each mistake."""
     source = given(variant, folder)
     if variant.refused:
         with pytest.raises(InputError) as refusal:
             read_experiment(source, variant.told)
-        assert variant.refused in str(refusal.value)
-        assert "\n" not in str(refusal.value)
+        first, *more = str(refusal.value).split("\n")
+        assert variant.refused in first
+        assert all(each.startswith(("and ", first.partition(":")[0])) for each in more), more
         return
     (read,), (wanted,) = read_experiment(source, variant.told).runs, plain().runs
     assert np.array_equal(read.time, wanted.time) or variant.within

@@ -19,7 +19,9 @@ from tests.orchestration.diagnosis.two_lumps import (
     experiment,
     log,
 )
+from tests.shared_data import given
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import errors_in_noise
 from warmlink.orchestration.diagnosis.answer.profile import calibration
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
@@ -118,3 +120,29 @@ def test_the_log_is_that_of_two_lumps() -> None:
     table = two_lumps.log()
     assert table["wind [degC]"].iloc[0] == pytest.approx(22.0, abs=5 * NOISE)
     assert table["wind [degC]"].max() > table["body [degC]"].max() > 30.0
+
+
+def assert_the_uncorrected_model_errs_alike(path: Path, verdict: set[str]) -> None:
+    """Whether causes are looked for or not."""
+    alone, diagnosed = calibrated(path), diagnose_experiment(read([path]))
+    assert diagnosed.verdict in verdict
+    assert diagnosed.assessment.null.theta == pytest.approx(alone.assessment.null.theta, rel=1e-6)
+    first, second = (errors_in_noise(each, each.before, heldout=False) for each in (alone, diagnosed))
+    assert first is not None
+    assert second is not None
+    assert second["rmse_before"] == pytest.approx(first["rmse_before"], rel=1e-4)
+    for name, each in alone.wrong.items():
+        there = diagnosed.wrong[name]
+        assert (there.rmse, there.noise) == pytest.approx((each.rmse, each.noise), rel=1e-4)
+    assert alone.remaining == alone.wrong
+
+
+def test_the_uncorrected_model_errs_alike_where_a_cause_is_found(tmp_path: Path) -> None:
+    wrong = '"motor.shaft_heat_capacity" = "300 J/K"'
+    free = {name: text for name, text in BOUNDS.items() if name != "motor.shaft_heat_capacity"}
+    path = experiment(tmp_path, log(), free, wrong)
+    assert_the_uncorrected_model_errs_alike(path, {"named", "ambiguous"})
+
+
+def test_the_uncorrected_model_errs_alike_where_no_cause_is_found() -> None:
+    assert_the_uncorrected_model_errs_alike(given("logs_that_fail/shift.toml"), {"unknown"})

@@ -77,3 +77,14 @@ def test_an_adaption_that_changes_nothing_is_said(tmp_path: Path, run: str, more
     remarks = diagnose_experiment(calibrating(read([motor(tmp_path, "a", run, rest=rest)]))).remarks
     told = [each for each in remarks if "adapt" in each]
     assert [each.startswith(said) for each in told] == [True] * bool(said)
+
+
+def test_a_run_adapts_its_start_whether_that_is_an_offset_or_a_value(tmp_path: Path) -> None:
+    """The start of the held-out run is 23 K warmer than the one that is given."""
+    fitted = "[calibrate]\n" + (START % "22 degC").replace("{ ", '{ per = "run", ')
+    free = '[calibrate]\n"motor.housing_conductance" = { min = "0.1 W/K", max = "3 W/K", start = "1 W/K" }\n'
+    for rest in (fitted, free):  # in the second case both starts are off by what the first readings say
+        runs = "a", 'b:adapt = "5 min"\nheldout = true'
+        found = diagnose_experiment(calibrating(read([motor(tmp_path, *runs, rest=rest)])))
+        assert found.held_out[0] is not None
+        assert found.held_out[0].in_noise < 2

@@ -158,3 +158,17 @@ def test_no_model_that_foretells_the_growth_worse_is_chosen() -> None:
     assert chosen(both, "unknown", declared=False) == "uncorrected"
     assert chosen(replace(both, growth=None), "unknown", declared=False) == "calibrated"
     assert chosen(replace(both, accuracy={2: 5e-6}), "unknown", declared=False) == "calibrated"
+
+
+def test_nearest_causes_are_delivered_only_by_whole_held_out_runs() -> None:
+    run = made()
+    noise = np.random.default_rng(0).normal(size=run.readings.shape)
+    names = {"uncorrected": 9.0, "nearest causes": 0.5}
+    rungs = tuple(
+        Rung(name, "simulation", (run.readings + noise * size * [1, 1, 1e-6],) * 2, is_model=True)
+        for name, size in names.items()
+    )
+    end = Ladder((run, run), ("shaft", "tip", "growth"), rungs)
+    assert chosen(end, "unknown", declared=False) == "uncorrected"
+    whole = replace(run, fitted=np.ones(400, dtype=bool)), replace(run, fitted=np.zeros(400, dtype=bool))
+    assert chosen(replace(end, runs=whole), "unknown", declared=False) == "nearest causes"

@@ -1,5 +1,6 @@
 """What made a log end in a traceback, or in advice that did not help."""
 
+import re
 from datetime import timedelta
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from tests.orchestration.diagnosis.logger_variants import PLAIN, ROWS, Variant, 
 from tests.shared_data import given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.diagnose import read
 
 pytestmark = pytest.mark.usefixtures("as_a_command")
 
@@ -99,3 +101,14 @@ def test_only_what_the_system_has_is_offered(tmp_path: Path) -> None:
 def test_logs_that_ended_in_a_traceback_are_refused_in_a_sentence(name: str) -> None:
     with pytest.raises(InputError):
         read_experiment(given(f"logs_that_fail/{name}.csv"))
+
+
+def test_all_that_is_wrong_with_a_file_is_told_at_once(tmp_path: Path) -> None:
+    rows = [f"{60 * i},30,2.5,{22 + 0.1 * i:.1f}" for i in range(40)]
+    rows[20], rows[21] = rows[21], rows[20]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(["time [s],speed [rpmm],torque [kg],base_temperature [degC]", *rows]))
+    with pytest.raises(InputError) as refused:
+        read([path])
+    columns = [re.findall(r"column '(\w+)", each) for each in str(refused.value).splitlines()]
+    assert columns == [["time"], ["speed"], ["torque"]]

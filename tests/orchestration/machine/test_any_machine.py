@@ -14,8 +14,11 @@ from benchmarks.own_systems import INPUT_HEADERS, measured, spindle, with_values
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.claims import DUTIES
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
+from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.experiment import read_experiment
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.machine.heat_paths import with_paths
+from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found
 from warmlink.orchestration.studies.at_work import Means
 from warmlink.orchestration.system.assemble import component, connected, read_system
@@ -91,6 +94,22 @@ def machine(name: str, folder: Path) -> Path:
 def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return machine(request.param, tmp_path)
+
+
+def test_a_bare_file_of_measurements_names_what_is_scored(path: Path) -> None:
+    """A scenario says which machine it is; columns are called as its inputs, or by a variable's full name."""
+    scored, room, value = {
+        "gantry": ("y_link.elongation", "ambient_temperature [degC]", 22.0),
+        "spindle": ("column.elongation", "spindle.room [1]", 295.15),  # whose FMU has no units
+    }[path.stem]
+    rows = "\n".join(f"{t},{value},{0.01 * t}" for t in range(0, 600, 15))
+    Path("run.csv").write_text(f"time [s],{room},{scored} [um]\n{rows}\n", "utf-8")
+    machine, known = of_scenario(str(path))
+    assert known == {}
+    (run,) = read_experiment(Path("run.csv"), Said(machine=machine)).runs
+    assert run.readings.keys() == {scored}
+    (end,) = run.inputs
+    assert len(rig_of(machine).fed_with(end)) > 1, "the room is that of several parts"
 
 
 def diagnosed(

@@ -25,7 +25,7 @@ LONG = "m" * 5000
         ("time [s],a [K]\n0,1\n,2\n", "row 2 has no time"),
         ("time [s],a [K]\n", "has no rows"),
         ("", "cannot be read"),
-        ('time [s],a [K]\n"0,1\n1,2\n', "cannot be read"),
+        ('time [s],a [K]\n"0,1\n1,2\n', 'cannot be read (a quote (") opens a cell and none closes it)'),
         ("time [s],a [K]\n0,1,5\n1,2,5\n", "cannot be read"),
         ("seconds,a [K]\n0,1\n", "has no column 'time [s]'"),
         ("time [s],a [K]\n0,1\n1,\x1b[31m" + LONG + "\n", "a [K]: row 2 holds '"),

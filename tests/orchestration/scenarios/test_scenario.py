@@ -303,6 +303,9 @@ def test_a_parameter_that_the_duty_cycle_sets_is_refused_where_it_would_have_no_
     [
         ("2.5 Nm", "N.m", 2.5),
         ("300 mNm", "N.m", 0.3),
+        ("1.2 Nm/A", "N.m/A", 1.2),
+        ("2 1/Nm", "1/(N.m)", 2),
+        ("3 C/min", "K/s", 0.05),
         ("60 1/min", "rad/s", 2 * math.pi),
         ("60 rpm", "rad/s", 2 * math.pi),
         ("60 U/min", "rad/s", 2 * math.pi),
