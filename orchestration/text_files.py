@@ -32,7 +32,7 @@ def is_folder(path: Path) -> bool:
 def absent(path: Path, remedy: str, sought: str = "file") -> InputError:
     """What to raise where a file is needed and there is none, or a folder."""
     there = "is a folder" if is_folder(path) else f"no such {sought}"
-    return InputError(f"{shortened(str(path))}: {there}; {remedy}")
+    return InputError(f"{path}: {there}; {remedy}")
 
 
 def demand_file(path: Path, remedy: str) -> None:

@@ -4,7 +4,6 @@
 #include "model_checks.h"
 #include "model_values.h"
 #include "model_step.h"
-#include "model_rows.h"
 #include <stdlib.h>
 
 #define EXPORTED(name) __attribute__((export_name(#name))) exported_##name
@@ -33,6 +32,8 @@ void EXPORTED(reset)(void)
 }
 
 #if WL_TABLES
+#include "model_rows.h"
+
 /* Room for so many bytes of a table's file; what was there before is gone. */
 unsigned char *EXPORTED(room)(int table, unsigned size)
 {

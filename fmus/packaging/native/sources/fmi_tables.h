@@ -1,7 +1,6 @@
 /* Tables from an FMU's resources; a part of fmi_rest.h. */
-#include "model_rows.h"
-
 #if WL_TABLES
+#include "model_rows.h"
 
 #ifdef _WIN32
 #define SEPARATOR '\\'
