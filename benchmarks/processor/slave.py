@@ -32,11 +32,8 @@ class OnProcessor:
         self.accepts_nan, self.remarks = fmu.accepts_nan, fmu.remarks
         # A processor cannot be set back.
         self.capabilities = replace(fmu.capabilities, get_set_state=False, serialize_state=False)
-        self.machine, self.enter_initialization, self.terminate = (
-            fmu.setup,
-            fmu.enter_initialization,
-            fmu.terminate,
-        )
+        self.setup, self.terminate = fmu.setup, fmu.terminate
+        self.enter_initialization = fmu.enter_initialization
 
     def exit_initialization(self) -> None:
         """Begin with the inputs that stand."""

@@ -74,8 +74,8 @@ def live(
     files = [*sets, *(() if isinstance(parameters, Mapping) else (parameters,))]
     given = {name: value for each in files for name, value in given_values(each).items()} | typed
     asked = changed(load_scenario(scenario), parameters=given)
-    # Before the system is made, which takes a while.
-    compilers((BROWSER,))
+    if not asked.machine.never_joined:  # which is refused where the system is made; that takes a while
+        compilers((BROWSER,))
     laws = [controller_named(name) for name in dict.fromkeys(several(controllers))] or usual_laws(asked)
     with spinner("Compiling for the browser") as progress:
         html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]), progress)

@@ -122,11 +122,11 @@ from pathlib import Path
 from warmlink.orchestration.master.recording.checkpoint import LongRun
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.system.model import Component, Connection, System
+from warmlink.orchestration.system.model import Connection, FmuPart, System
 fmu, folder = map(Path, sys.argv[1:3])
 start = {"y": 1.0}
 wires = (Connection("a", "y", "b", "u"), Connection("b", "y", "a", "u", -1.0))
-system = System("s", {"a": Component("a", fmu, {}, start), "b": Component("b", fmu)}, wires)
+system = System("s", {"a": FmuPart("a", fmu, {}, start), "b": FmuPart("b", fmu)}, wires)
 print("go", flush=True)
 result = simulate(system, 20.0, 0.002, FixedPoint(), long_run=LongRun(folder, every=500, resume=True))
 print(result.status, result.reason, len(result.times), flush=True)
