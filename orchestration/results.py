@@ -1,7 +1,8 @@
-"""Folders of results: each holds those of one command line; what another one left there is kept.
+"""Folders of results: each holds those of one command line.
 
-So `warmlink run --controller lag` after `warmlink run` replaces nothing: the earlier results move into a
-folder inside, `earlier-1`. The same command line replaces its own.
+The same command line replaces its own. Another line of the same command, as `warmlink run --controller lag`
+after `warmlink run`, moves the earlier results into a folder inside, `earlier-1`. Results of another command
+are refused. Files that several commands write, as `report.html`, count as a command's own.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ _MATTERS_NOT = ("--json", "--quiet", "--resume", "--no-report", "--no-csv")
 
 
 def refuse_others(folder: Path, command: str) -> None:
-    """Raise InputError where a folder holds results of another command, beside which its own would stand."""
+    """Raise InputError if a folder holds results of another command."""
     settle(folder)
     own = results_in(folder, command)
     for other in RESULTS:
@@ -63,7 +64,7 @@ def results_in(folder: Path, command: str) -> list[Path]:
 
 
 def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
-    """Folder inside in which another command line's results are to be kept, and that line, or nothing."""
+    """Folder inside for results of another command line, and that line; empty if there are none."""
     before = ""
     with suppress(OSError, ValueError):
         before = (folder / ASKED).read_text(encoding="utf-8")

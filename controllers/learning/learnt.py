@@ -19,13 +19,13 @@ from warmlink.fmus.errors import InputError
 Array = NDArray[np.float64]
 
 OWN_WAY = 2.0
-"""K by which a thermometer may go its own way, whatever those beside it did in the log."""
+"""K; standard deviation that each thermometer is given beside what it has in common with the others."""
 
 WORTH_IT = 0.05
 """Share of the error that a thermometer off the link must save if it is to be used."""
 
 _LEAST_NOISE = 0.02
-"""K; a thermometer that seems to have less noise is rounded."""
+"""K; least noise of a thermometer: rounded readings seem to have less."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,14 @@ class LearntMap:
 
     Attributes
     ----------
-    line : the growth by the temperatures of the thermometers `used`, places in `SENSED`
+    line : the growth by the temperatures of the thermometers `used`, indices into `SENSED`
     ridge : in K2
     held : predictions of what was held out
-    near, far : standard deviation of such predictions in m, and its variance in m2 for each lever
-    noise : of each thermometer in K, shape (5,)
+    near : standard deviation of a held-out prediction in m
+    far : variance in m2 that is added for each unit of leverage, the distance from what was learnt
+    noise : of each thermometer in K, shape (len(SENSED),)
+    examples : rows that were learnt from
+    model : the run of a plant's model that the line was drawn towards, if there was one
     """
 
     line: GrowthLine
@@ -53,7 +56,7 @@ class LearntMap:
 
     @property
     def values(self) -> dict[str, float | list[float]]:
-        """Parameter set of the regression law."""
+        """Parameter set of the regression law; what the fit holds at its bound of 0 is not used."""
         kept = [i for i in self.used if self.line.coefficients[self.used.index(i)] > 0]
         rows = self.examples.temperature - ROOM_TEMPERATURE
         measured = np.isfinite(rows).all(axis=0)
@@ -89,14 +92,17 @@ def learn(
     logs : of one machine
     sensors : names in `SENSED` that the law is to use; by default those on the link that were measured in
         every log, and others that are worth it
-    model : a run of a plant's model, towards which little measured is pulled; None if there is none
+    model : a run of a plant's model, towards which the fit leans where data are few; None if there is none
     sensor_std : noise of a thermometer in K; by default that which the logs show
 
     Raises
     ------
     InputError
-        Too little was measured.
+        A thermometer that was named was not measured, none is left, or there are too few readings; or
+        `sensor_std` is not positive.
     """
+    if sensor_std is not None and not sensor_std > 0:
+        raise InputError(f"sensor_std={sensor_std}: noise of 0 K or less; give a value above 0 K, or none")
     rows = examples_of(logs)
     measured = [i for i in range(len(SENSED)) if np.isfinite(rows.temperature[:, i]).all()]
     used = measured if sensors is None else [SENSED.index(name) for name in sensors]
@@ -108,8 +114,8 @@ def learn(
     if sensors is None:
         used = _worth_it(rows, used, model)
     if (least := _readings_for(used)) > rows.growth.size:
-        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, teach too little"
-        raise InputError(f"{where}: {told}; measure at least {least}")
+        told = f"{rows.growth.size} readings of the growth, {WINDOW:g} s or more apart, are too few"
+        raise InputError(f"{where}: {told} for {len(used)} thermometers; measure at least {least}")
     learner = Learner(used, model)
     ridge, held = learner.best(rows)
     near, far = doubt(held)
@@ -143,7 +149,10 @@ def _readings_for(used: Sequence[int]) -> int:
 
 
 def _noise_of(signals: Iterable[Array]) -> float:
-    """1 sigma in K of what changes from row to row, which no temperature does: by second differences."""
+    """Noise in K, 1 sigma, by second differences, of which a slow temperature has next to none.
+
+    White noise of variance s^2 makes their mean square 6 s^2; changes beyond four sigma are left out.
+    """
     sizes = []
     for signal in signals:
         read = signal[np.isfinite(signal)]

@@ -23,9 +23,12 @@ SENSORS = len(SENSED)
 LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
 
+SQUARE_MICROMETRE = 1e-12
+"""m^2; the coefficients' covariance is in (um/K)^2."""
+
 
 class Estimate(NamedTuple):
-    """Temperatures in K above their means, shape (5,), and the covariance of their error, packed."""
+    """Temperatures in K above their means, shape (SENSORS,), and their error's covariance in K^2, packed."""
 
     mean: Number
     spread: Number
@@ -87,7 +90,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     its coefficients, which grows with the distance from the temperatures that it was fitted to.
     """
     variance = variance_along(x.spread, p.coefficients) + p.residual_std**2
-    variance = variance + 1e-12 * variance_along(p.coefficient_spread, x.estimate)
+    variance = variance + SQUARE_MICROMETRE * variance_along(p.coefficient_spread, x.estimate)
     doubt = maximum(x.distrusted, x.wild)
     told = fail_safe.reported(x, variance**0.5, p, doubt)
     return told | {"warning": maximum(told["warning"], x.wild)}

@@ -53,7 +53,6 @@ class RecordedTable:
         """Take rows; InputError if there are none, time does not increase, or a value is not finite."""
         self.times = np.ascontiguousarray(times, dtype=float)
         self.names = tuple(columns)
-        self.columns = tuple(_column(self.times, name, values) for name, values in columns.items())
         self.linear = frozenset(linear)
         if self.times.ndim != 1 or not self.times.size:
             raise InputError("a table needs rows; give at least one time")
@@ -64,6 +63,7 @@ class RecordedTable:
             row = int(still[0]) + 2
             told = f"row {row}: its time, {self.times[row - 1]:.10g} s, is not after that of the row before"
             raise InputError(f"{told}; put the rows in order, each time once")
+        self.columns = tuple(_column(self.times, name, values) for name, values in columns.items())
         unknown = sorted(self.linear - {*self.names})
         if unknown:
             raise InputError(f"linear: {unknown[0]} is no column; {instead(unknown[0], self.names)}")
@@ -202,7 +202,9 @@ class Played:
         wanted = tuple(own_name(each.name) for each in self.columns)
         if self.table.names != wanted:
             had = ", ".join(self.table.names)
-            raise InputError(f"{self.name}: a table of {had or 'nothing'}; give one of {', '.join(wanted)}")
+            raise InputError(
+                f"{self.name}: a table of {had or 'nothing'}; give {', '.join(wanted)}, in this order"
+            )
         for variable, values in zip(self.columns, self.table.columns, strict=True):
             _check_column(variable, values, own_name(variable.name) in self.table.linear)
 

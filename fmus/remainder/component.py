@@ -12,8 +12,6 @@ from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME
 
 _PER_TEMPERATURE = TEMPERATURES * LAGS
 
-_GAIN = "error of each temperature as a share of its rise above ambient"
-
 COMPONENT = Component(
     name="Remainder",
     description="What a model still gets wrong, learnt from logs: weighted lags of what drives the machine",
@@ -28,13 +26,15 @@ COMPONENT = Component(
     ),
     parameters=(
         Parameter("time_constant", "s", 600, "time constant of each lag", size=TIME_CONSTANTS, positive=True),
-        Parameter("scale", "1", 1, "usual size of each drive, in SI units", size=FEATURES, positive=True),
+        Parameter(
+            "scale", "1", 1, "usual size of each feature, in its SI unit", size=FEATURES, positive=True
+        ),
         temperature_parameter("reference_temperature", "from which that of the surroundings counts"),
         Parameter(
             "temperature_weight",
             "K",
             0,
-            "error of each temperature by each lag of a drive of its usual size",
+            "added to each temperature by each lag of a feature of its usual size",
             size=_PER_TEMPERATURE,
             nominal=1,
         ),
@@ -42,22 +42,24 @@ COMPONENT = Component(
             "temperature_gain",
             "1",
             0,
-            "error as a share of the rise above ambient",
+            "added to each temperature, as a share of its rise above ambient",
             size=TEMPERATURES,
             nominal=0.1,
         ),
-        Parameter("elongation_gain", "1", 0, "error of the growth as a share of it", nominal=0.1),
-        Parameter("temperature_offset", "K", 0, "error that is always there", size=TEMPERATURES, nominal=1),
+        Parameter("elongation_gain", "1", 0, "added to the growth, as a share of it", nominal=0.1),
+        Parameter(
+            "temperature_offset", "K", 0, "always added to each temperature", size=TEMPERATURES, nominal=1
+        ),
         Parameter(
             "elongation_weight",
             "m",
             0,
-            "error of the growth by each lag of a drive of its usual size",
+            "added to the growth by each lag of a feature of its usual size",
             size=LAGS,
             display="um",
             nominal=1e-6,
         ),
-        Parameter("elongation_offset", "m", 0, "error that is always there", display="um", nominal=1e-6),
+        Parameter("elongation_offset", "m", 0, "always added to the growth", display="um", nominal=1e-6),
         Parameter(
             "least", "1", -1e9, "least value of each lag in what was learnt from", size=LAGS, nominal=1
         ),

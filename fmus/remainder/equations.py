@@ -4,6 +4,8 @@ d z_jk / dt = (f_j / scale_j - z_jk) / tau_k          from rest
 remainder   = offset + gain own + sum of weight_jk z_jk     own: T_i - T_a of a temperature, the growth itself
 f           = |w|, w^2, |w M|, M^2, I^2, P, T_a - T_ref, T_i - T_a
 
+The remainder is what is measured less what the model says, so that it is added to the model's value. Lags
+stand by time constant, then by feature (`lagged[k * FEATURES + j]`), weights by temperature, then by lag.
 Nothing of it is fed back into the model, so that it is stable whatever the weights.
 """
 
@@ -16,16 +18,18 @@ TEMPERATURES = 8
 """Temperatures of the model that are corrected, and whose lags are weighted."""
 
 TIME_CONSTANTS = 3
+"""Lags of each feature."""
 
 FEATURES = 7 + TEMPERATURES
+"""Functions f_j of the inputs that may go with an error."""
 
 LAGS = FEATURES * TIME_CONSTANTS
 
 
 def features(u: Record, p: Record) -> Number:
-    """What may drive an error, each in its own scale, shape (FEATURES,)."""
-    speed, power = absolute(u.speed), absolute(u.speed * u.torque)
-    drives = (speed, u.speed * u.speed, power, u.torque * u.torque, u.current * u.current, u.power)
+    """The functions f of the inputs as shares of their usual size, shape (FEATURES,)."""
+    speed, mechanical = absolute(u.speed), absolute(u.speed * u.torque)
+    drives = (speed, u.speed * u.speed, mechanical, u.torque * u.torque, u.current * u.current, u.power)
     room = u.ambient_temperature - p.reference_temperature
     rises = (u.temperature[i] - u.ambient_temperature for i in range(TEMPERATURES))
     return stack(*drives, room, *rises) / p.scale

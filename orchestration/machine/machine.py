@@ -213,7 +213,7 @@ class Machine:
         return replace(self, parts=left, wires=tuple(wires), scaled=scaled, tables=tables)
 
     def prefixed(self, prefix: str) -> Machine:
-        """The same with a prefix and a dot before every instance."""
+        """The same with a prefix and a dot before every instance of its parts, wires and tables."""
         parts = {f"{prefix}.{name}": kind for name, kind in self.parts.items()}
         wires = tuple((f"{prefix}.{source}", f"{prefix}.{target}") for source, target in self.wires)
         tables = {f"{prefix}.{name}": table for name, table in self.tables.items()}
@@ -238,9 +238,11 @@ class Machine:
     def joined(self, controller: Component | None = None, values: StartValues | None = None) -> Component:
         """The machine as one component.
 
-        The component of the compensator is chosen with the controller; start values are by instance and
-        variable, in SI units. InputError where that cannot be.
+        The controller fills every place left for one; start values are by instance and variable, in SI
+        units. InputError for foreign FMUs, a wire that scales, or a place without a controller.
         """
+        if controller is None and self.controllers:
+            raise InputError(f"{self.name}: {self.controllers[0]} is a controller's place; name a controller")
         if self.never_joined:
             raise InputError(f"{self.name}: {self.never_joined}; run it with a master instead")
         kinds = catalogue.components() | ({} if controller is None else {"": controller})

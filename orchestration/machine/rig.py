@@ -24,18 +24,18 @@ from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.model import System, Value
 
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
-"""Elements of a link's `sensor_temperature` that are outputs of their own as well."""
+"""Elements of a link's `sensor_temperature`, counted from 1, that are outputs of their own as well."""
 
 SCALE, OFFSET, PLACE = "logged.scale", "logged.offset", "logged.place"
 """Slots before a colon and a variable, as `logged.scale:motor.torque`: a factor on an input, what is added to
 an input, and the displacement of a sensor. No FMU has them: they belong to the log."""
 
-_DEMANDS = {
+_REQUIRED = {
     "MotorHeatSource": "speed torque|current pad_temperature|pad_power ambient_temperature",
     "Heater": "on",
     "ThermalLink": "ambient_temperature",
 }
-"""Inputs of a component that every run should have, each with those that may stand in its place."""
+"""Inputs of a component that every run should have, with a space between; after | what may take its place."""
 
 
 class HeatPath(Protocol):
@@ -43,7 +43,7 @@ class HeatPath(Protocol):
 
     @property
     def parameter(self) -> str:
-        """What of it is 0 until the cause acts."""
+        """Name of its parameter that is 0 until the cause acts."""
 
     @property
     def sources(self) -> Mapping[str, str]:
@@ -66,12 +66,13 @@ class Rig:
     ----------
     machine : parts and wires, and nominal values in SI units
     cells : finite volumes of a link
-    foreign : what is known of parts that are in no catalogue, by instance; reduced links have equations
-    looped : whether FMUs are simulated in a loop, even where every part is a component of warmlink
+    foreign : what is known of parts that are in no catalogue, by instance; of these reduced links alone have
+        equations
+    looped : whether FMUs are co-simulated, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
     system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
-    base, paths : the FMUs without the heat paths, and these
-    moved : input of a heat path that stands for each input before which one was put
+    base, paths : the FMUs without the heat paths, and the heat paths
+    moved : input of a heat path by the input in front of which it was put
     source : the file that names the machine with its roles, if there is one
     """
 
@@ -147,7 +148,10 @@ class Rig:
 
     @cached_property
     def wandering(self) -> dict[str, tuple[str, ...]]:
-        """Slots to which a room that wanders beside its log adds, and those to which heat adds, by signal."""
+        """Slots that what nobody logged changes: a drift of the `room` in K, and of `heat` in W.
+
+        Of a foreign part an input counts as the room's if it is in K and has `ambient` in its name.
+        """
         room = [name for name in self.parameters if name.endswith(".ambient_offset")]
         heat = [name for name in self.parameters if name.endswith(".standby_power")]
         logged = (name for name in self.externals if self.part_of(name) in self.foreign)
@@ -197,11 +201,11 @@ class Rig:
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
-    def driven_by(self) -> tuple[tuple[str, ...], ...]:
+    def required_inputs(self) -> tuple[tuple[str, ...], ...]:
         """Inputs that every run should have, each with those that may stand in its place."""
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
-            for names in _DEMANDS.get(self.machine.parts[instance], "").split():
+            for names in _REQUIRED.get(self.machine.parts[instance], "").split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 if group[0] in self.externals:
                     found.setdefault(self.fed_with(group[0]), group)
@@ -212,7 +216,7 @@ class Rig:
         """Input or output by the name of its column in a bare CSV file."""
         sources = {target: source for source, target in self.machine.wires}
         readers = {*self.machine.controllers, COMPENSATOR}
-        found = {sources[t].rpartition(".")[2]: t for t, *_ in self.driven_by if t in sources}
+        found = {sources[t].rpartition(".")[2]: t for t, *_ in self.required_inputs if t in sources}
         for reading, target in self.machine.wires:
             if self.part_of(target) in readers and ".reading[" in reading:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]

@@ -26,13 +26,13 @@ from warmlink.orchestration.scenarios.scenario import Scenario
 KINDS = ("native", "python", "all")
 
 _VERSIONS: Mapping[str, FmiVersion] = {"3": "3.0", "2": "2.0"}
-"""Versions of FMI in the order of building, so that systems hold FMUs of FMI 2.0 where there are both."""
+"""Versions of FMI in the order of building: of files with one name, a system holds the one built last."""
 
 SHOWN_CONTROLLER = "lag"
-"""Controller in the shipped WarmupCell.ssp; any FMU with the same connectors can replace it."""
+"""Controller in a shipped SSP that runs no scenario; any FMU with its connectors can replace it."""
 
 JOINED_HOME = "warmlink.orchestration.machine.machine"
-"""Module that stands for the joined systems; beside it is no README, so that their page is of variables."""
+"""Module of the joined systems, without a README: their documentation lists variables alone."""
 
 
 def build(
@@ -48,16 +48,18 @@ def build(
 ) -> list[Path]:
     """Build the FMUs and the systems (SSP) for other tools, validate each of them, and give their files.
 
+    A system with a controller is built as one native FMU, too, unless it holds FMUs from elsewhere.
+
     Parameters
     ----------
     names : components, controllers and systems, a system with the FMUs that it holds; all by default
     out : folder
     fmus : native, python or all
     fmi : version of FMI of the native FMUs, 2 or 3; both by default
-    platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this machine's by default
+    platforms : of the native FMUs, such as `x86_64-linux,x86_64-windows`, or all; this computer's by default
     scenario : file (TOML) of a system of one's own, which is built in place of the shipped ones
-    valid_flags : without NaN, with a flag beside each reading; of the shipped components and systems in
-        native FMUs
+    valid_flags : give each reading a flag of whether it is valid, in place of NaN; wants `fmus="native"`, and
+        no scenario
     arrays : arrays in the native FMUs of FMI 3.0
 
     Raises
@@ -193,7 +195,7 @@ class _Making:
     def _components(
         self, names: Sequence[str], playing: Mapping[str, Component] = MappingProxyType({})
     ) -> list[Path]:
-        """Build components by name; those that are `playing` tables of their own with these."""
+        """Build components by name; those that are `playing` take the place of the shipped ones."""
         from warmlink.fmus.packaging.python.fmu import build_python_fmus
         from warmlink.orchestration.catalogue import entries
 

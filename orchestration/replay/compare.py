@@ -56,19 +56,23 @@ FIGURES: Mapping[str, Callable[[Sequence[float]], float]] = {
     "fine_not_ready_percent": fmean,
     "travel_um_h": fmean,
 }
-"""Figures of a law over several logs, and what of those of the single logs they are."""
+"""How each figure of a law is combined over several logs; `leap_um` is told of each log alone."""
 
 
 @dataclass(frozen=True)
 class ReplayFigures:
-    """What a law did in one log, without the first two minutes.
+    """What a law did in one log.
+
+    Errors, `ready` and the growth that they are compared with leave out the first `SETTLING` seconds; travel
+    and leaps are those of the whole log.
 
     Attributes
     ----------
-    removed_percent : share of the largest growth that the largest error lacks; None if there was no growth
+    removed_percent : 100 (1 - largest error / largest growth); None if there was no growth
     rms_um, worst_um : error
     outside_percent : of the time beyond the tolerance
-    ready_percent, ready_wrong_percent, fine_not_ready_percent, travel_um_h, leap_um : as in `compare`
+    ready_percent, ready_wrong_percent, fine_not_ready_percent, travel_um_h, leap_um : as in the table of
+        `warmlink compare`
     """
 
     removed_percent: float | None
@@ -113,7 +117,7 @@ def judged(law: Component, log: MeasuredLog, tolerance: float) -> ReplayFigures:
     figures = error_metrics(time, error, tolerance)
     said = conduct(time, error, [told.ready[at]], [], tolerance)
     moved = conduct(log.time, np.zeros(log.time.size), [], [told.correction[acting]], tolerance)
-    most = 1e6 * float(np.nanmax(np.abs(growth)))
+    most = 1e6 * float(np.max(np.abs(growth[known])))
     spans = np.diff(time, append=time[-1])
     return ReplayFigures(
         removed_percent=100 * (1 - figures.max_abs_um / most) if most > 0 else None,
@@ -191,9 +195,9 @@ def replayed(
     ----------
     data : files or DataFrames of logs to be judged on, columns as `diagnose` reads them
     controllers : names, or laws of one's own; all that ship by default
-    sets : start values, later ones outdo earlier ones; of each, those reach a law that it has
-    learn : logs from which the laws learn that can; none of them is judged on
-    tolerance : error that production allows
+    sets : start values, later ones outdo earlier ones; a law takes those of its own parameters
+    learn : logs from which the laws that can learn do so; give others than in `data`
+    tolerance : error that production allows, as `"5 um"`, or in m
     told : units and names of columns
     progress : told the share that is done
 

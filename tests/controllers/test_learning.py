@@ -168,6 +168,11 @@ def test_a_thermometer_that_was_not_measured_is_refused() -> None:
         learn([bare], ["base_temperature", "middle_temperature"])
 
 
+def test_a_noise_that_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match="give a value above 0 K"):
+        learn([made_up()], sensor_std=0.0)
+
+
 def test_a_machine_of_other_structure_is_learnt() -> None:
     """Bending, play, gearbox, brake: what a log of 5 h leaves is less than a micrometre."""
     log = Machine(4).run(training(), 4, Room()).log()

@@ -135,8 +135,13 @@ def test_bad_rows_are_refused_in_a_sentence(
         playing(COMPONENT, duty_table(times, columns, linear))
 
 
+def test_a_table_without_rows_is_refused() -> None:
+    with pytest.raises(InputError, match="needs rows"):
+        RecordedTable([], {"speed": []})
+
+
 def test_another_table_needs_the_same_columns() -> None:
-    with pytest.raises(InputError, match="a table of a; give one of speed, torque"):
+    with pytest.raises(InputError, match="a table of a; give speed, torque"):
         playing(COMPONENT, RecordedTable([0.0], {"a": [1.0]}))
 
 

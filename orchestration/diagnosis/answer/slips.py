@@ -93,7 +93,7 @@ class _Look:
 
     def __init__(self, experiment: Experiment) -> None:
         self._experiment, rig = experiment, experiment.rig
-        groups = {name for group in rig.driven_by for name in group}
+        groups = {name for group in rig.required_inputs for name in group}
         self._free = [
             name
             for name in rig.externals

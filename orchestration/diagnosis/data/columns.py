@@ -113,7 +113,7 @@ class Assignment:
                     f"one out with {argument('names', {two: ''})}"
                 )
         # A current beside the torque would count twice; a pad's power acts where no temperature is.
-        for first, *others in self._rig.driven_by:
+        for first, *others in self._rig.required_inputs:
             for variable in others if first in used and not first.endswith("pad_temperature") else ():
                 if variable in used and not used[variable].chosen:
                     del used[variable]
@@ -149,7 +149,7 @@ class Assignment:
 
     def offers(self) -> str:
         """Say how columns that nothing is made of may be mapped, by their units and words."""
-        inputs = [self._rig.column_of(each) for group in self._rig.driven_by for each in group]
+        inputs = [self._rig.column_of(each) for group in self._rig.required_inputs for each in group]
         free = dict.fromkeys([*self._rig.measurable, *inputs])
         for place in self._used.values():
             free.pop(self._rig.column_of(place.variable), None)

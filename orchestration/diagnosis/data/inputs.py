@@ -122,7 +122,7 @@ def _assumption(experiment: Experiment, text: str) -> tuple[str, float]:
     if not equals:
         raise InputError(f"{where}: no value; write {argument('assume', {name or 'torque': '0'})}")
     if variable not in system.externals:
-        names = [system.column_of(each) for group in system.driven_by for each in group]
+        names = [system.column_of(each) for group in system.required_inputs for each in group]
         raise InputError(f"{where}: {name} is no input; {instead(name, names)}")
     if all(is_given(experiment, run, variable) for run in experiment.runs):
         raise InputError(f"{where}: every run has this input; leave the assumption out")
@@ -140,7 +140,7 @@ def is_given(experiment: Experiment, run: Run, *inputs: str) -> bool:
 
 
 def _refuse_undriven(experiment: Experiment) -> None:
-    driving = [group for group in experiment.rig.driven_by if not group[0].endswith(_AMBIENT)]
+    driving = [group for group in experiment.rig.required_inputs if not group[0].endswith(_AMBIENT)]
     names = [experiment.rig.column_of(group[0]) for group in driving]
     for run in experiment.runs if driving else ():
         if not any(is_given(experiment, run, *group) for group in driving):
@@ -154,7 +154,7 @@ def _refuse_undriven(experiment: Experiment) -> None:
 def _absent(experiment: Experiment) -> list[str]:
     """Remarks on inputs that nobody logged, with the values they are given."""
     remarks = []
-    for group in experiment.rig.driven_by:
+    for group in experiment.rig.required_inputs:
         if without := [run.name for run in experiment.runs if not is_given(experiment, run, *group)]:
             name = experiment.rig.column_of(group[0])
             value, written = _neutral(experiment.rig, name)
@@ -168,7 +168,7 @@ def _absent(experiment: Experiment) -> list[str]:
 def absent_drives(experiment: Experiment) -> list[str]:
     """Sentences on inputs that make heat by working and that nobody logged, in runs where others do."""
     found = []
-    for group in experiment.rig.driven_by:
+    for group in experiment.rig.required_inputs:
         works = not group[0].endswith((_AMBIENT, *_PADS))
         if works and not all(is_given(experiment, run, *group) for run in experiment.runs):
             names = " or ".join(experiment.rig.column_of(each) for each in group)

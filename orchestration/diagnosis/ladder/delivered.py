@@ -53,7 +53,8 @@ def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
 
     Of models that predict alike within one standard error it is the simpler one. What the fitted rows
     establish, or the user asked for, comes first among these. None is chosen that foretells the growth worse
-    than the uncorrected model.
+    than the uncorrected model. Without held-out rows it is the one with the causes if there is a verdict of
+    some, else the calibrated one if the user asked for it, else the uncorrected one.
 
     Parameters
     ----------

@@ -57,6 +57,11 @@ def test_a_machine_that_is_not_there_is_refused_with_those_that_are() -> None:
         machine_named("WarmupCel")
 
 
+def test_a_place_for_a_controller_wants_one() -> None:
+    with pytest.raises(InputError, match="compensator is a controller's place; name a controller"):
+        machine_named("WarmupCell").joined()
+
+
 def test_each_kind_of_part_is_a_component_or_the_place_of_a_controller() -> None:
     assert {kind for kind in KINDS.values() if kind} <= set(components())
 

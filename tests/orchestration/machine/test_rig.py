@@ -56,5 +56,5 @@ def test_every_run_should_have_what_drives_its_components() -> None:
         ("motor.pad_temperature", "motor.pad_power"),
         ("motor.ambient_temperature",),
     )
-    assert rig("WarmupCell").driven_by == rig("BenchMotor").driven_by == demands
-    assert rig("BenchRod").driven_by == (("heater.on",), ("link.ambient_temperature",))
+    assert rig("WarmupCell").required_inputs == rig("BenchMotor").required_inputs == demands
+    assert rig("BenchRod").required_inputs == (("heater.on",), ("link.ambient_temperature",))

@@ -152,7 +152,7 @@ def test_columns_may_have_other_names_and_units() -> None:
         (["--law", "regression", "--data", "{log}", "--replace", "link=a.fmu"], "has no model; leave it out"),
         (["--law", "regression"], "needs one system to design for, or logs: --data LOG"),
         (["WarmupCell", "--unit", "degC"], "--unit: belongs to --data"),
-        (["--law", "regression", "--data", "{short}"], "teach too little; measure at least"),
+        (["--law", "regression", "--data", "{short}"], "thermometers; measure at least"),
     ],
 )
 def test_bad_input_is_one_sentence(
