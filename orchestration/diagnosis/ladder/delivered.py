@@ -66,14 +66,17 @@ def chosen(ladder: Ladder, verdict: Word, declared: bool) -> str:
     established = [CAUSES] if verdict in ("named", "ambiguous") else []
     asked = [CALIBRATED] if declared else []
     order = [*established, *asked, UNCORRECTED, CAUSES, CALIBRATED, NEAREST, REMAINDER]
-    # Causes that do not explain a run may fit its end all the same.
-    unfit = set() if ladder.judges_whole_runs else {NEAREST}
-    rungs = [models[name] for name in dict.fromkeys(order) if name in models and name not in unfit]
+    rungs = [models[name] for name in dict.fromkeys(order) if name in models and _may_be_chosen(name, ladder)]
     if ladder.is_judged:
         rungs = [each for each in rungs if not ladder.is_worse_in_growth(each)]
         return ladder.simplest_of_the_best(rungs).name
     wanted = CAUSES if verdict not in ("adequate", "unknown") else CALIBRATED if declared else UNCORRECTED
     return wanted if wanted in models else rungs[0].name
+
+
+def _may_be_chosen(name: str, ladder: Ladder) -> bool:
+    """Whether held-out rows can speak for a model: causes that do not explain a run may fit its end."""
+    return name != NEAREST or ladder.judges_whole_runs
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,12 @@ class Delivery:
         left = self.scores.held_out(self.models[self.base], self.wander)
         if not self._without_remainder.is_judged or left is None or left.in_noise <= MISSED:
             return None
-        tried = ((name, remainder(self.scores.problem, each.readings)) for name, each in self.models.items())
-        found = [(name, each) for name, each in tried if each is not None]
+        tried = {
+            name: remainder(self.scores.problem, each.readings)
+            for name, each in self.models.items()
+            if _may_be_chosen(name, self._without_remainder)
+        }
+        found = [(name, each) for name, each in tried.items() if each is not None]
         return min(found, key=lambda each: each[1].left, default=None)
 
     @cached_property
