@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-_LONG_WORD, _SHOWN = re.compile(r"\S{301,}"), 80
+_LONG_WORD, _SHOWN = re.compile(r"\S{300,}?(?=[:;,]?(?:\s|$))"), 80
 """A word that no reader wants to see whole, as a unit of 5000 characters, and how much of it is shown."""
 
 
@@ -14,7 +14,7 @@ class InputError(ValueError):
 
     The commands catch it, print its one sentence, and end with exit code 2. Characters that cannot be
     printed, such as a line break in a name, are escaped, so that the sentence is always one line, and words
-    of more than 300 characters are shortened.
+    of 300 characters and more are shortened.
     """
 
     def __str__(self) -> str:
