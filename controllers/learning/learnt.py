@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.line import ALONG, GrowthLine, Held, Learner, doubt
 from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of
 from warmlink.controllers.matrices import upper
+from warmlink.controllers.regression.law import SQUARE_MICROMETRE
+from warmlink.controllers.start_values import Values
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 
@@ -54,26 +57,55 @@ class LearntMap:
     examples: Examples
     model: TrainingRun | None = None
 
+    @cached_property
+    def coefficients(self) -> Array:
+        """Growth in m/K by each thermometer, shape (len(SENSED),); 0 for those that are not used."""
+        found = np.zeros(len(SENSED))
+        found[list(self.used)] = np.maximum(self.line.coefficients, 0.0)
+        return found
+
+    @cached_property
+    def sensor_std(self) -> Array:
+        """Noise in K of each thermometer; 0 for those whose coefficient is 0, which the law does not use."""
+        return np.where(self.coefficients > 0, self.noise, 0.0)
+
+    @cached_property
+    def rises(self) -> Array:
+        """Temperatures of the examples above `ROOM_TEMPERATURE` in K; 0 if one was not measured."""
+        found = self.examples.temperature - ROOM_TEMPERATURE
+        return np.where(np.isfinite(found).all(axis=0), found, 0.0)
+
+    @cached_property
+    def mean_rise(self) -> Array:
+        """Mean of `rises` in K, shape (len(SENSED),)."""
+        return self.rises.mean(axis=0)
+
     @property
-    def values(self) -> dict[str, float | list[float]]:
-        """Parameter set of the regression law; what the fit holds at its bound of 0 is not used."""
-        kept = [i for i in self.used if self.line.coefficients[self.used.index(i)] > 0]
-        rows = self.examples.temperature - ROOM_TEMPERATURE
-        measured = np.isfinite(rows).all(axis=0)
-        mean = np.where(measured, np.where(measured, rows, 0.0).mean(axis=0), 0.0)
-        moments = second_moments(np.where(measured, rows - mean, 0.0))
-        coefficients, spread = np.zeros(len(SENSED)), np.zeros((len(SENSED),) * 2)
+    def intercept(self) -> float:
+        """Growth in m with every thermometer at `ROOM_TEMPERATURE`."""
+        return float(self.line.intercept - self.coefficients @ self.mean_rise)
+
+    @cached_property
+    def coefficient_spread(self) -> list[float]:
+        """Covariance of the coefficients in (um/K)^2, packed."""
+        spread = np.zeros((len(SENSED),) * 2)
+        kept = np.flatnonzero(self.coefficients > 0)
         inside = [self.used.index(i) for i in kept]
-        coefficients[kept] = self.line.coefficients[inside]
-        spread[np.ix_(kept, kept)] = 1e12 * self.far * self.line.inverse[np.ix_(inside, inside)]
+        spread[np.ix_(kept, kept)] = self.far * self.line.inverse[np.ix_(inside, inside)] / SQUARE_MICROMETRE
+        return upper(spread).tolist()
+
+    @property
+    def values(self) -> Values:
+        """Parameter set of the regression law."""
+        moments = second_moments(self.rises - self.mean_rise)
         return {
             "reference_temperature": ROOM_TEMPERATURE,
-            "sensor_std": [float(self.noise[i]) if i in kept else 0.0 for i in range(len(SENSED))],
-            "intercept": float(self.line.intercept - coefficients @ mean),
-            "coefficients": coefficients.tolist(),
-            "mean_rise": mean.tolist(),
+            "sensor_std": self.sensor_std.tolist(),
+            "intercept": self.intercept,
+            "coefficients": self.coefficients.tolist(),
+            "mean_rise": self.mean_rise.tolist(),
             "moments": upper(moments + OWN_WAY**2 * np.eye(len(SENSED))).tolist(),
-            "coefficient_spread": upper(spread).tolist(),
+            "coefficient_spread": self.coefficient_spread,
             "memory_time": MEMORY_TIME,
             "residual_std": self.near,
         }

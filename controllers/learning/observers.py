@@ -15,6 +15,7 @@ from warmlink.controllers.design.plant import Plant
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import LearntMap
 from warmlink.controllers.start_values import Values
+from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 
 PROFILE = 0.3
 """K by which each mode may be off where it is largest: a model of other structure is."""
@@ -43,23 +44,20 @@ def taught(
     plant : a model of the machine; the nominal cell by default
     camera_std : noise of the camera in m; that of the DriftCamera component by default
     """
-    known = learnt.values
-    coefficients, stds = (np.array(known[name]) for name in ("coefficients", "sensor_std"))
-    sensors = {name: float(std) for name, std in zip(SENSED, stds, strict=True) if std > 0}
+    sensors = {name: float(std) for name, std in zip(SENSED, learnt.sensor_std, strict=True) if std > 0}
     unknown = Unknown(profile=PROFILE, quiet_share=1.0)
-    options = {"sample_time": sample_time, "plant": plant, "unknown": unknown, "camera_std": camera_std}
-    design = design_controller(law, list(sensors), sensors, **options)  # type: ignore[arg-type]
+    design = design_controller(law, list(sensors), sensors, sample_time, plant, unknown, camera_std)
     values = dict(design.parameters)
     rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
-    by_all = float(coefficients.sum())
+    by_all = float(learnt.coefficients.sum())
     return {
         **values,
-        "elongation_row": (coefficients @ rows).tolist(),
+        "elongation_row": (learnt.coefficients @ rows).tolist(),
         "elongation_per_kelvin": by_all,
-        "reference_temperature": float(known["reference_temperature"]) - float(known["intercept"]) / by_all,  # type: ignore[arg-type]
+        "reference_temperature": ROOM_TEMPERATURE - learnt.intercept / by_all,
         "model_std": learnt.near,
-        "mean_temperature": (np.array(known["mean_rise"]) + float(known["reference_temperature"])).tolist(),  # type: ignore[arg-type]
-        "coefficient_spread": known["coefficient_spread"],
+        "mean_temperature": (learnt.mean_rise + ROOM_TEMPERATURE).tolist(),
+        "coefficient_spread": learnt.coefficient_spread,
         "model_share": MODEL_SHARE,
         "received_share": RECEIVED_SHARE,
         "smoothing_time": SMOOTHING_TIME,

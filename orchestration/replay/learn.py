@@ -84,15 +84,14 @@ class LearntLaw(Answer):
     @cached_property
     def coefficients_um(self) -> dict[str, float]:
         """Growth in um per kelvin of each thermometer that the law uses."""
-        of = dict(zip(SENSED, self.learnt.values["coefficients"], strict=True))  # type: ignore[arg-type]
-        return {_short(name): 1e6 * value for name, value in of.items() if value > 0}
+        of = zip(SENSED, self.learnt.coefficients.tolist(), strict=True)
+        return {_short(name): 1e6 * value for name, value in of if value > 0}
 
     @property
     def intercept_um(self) -> float:
         """Growth in um with every thermometer at 0 degC."""
-        at_reference = 1e6 * float(self.learnt.values["intercept"])  # type: ignore[arg-type]
         rise = ROOM_TEMPERATURE - CELSIUS
-        return at_reference - rise * sum(self.coefficients_um.values())
+        return 1e6 * self.learnt.intercept - rise * sum(self.coefficients_um.values())
 
     @property
     def formula(self) -> str:
