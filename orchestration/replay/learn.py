@@ -15,18 +15,15 @@ from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import LearntMap, learn
 from warmlink.controllers.learning.observers import taught
 from warmlink.controllers.learning.worth import correlations, learning_curve, worth
-from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.controllers.start_values import Values
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
-from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
-from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
-from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
-from warmlink.orchestration.system.units import parse_unit
+from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
@@ -79,7 +76,7 @@ class LearntLaw(Answer):
     @property
     def parameters(self) -> dict[str, float]:
         """Start values for `run` and `compare`, in SI units."""
-        return {f"{COMPENSATOR}.{name}": value for name, value in by_scalar(self.values).items()}
+        return start_values_of(self.values)
 
     @cached_property
     def coefficients_um(self) -> dict[str, float]:
@@ -149,17 +146,9 @@ class LearntLaw(Answer):
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
-        held = {
-            name: SsvValue(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
-            for name, value in by_scalar(self.values).items()
-        }
-        try:
-            write_ssv(held, Path(path), f"{self.law}, learnt from {', '.join(e.name for e in self.logs)}")
-        except OSError as fault:
-            raise InputError(
-                f"{path}: cannot be written ({fault.strerror}); choose another {argument('out')}"
-            ) from None
+        write_law_values(
+            self.law, self.values, path, f"{self.law}, learnt from {', '.join(e.name for e in self.logs)}"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""

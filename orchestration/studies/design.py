@@ -16,7 +16,7 @@ from warmlink.controllers.design.plant import Plant, cell_plant, no_growth
 from warmlink.controllers.design.regression import TrainingRun, cold_in, fit_regression, training_run
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.start_values import Values, by_scalar
+from warmlink.controllers.start_values import Values
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import SHORTEST_SAMPLE_TIME
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
@@ -29,7 +29,7 @@ from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
-from warmlink.orchestration.machine.machine import COMPENSATOR, Machine
+from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.plant import plant_of
 from warmlink.orchestration.machine.roles import AS_THEY_ARE
 from warmlink.orchestration.machine.shipped import machine_named, machines
@@ -37,13 +37,12 @@ from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
+from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
 from warmlink.orchestration.system.assemble import read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
-from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
-from warmlink.orchestration.system.units import parse_unit
 from warmlink.orchestration.written.quantities import positive
 
 if TYPE_CHECKING:
@@ -85,21 +84,11 @@ class Designed(Answer):
     @property
     def parameters(self) -> dict[str, float]:
         """Start values for `run` and `compare`, in SI units."""
-        return {f"{COMPENSATOR}.{name}": value for name, value in by_scalar(self.values).items()}
+        return start_values_of(self.values)
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        units = {s.name: s.variable.unit for s in catalogue.controller(self.law).scalars()}
-        held = {
-            name: SsvValue(name, "Real", value, None if units[name] == "1" else parse_unit(units[name]))
-            for name, value in by_scalar(self.values).items()
-        }
-        try:
-            write_ssv(held, Path(path), f"{self.law}, designed")
-        except OSError as fault:
-            raise InputError(
-                f"{path}: cannot be written ({fault.strerror}); choose another {argument('out')}"
-            ) from None
+        write_law_values(self.law, self.values, path, f"{self.law}, designed")
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, the gains apart."""
