@@ -6,11 +6,12 @@ from pathlib import Path
 
 _options: Mapping[str | tuple[str, type], str] | None = None
 _quoted: Callable[[str], str] = str
+_line = ""
 
 
 @contextmanager
 def speaking_of_options(
-    names: Mapping[str | tuple[str, type], str], quoted: Callable[[str], str] = str
+    names: Mapping[str | tuple[str, type], str], quoted: Callable[[str], str] = str, line: str = ""
 ) -> Iterator[None]:
     """Let sentences speak of a command's options meanwhile, as while a command runs.
 
@@ -19,19 +20,20 @@ def speaking_of_options(
     names : option of each argument that is not called alike, as `--mismatch` of `mismatches`; by name and
         type if values of this type have an option of their own
     quoted : gives `NAME=VALUE` as one word of a command
+    line : the command line, without what does not change its results
     """
-    global _options, _quoted
-    before = _options, _quoted
-    _options, _quoted = names, quoted
+    global _options, _quoted, _line
+    before = _options, _quoted, _line
+    _options, _quoted, _line = names, quoted, line
     try:
         yield
     finally:
-        _options, _quoted = before
+        _options, _quoted, _line = before
 
 
-def on_command_line() -> bool:
-    """Whether a command is at work, not a program that called a function."""
-    return _options is not None
+def command_given() -> str:
+    """The command line that is at work, to be copied; empty if a program called a function."""
+    return _line
 
 
 def argument(name: str, *value: object) -> str:

@@ -7,17 +7,15 @@ are refused. Files that several commands write, as `report.html`, count as a com
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
-from warmlink.fmus.arguments import argument, on_command_line
+from warmlink.fmus.arguments import argument, command_given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, settle
-from warmlink.orchestration.shell import command as command_line
 from warmlink.orchestration.text_files import is_file
 
 ASKED = "command.txt"
@@ -37,10 +35,6 @@ _WRITTEN = {
 }
 RESULTS = {command: (*names, ASKED) for command, names in _WRITTEN.items()}
 """Files that each command writes as its results, a pattern for several; it may leave some out."""
-
-
-_MATTERS_NOT = ("--json", "--quiet", "--resume", "--no-report", "--no-csv")
-"""Options that do not change what is computed."""
 
 
 def refuse_others(folder: Path, command: str) -> None:
@@ -67,7 +61,7 @@ def _earlier(folder: Path, command: str, asked: str) -> tuple[str, str]:
     """Folder inside for results of another command line, and that line; empty if there are none."""
     before = ""
     with suppress(OSError, ValueError):
-        before = (folder / ASKED).read_text(encoding="utf-8")
+        before = (folder / ASKED).read_text(encoding="utf-8").strip()
     if before == asked or not results_in(folder, command):
         return "", ""
     numbers = (f"earlier-{number}" for number in count(1))
@@ -83,18 +77,16 @@ def results_folder(folder: Path, command: str) -> Iterator[Path]:
     `fresh_folder`.
     """
     refuse_others(folder, command)
-    asked = ""
-    if on_command_line():
-        asked = command_line("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT)) + "\n"
+    asked = command_given()
     kept_in, before = _earlier(folder, command, asked)
 
     with fresh_folder(folder, lambda: results_in(folder, command), kept_in) as work:
         if asked:  # at first, so that a full disk is told before anything is computed
-            (work / ASKED).write_text(asked, encoding="utf-8")
+            (work / ASKED).write_text(f"{asked}\n", encoding="utf-8")
         yield work
         written = any(path.name != ASKED for path in work.iterdir())
         if not written:
             (work / ASKED).unlink(missing_ok=True)
     if kept_in and written:
-        of = f" (of {before.strip()})" if before else ""
+        of = f" (of {before})" if before else ""
         remark(f"the results that were in {folder}{of} are kept in {folder / kept_in}")

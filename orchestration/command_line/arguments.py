@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import wraps
@@ -26,6 +27,7 @@ from warmlink.fmus.arguments import speaking_of_options
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import FAILED, answer, interrupted, print_table, remark
 from warmlink.orchestration.progress import without_progress_lines
+from warmlink.orchestration.shell import command as shell_command
 from warmlink.orchestration.shell import quoted
 from warmlink.orchestration.text_files import pair
 
@@ -131,10 +133,15 @@ def for_typer(command: Command) -> Command:
     return called
 
 
+_MATTERS_NOT = ("--json", "--quiet", "--resume", "--no-report", "--no-csv")
+"""Options that do not change what is computed."""
+
+
 def carry_out(command: Command, values: Mapping[str, Any]) -> None:
     """Run a command, whose sentences speak of options meanwhile; for another program it shows no progress."""
     unwatched = values.get("json") or values.get("quiet")
-    with speaking_of_options(OPTIONS, quoted), without_progress_lines() if unwatched else nullcontext():
+    line = shell_command("warmlink", *(word for word in sys.argv[1:] if word not in _MATTERS_NOT))
+    with speaking_of_options(OPTIONS, quoted, line), without_progress_lines() if unwatched else nullcontext():
         command(**values)
 
 
