@@ -101,7 +101,7 @@ def compare(
     *,
     data: list[Path] | None = None,
     learn: list[Path] | None = None,
-    tolerance: str = "5 um",
+    tolerance: str | None = None,
     unit: list[str] | None = None,
     decimal: str = "",
     controllers: str | None = None,
@@ -144,7 +144,7 @@ def compare(
     data : Measured logs of one machine to judge on, with columns as `warmlink diagnose` reads them.
         Repeatable.
     learn : With --data: logs from which controllers learn first that can. Repeatable.
-    tolerance : With --data: error that production allows.
+    tolerance : With --data: error that production allows. Default: 5 um.
     unit : With --data: unit that is missing from a header, as --unit "T_base=degC". Repeatable.
     decimal : With --data: decimal mark, `comma` or `point`, if a log could be read either way.
     controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
@@ -167,6 +167,7 @@ def compare(
     sets = arguments.sets_given(parameters, set_)
     if data:
         from warmlink.orchestration.command_line.replay import judge
+        from warmlink.orchestration.replay.compare import TOLERANCE
 
         others = duty_cycles, mismatch, scenario, replace, fmus, scheduler
         if any(each is not None for each in others) or exact or system != DEFAULT:
@@ -180,15 +181,18 @@ def compare(
             None if named is None else [*named, *(with_ or ())],
             sets,
             learn or [],
-            tolerance,
+            tolerance or TOLERANCE,
             (unit or [], map_ or [], decimal),
             out or Path("out") / "compare",
             report,
             json,
         )
         return
-    if logs or learn or unit or decimal:
-        raise InputError("compare: logs to judge on are given with --data LOG")
+    if logs or learn or unit or decimal or tolerance:
+        raise InputError(
+            "compare: further logs, --learn, --tolerance, --unit and --decimal are for measured logs; "
+            "give them with --data LOG"
+        )
     laws, duties, wrong = (arguments.listed(each) for each in (controllers, duty_cycles, mismatch))
     plan = plan_on(system, laws, duties, wrong, sets, scenario, with_ or ())
     given = Replacements.given(replace, map_)

@@ -15,8 +15,7 @@ from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, replayed
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
 from warmlink.orchestration.studies.at_work import USUAL, Means
-from warmlink.orchestration.studies.compare import Comparison
-from warmlink.orchestration.studies.compare import compare as compare_simulated
+from warmlink.orchestration.studies.compare import Comparison, compared, plan_on
 
 if TYPE_CHECKING:
     import pandas
@@ -36,7 +35,7 @@ def compare(
     out: str | Path | None = None,
     data: Logs | None = None,
     learn: Logs = (),
-    tolerance: str | float = TOLERANCE,
+    tolerance: str | float | None = None,
     units: Mapping[str, str] = MappingProxyType({}),
     names: Mapping[str, str] = MappingProxyType({}),
     decimal: str = "",
@@ -55,8 +54,8 @@ def compare(
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
     data : measured logs (files or DataFrames) to judge on instead, without any plant: a controller sees what
         was logged, and its error is the measured growth minus its correction
-    learn : logs from which controllers learn first that can
-    tolerance : error that production allows, of measured logs
+    learn : logs from which the controllers that can learn do so first; give others than in `data`
+    tolerance : error that production allows, of measured logs, as `"5 um"`, which it is by default, or in m
     units, names, decimal : of the logs' columns, as `diagnose` takes them
 
     Raises
@@ -68,25 +67,27 @@ def compare(
     --------
     >>> print(wl.compare(["lag", "observer"], ["stop_and_go"], ["thermal_high"]))
     """
-    if data is None:
-        return compare_simulated(
-            *(controllers, duty_cycles, mismatches),
-            system=system,
-            scenario=scenario,
-            parameters=parameters,
-            means=means,
-            out=out,
-        )
-    given: dict[str, object] = {"duty_cycles": duty_cycles, "mismatches": mismatches, "scenario": scenario}
-    for name, value in given.items():
-        if value is not None:
-            raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
     values = given_values(parameters)
     sets = [StartValueSet("parameters", values)] if values else []
+    if data is None:
+        logged = {"learn": len(_several(learn)) > 0, "tolerance": tolerance is not None}
+        logged |= {"units": bool(units), "names": bool(names), "decimal": bool(decimal)}
+        for name in (name for name, is_given in logged.items() if is_given):
+            raise InputError(f"{argument(name)}: is for measured logs; give them as {argument('data')}")
+        plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
+        with compared(plan, means, out) as comparison:
+            return comparison
+    given = {"duty_cycles": duty_cycles, "mismatches": mismatches, "scenario": scenario, "out": out}
+    for name, one in given.items():
+        if one is not None:
+            raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
     told = Said(units, names=names, decimal=decimal)
     with spinner("Replaying"):
         return replayed(
-            *(_several(data), controllers, sets), learn=_several(learn), tolerance=tolerance, told=told
+            *(_several(data), controllers, sets),
+            learn=_several(learn),
+            tolerance=TOLERANCE if tolerance is None else tolerance,
+            told=told,
         )
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from warmlink.fmus.arguments import argument
@@ -26,9 +25,9 @@ from warmlink.orchestration.machine.shipped import WARMUP_CELL, machine_named, m
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, Mismatch
 from warmlink.orchestration.scenarios.mismatch import load as load_mismatch
-from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned, given_values
+from warmlink.orchestration.scenarios.overrides import StartValueSet, assigned
 from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario, believing
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
+from warmlink.orchestration.studies.at_work import Means, at_work
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.workers import Workers
 
@@ -238,42 +237,6 @@ class Comparison(Answer):
             }
             for key, row in self.rows.items()
         ]
-
-
-def compare(
-    controllers: Sequence[str] | str | None = None,
-    duty_cycles: Sequence[str | Path] | str | Path | None = None,
-    mismatches: Sequence[str | Path] | str | Path | None = None,
-    *,
-    system: str = WARMUP_CELL.name,
-    scenario: str | Path | None = None,
-    parameters: Mapping[str, str | float] | str | Path = MappingProxyType({}),
-    means: Means = USUAL,
-    out: str | Path | None = None,
-) -> Comparison:
-    """Compare controllers with each other and with no compensation, over duty cycles and mismatches.
-
-    Parameters
-    ----------
-    controllers : names, or laws of one's own as `my_law.py:MyLaw`; all that are designed for the system
-    duty_cycles, mismatches : names or files; all that are usual for the system
-    system : WarmupCell or SixAxisArm
-    scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle; its
-        own is the usual one
-    parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
-    means : kind of FMU and number of processes
-    out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
-
-    Raises
-    ------
-    InputError
-        If there is none of a name, or a value is refused.
-    """
-    given = given_values(parameters)
-    sets = [StartValueSet("parameters", given)] if given else []
-    plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
-    with compared(plan, means, out) as comparison:
-        return comparison
 
 
 @contextmanager

@@ -20,9 +20,9 @@ from warmlink.orchestration.console import FAILED
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import RecordTable, Result
+from warmlink.orchestration.products.compare import compare
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
 from warmlink.orchestration.studies.at_work import Means
-from warmlink.orchestration.studies.compare import compare
 
 WINDING = "motor.winding_temperature"
 

@@ -179,7 +179,8 @@ def test_the_command_writes_table_and_page(
         (["--data", "log.csv", "--tolerance", "5 K"], "--tolerance"),
         (["--data", "log.csv", "--set", "compensator.nose=3"], "nose"),
         (["--data", "log.toml"], "is no log; give a file of measurements"),
-        (["--learn", "log.csv"], "are given with --data LOG"),
+        (["--learn", "log.csv"], "are for measured logs; give them with --data LOG"),
+        (["--tolerance", "3 um"], "are for measured logs; give them with --data LOG"),
     ],
 )
 def test_bad_input_is_one_sentence(
@@ -202,3 +203,12 @@ def test_a_log_without_growth_cannot_judge() -> None:
     bare = log().drop(columns=["growth [um]", "elongation [um]"])
     with pytest.raises(InputError, match="the growth was measured 0 times after the first 2 min"):
         replayed([bare], ["none"])
+
+
+def test_what_is_for_logs_is_refused_without_them_and_the_other_way_round(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="`tolerance`: is for measured logs; give them as `data`"):
+        wl.compare(["lag"], ["stop_and_go"], ["nominal"], tolerance="3 um")
+    with pytest.raises(InputError, match="`learn`: is for measured logs"):
+        wl.compare(["lag"], ["stop_and_go"], ["nominal"], learn=log())
+    with pytest.raises(InputError, match="`out`: measured logs are compared as they are"):
+        wl.compare(["lag"], data=log(), out=tmp_path)

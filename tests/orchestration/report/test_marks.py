@@ -5,8 +5,8 @@ from pathlib import Path
 
 import warmlink.orchestration.api as wl
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
+from warmlink.orchestration.products.compare import compare
 from warmlink.orchestration.report.comparison import write_comparison
-from warmlink.orchestration.studies.compare import compare
 
 
 def test_no_compensation_beyond_tolerance_is_marked_as_any_controller(tmp_path: Path) -> None:
