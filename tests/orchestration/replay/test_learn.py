@@ -13,9 +13,9 @@ import pytest
 
 import warmlink as wl
 from benchmarks.strange_machine import Machine, training
+from tests.command import exit_code
 from tests.shared_data import given
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.cli import main
 from warmlink.orchestration.replay.compare import replayed
 from warmlink.orchestration.replay.learn import LearntLaw, learnt_law
 from warmlink.orchestration.system.ssp.parameter_values import read_ssv
@@ -32,12 +32,7 @@ def learnt() -> LearntLaw:
 
 
 def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr("sys.argv", ["warmlink", "design", *arguments])
-    try:
-        main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
+    return exit_code(["design", *arguments], monkeypatch)
 
 
 def test_the_formula_is_the_law() -> None:

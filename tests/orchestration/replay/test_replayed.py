@@ -14,10 +14,10 @@ import pytest
 import warmlink as wl
 from benchmarks.strange_machine import Demand, Machine, training
 from benchmarks.strange_machine import logs as logs_of
+from tests.command import exit_code
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controllers
-from warmlink.orchestration.cli import main
 from warmlink.orchestration.replay.compare import Replayed, judged, replayed
 from warmlink.orchestration.replay.learn import learnt_law
 from warmlink.orchestration.replay.logs import read_logs
@@ -34,12 +34,7 @@ def taught() -> pd.DataFrame:
 
 
 def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr("sys.argv", ["warmlink", "compare", *arguments])
-    try:
-        main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
+    return exit_code(["compare", *arguments], monkeypatch)
 
 
 def test_without_compensation_the_error_is_the_growth() -> None:

@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import exit_code
 from tests.pages import plots
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.cli import main
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.studies.plants import cell_plant_in
 from warmlink.orchestration.studies.workers import FmuSet
@@ -16,12 +16,7 @@ from warmlink.orchestration.system.write import write_ssp
 
 
 def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr("sys.argv", ["warmlink", "design", *arguments])
-    try:
-        main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
+    return exit_code(["design", *arguments], monkeypatch)
 
 
 def cell(fmus: FmuSet, **values: dict[str, float]) -> System:
