@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from warmlink.fmus.packaging.native.compile import PLATFORMS, Compiler
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="locks are those of POSIX")
 LAW = """
 from warmlink.controllers.own import Law
@@ -66,6 +68,14 @@ def test_what_a_killed_process_left_goes_with_the_next_and_not_what_is_in_use(tm
     assert alive.poll() is None
     alive.send_signal(signal.SIGKILL)
     alive.communicate()
+
+
+def test_a_compiler_keeps_its_own_files_in_the_folder_that_goes(tmp_path: Path) -> None:
+    command = (sys.executable, "-c", "import os; open('made', 'w').write(os.environ['TMPDIR'])")
+    platform = next(iter(PLATFORMS.values()))
+    made = Path(Compiler(command, platform, ()).made("made", {}, ()).decode())
+    assert made.is_absolute()
+    assert not made.exists()
 
 
 def test_a_killed_build_leaves_nothing_that_the_next_does_not_remove(tmp_path: Path) -> None:

@@ -120,7 +120,11 @@ class Compiler:
             for name, content in files.items():
                 (work / name).write_bytes(content)
             command = [*self.command, *self.flags, *arguments]
-            done = subprocess.run(command, cwd=work, capture_output=True, text=True, errors="replace")
+            # What a compiler that is killed leaves goes with the folder.
+            own = {**os.environ, "TMPDIR": str(work)}
+            done = subprocess.run(
+                command, cwd=work, env=own, capture_output=True, text=True, errors="replace"
+            )
             if done.returncode == 0:
                 return (work / target).read_bytes()
         errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
