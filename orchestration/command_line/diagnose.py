@@ -179,8 +179,9 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):
-            words = ("hide", "EFFECT", "--duty") if found.experiment.rig.system is None else ("run",)
-            answer(f"next    {following}    practise it: {command('warmlink', *words, following)}")
+            option = "--duty" if found.experiment.rig.system is None else "--scenario"
+            told = command("warmlink", "hide", "EFFECT", option, following)
+            answer(f"next    {following}    practise it: {told}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
@@ -222,6 +223,7 @@ def hide(
     effects: list[str] | None = None,
     *,
     duty: str | None = None,
+    scenario: str | None = None,
     out: Path = Path("run.csv"),
     seed: int = 0,
     noise: str = "white",
@@ -230,27 +232,32 @@ def hide(
 ) -> None:
     """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
 
-    The run is computed by another solver than the one that `diagnose` uses.
+    The run is computed by another solver than the one that `diagnose` uses; that of your own machine by its
+    FMUs.
 
     Parameters
     ----------
     effects : Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength in SI
-        units) or sensor_lag:tip_temperature.
-    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work.
+        units) or sensor_lag:tip_temperature. In your own machine joint_resistance:x_motor if it has several
+        motors, or any parameter with its value in SI units: spindle.friction=3.
+    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work, or
+        that of --scenario.
+    scenario : Scenario file (TOML) of your machine: the run is of this machine, with its [parameters].
     out : CSV file to write.
     seed : Seed of the noise.
     noise : `white` noise, or `real`: correlated, rounded and with spikes.
     with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
     axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
     """
-    from warmlink.orchestration.diagnosis.made_up import hide_effects
+    from warmlink.orchestration.diagnosis.made_up import hide_effects, strengths_of
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.diagnosis.practice.hide import write_csv
 
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
-    strengths = dict(map(_strength, effects or ()))
-    made = hide_effects(strengths, duty, seed=seed, noise=noise, solver=with_, axis=axis)
+    machine = scenario if axis is None else None
+    strengths = strengths_of(dict(map(_strength, effects or ())), machine)
+    made = hide_effects(strengths, duty, scenario=scenario, seed=seed, noise=noise, solver=with_, axis=axis)
     write_csv({name: made[name].to_numpy() for name in made}, out)
     hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
     if axis is not None:
@@ -258,16 +265,16 @@ def hide(
         return
     hours = made["time [s]"].iloc[-1] / 3600
     answer(f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed})")
+    if scenario is not None:
+        answer(f"next     {command('warmlink', 'diagnose', out, '--scenario', scenario)}")
+        return
     answer(f"effects  {len(EFFECTS)} can be hidden; warmlink list names them")
 
 
-def _strength(given: str) -> tuple[str, float]:
-    """Name of an effect, and its strength in SI units; the usual strength if none is given."""
-    from warmlink.orchestration.diagnosis.practice.effects import effect_of
-
+def _strength(given: str) -> tuple[str, float | None]:
+    """Name of an effect, and its strength in SI units; None if none is given."""
     name, equals, size = given.partition("=")
-    usual = effect_of(name).size
     try:
-        return name, float(size) if equals else usual
+        return name, float(size) if equals else None
     except ValueError:
         raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None

@@ -141,15 +141,13 @@ def _with_path(system: System, name: str, path: HeatPath, fmu: Path, moved: dict
     parts = {**system.components, name: component(name, fmu)}
     links = {each.target: each for each in system.connections}
     for end, target in path.totals.items():
-        part, info, variable = _located(system, target, where)
-        unit, taken = _to_si(info, variable), f"{end}_heat_flow"
+        unit, taken = unit_of(system, target), f"{end}_heat_flow"
         if target in links:
             led = links[target]
             whole = Conversion(led.factor, led.offset).then(unit.factor, unit.offset)
             links[f"{name}.{taken}"] = Connection(*led.ends[0], name, taken, whole.factor, whole.offset)
         else:
-            value = parts[part].values.get(variable, info.variables[variable].start)
-            parts[name].values[taken] = unit(float(value or 0.0))
+            parts[name].values[taken] = value_of(system, target)
         (links[target],) = connected(parts, [(f"{name}.total_{taken}", target)])
         moved.setdefault(target, f"{name}.{taken}")
     for end, source in path.sources.items():
@@ -192,6 +190,13 @@ def with_values(system: System, values: Mapping[str, float]) -> System:
             given: Value = bool(own) if kind == "Boolean" else own if kind == "Real" else round(own)
             parts[part] = replace(held, values={**held.values, key: given})
     return replace(system, components=parts)
+
+
+def value_of(system: System, name: str) -> float:
+    """Start value of a variable in SI, by its full name: that of the system, or what its FMU declares."""
+    part, info, variable = _located(system, name, system.name)
+    given = system.components[part].values.get(variable, info.variables[variable].start)
+    return _to_si(info, variable)(float(given or 0.0))
 
 
 def unit_of(system: System, name: str) -> Conversion:

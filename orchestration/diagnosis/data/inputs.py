@@ -36,8 +36,8 @@ def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
     loaded = load_scenario(scenario)
     if loaded.machine.program:
         raise InputError(
-            f"{argument('scenario', scenario)}: is of another system than the warm-up cell; "
-            f"{loaded.machine.name} is diagnosed from runs of its own"
+            f"{argument('scenario', scenario)}: {loaded.machine.name} is driven by programs of its own, and "
+            "its runs say so themselves; leave it out"
         )
     machine = loaded.machine.name if loaded.file is None else str(loaded.file)
     plant = rig_of(machine).parameters

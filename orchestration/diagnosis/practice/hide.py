@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -152,14 +152,23 @@ def write_csv(columns: Mapping[str, Array], path: Path) -> None:
         pd.DataFrame(written).rename(columns=as_cell).to_csv(scratch, index=False, float_format="%.6g")
 
 
-def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
-    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
+def noisy(
+    rows: Array,
+    readings: Readings,
+    noise: Noise,
+    random: np.random.Generator,
+    lengths: Collection[str] = ("elongation",),
+) -> Readings:
+    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each.
+
+    Channels that are not `lengths` are temperatures.
+    """
     from scipy.linalg import solve_banded
 
     result = {}
     decay = np.exp(-float(np.median(np.diff(rows))) / noise.minute)
     for channel, values in readings.items():
-        of_camera = channel == "elongation"
+        of_camera = channel in lengths
         added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)
         start = random.standard_normal()
         drive = np.sqrt(1 - decay**2) * random.standard_normal(rows.size)

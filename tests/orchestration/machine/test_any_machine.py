@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +9,8 @@ import numpy as np
 import pytest
 
 import warmlink as wl
-from benchmarks.own_systems import INPUT_HEADERS, measured, spindle, with_values, write_csv
+from benchmarks.own_systems import INPUT_HEADERS, measured, with_values, write_csv
+from tests.orchestration.machine.strangers import machine
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.claims import DUTIES
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
@@ -21,34 +21,8 @@ from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found
 from warmlink.orchestration.studies.at_work import Means
-from warmlink.orchestration.system.assemble import component, connected, read_system
-from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.write import write_ssp
+from warmlink.orchestration.system.assemble import read_system
 
-ROLES = Path(__file__).parent
-GANTRY = {
-    **{"x_motor": "MotorHeatSource", "x_link": "ThermalLink", "y_motor": "MotorHeatSource"},
-    **{"y_link": "ThermalLink", "sensors": "TemperatureSensors", "brain": "LagCompensator"},
-}
-GANTRY_WIRES = (
-    ("x_motor.heat_flow", "x_link.heat_flow"),
-    ("x_link.base_temperature", "x_motor.link_base_temperature"),
-    ("y_motor.heat_flow", "y_link.heat_flow"),
-    ("y_link.base_temperature", "y_motor.link_base_temperature"),
-    ("x_link.base_temperature", "sensors.temperature[3]"),
-    ("y_link.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[3]", "brain.base_temperature"),
-    ("sensors.reading[5]", "brain.tip_temperature"),
-)
-COLUMN = {"column": "ThermalLink", "sensors": "TemperatureSensors", "compensator": "LagCompensator"}
-COLUMN_WIRES = (
-    ("spindle.heat", "column.heat_flow"),
-    ("column.base_temperature", "spindle.column"),
-    ("column.base_temperature", "sensors.temperature[3]"),
-    ("column.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[3]", "compensator.base_temperature"),
-    ("sensors.reading[5]", "compensator.tip_temperature"),
-)
 STUDY = """
 controller = "lag"
 duty_cycles = ["{name}.toml"]
@@ -76,18 +50,6 @@ check = "Measure it."
 frees = ["{variable}"]
 between = {between}
 """
-
-
-def machine(name: str, folder: Path) -> Path:
-    """The SSP of a machine in a folder, with the file of its roles beside it, whose path is given."""
-    kinds, wires = (GANTRY, GANTRY_WIRES) if name == "gantry" else (COLUMN, COLUMN_WIRES)
-    files = FmuStore("native").files(kinds.values())
-    parts = {each: component(each, files[kind]) for each, kind in kinds.items()}
-    if name == "spindle":
-        parts["spindle"] = component("spindle", spindle(folder))
-    system = System(name.title(), parts, connected(parts, wires), DefaultExperiment(0.0, 3600.0, 1.0))
-    write_ssp(system, folder / f"{name}.ssp")
-    return Path(shutil.copy(ROLES / f"{name}.toml", folder))
 
 
 @pytest.fixture(params=["gantry", "spindle"])
