@@ -29,8 +29,8 @@ def test_a_variant_is_read_by_its_name_and_the_default_says_what_else_there_is(t
     system = read_system(two)
     assert len(system.connections) == 1
     assert system.remarks == (
-        "cell1.ssp: SystemStructure is run, one of several variants; beside it Long; variant='Long' takes that "
-        "instead",
+        "cell1.ssp: SystemStructure is run, one of several variants; beside it Long; variant='Long' takes "
+        "that instead",
     )
     with pytest.raises(
         InputError, match=r"variant='Lung': no variant of the system in cell1.ssp; did you mean"
