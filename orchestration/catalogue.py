@@ -25,7 +25,7 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import whole
+from warmlink.fmus.packaging.cache import undamaged
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, read_stored
 from warmlink.orchestration.text_files import is_file
@@ -68,7 +68,7 @@ class Controller:
             return {}
         name, own = self.component.name, Path("own") / self.digest
         path = store.file(own / f"{name}.fmu")
-        return {name: path if whole(path) else self._built(store, store.folder / own)}
+        return {name: path if undamaged(path) else self._built(store, store.folder / own)}
 
     def _built(self, store: FmuStore, folder: Path) -> Path:
         try:

@@ -118,7 +118,7 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     """Stop time and communication step size in s: what is given, or what the system proposes.
 
     Without a step, FMUs that take steps of one size alone are stepped so, up to the last such point.
-    InputError if there is no stop time, or a time is none.
+    InputError if there is no stop time, or what is given is not a time.
     """
     proposed = system.default_experiment
     stop_time = proposed.stop_time if stop is None else positive(stop, "s", argument("stop"))

@@ -46,7 +46,7 @@ def join(
     name : name of the joined component, as `WarmupCell`
     parts : components by instance name, each used as often as wanted
     wires : from outputs to inputs
-    description : one line; made up from the parts where there is none
+    description : one line; made up from the parts if there is none
     """
     flat: dict[str, Component] = {}
     every = list(wires)

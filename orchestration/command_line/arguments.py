@@ -247,9 +247,9 @@ def listed(text: str | None) -> list[str] | None:
 
 def advise(scenario: Scenario) -> None:
     """Remark where a scenario's controller was not designed for its system."""
-    from warmlink.orchestration.closed_loop.belief import judged
+    from warmlink.orchestration.closed_loop.belief import design_check
 
-    advice, _ = judged(scenario)
+    advice, _ = design_check(scenario)
     if advice is not None:
         remark(advice)
 

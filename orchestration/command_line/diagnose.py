@@ -69,7 +69,7 @@ def diagnose(
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.columns import read_options
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
@@ -97,7 +97,7 @@ def diagnose(
         parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
         own = [name for name in map_ or () if parts and name.startswith(parts)]
         columns = [name for name in map_ or () if name not in own]
-        told = said(unit or [], columns, decimal, Replacements.given(replace, own), machine)
+        told = read_options(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
         experiment = with_accuracy(experiment, accuracy or [])
         return calibrating(experiment) if calibrate_only else experiment

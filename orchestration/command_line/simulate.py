@@ -93,7 +93,7 @@ def simulate(
         every output.
     quiet : Print no table.
     """
-    from warmlink.orchestration.master.algorithms import FOLLOWING
+    from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
     from warmlink.orchestration.master.algorithms.named import algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import Attempt, attempted
@@ -183,9 +183,9 @@ def simulate(
                 found = Attempt(chosen, alone)
             known = declared_in(read)
             found = found.looked_at(lambda result: within_bands(result, known))
-            found = found.told(*_beyond(found), *_late(read, found.unseen))
+            found = found.with_remarks(*_beyond(found), *_late(read, found.unseen))
             result = found.result
-            master = master if found.algorithm is chosen else FOLLOWING
+            master = master if found.algorithm is chosen else ERROR_CONTROLLED
             with interruption():  # a Ctrl-C now does not cost what was computed
                 earlier = bool(results_in(folder, "simulate"))
                 lost = write_files(target, series_writers(result.table, written, csv), earlier)

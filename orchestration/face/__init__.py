@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.products.reduce import reduce as reduce
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
-    from warmlink.orchestration.studies.at_work import Means as Means
     from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.studies.session import Means as Means
     from warmlink.orchestration.studies.sweep import sweep_study
     from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
@@ -51,7 +51,7 @@ _PLACES = {
     "Input": "fmus.component:Input",
     "InputError": "fmus.errors:InputError",
     "Law": "controllers.own:Law",
-    "Means": "orchestration.studies.at_work:Means",
+    "Means": "orchestration.studies.session:Means",
     "Output": "fmus.component:Output",
     "Parameter": "fmus.component:Parameter",
     "State": "fmus.component:State",

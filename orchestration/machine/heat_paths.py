@@ -36,7 +36,7 @@ def rig_of(
     """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
     With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_in`.
-    InputError is raised where there is no such system, or something does not fit it.
+    InputError is raised if there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
     named = NamedMachine(name, None, name, folder).followed()

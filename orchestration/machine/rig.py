@@ -280,7 +280,7 @@ class Rig:
 
 @cache
 def rig(name: str, cells: int = CELLS) -> Rig:
-    """Rig of a shipped machine by name; raises InputError where there is none, or it has no single plant."""
+    """Rig of a shipped machine by name; raises InputError if there is none, or it has no single plant."""
     if name not in machines() or machine_named(name).program:
         known = [each for each in machines() if not machine_named(each).program]
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, known)}")

@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_co
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
 from warmlink.orchestration.fmu_store import store
@@ -127,8 +127,8 @@ def diagnose(
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        told = Said(units, names=names, decimal=decimal, machine=machine)
-        experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
+        options = ReadOptions(units, names=names, decimal=decimal, machine=machine)
+        experiment = with_noise(read(sources, assumed, {**known, **parameters}, options), noise)
         wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
         found = Found(diagnose_experiment(with_accuracy(experiment, wanted), progress))
         work_out(found.diagnosis, progress)

@@ -44,7 +44,7 @@ def hide_in_arm(
     """Make a run of the arm that hides effects in one of its axes: columns by header as in a CSV file.
 
     Effects are strengths in SI by name, as `hide` of `diagnosis/practice` has them; only what a parameter
-    of the motor or link of the axis `number`, from 1, can be. InputError is raised where there is no such
+    of the motor or link of the axis `number`, from 1, can be. InputError is raised if there is no such
     axis, or an effect cannot be hidden in an axis.
     """
     if not 1 <= number <= AXES:

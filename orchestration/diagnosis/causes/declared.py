@@ -67,7 +67,9 @@ class AddsTable:
             raise InputError("a conductance lies between two temperatures; give both as from and to")
         course, _, signal = self.course.partition(":")
         if course not in _COURSES or (course == "with") != bool(signal):
-            raise InputError(f"course: {self.course!r} is none; give constant, ramp or with:spindle.speed")
+            raise InputError(
+                f"course: {self.course!r} is not a course; give constant, ramp or with:spindle.speed"
+            )
 
     @property
     def parameter(self) -> str:
@@ -151,7 +153,7 @@ def read_causes(path: Path) -> CausesFile:
 
 
 Declared = Callable[[str, str], Scalar]
-"""Declaration of a variable of the system by name and place of use; raises InputError where there is none."""
+"""Declaration of a variable of the system by name and place of use; raises InputError if there is none."""
 
 
 def causes_of(

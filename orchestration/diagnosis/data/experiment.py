@@ -16,7 +16,7 @@ from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
@@ -167,22 +167,22 @@ def calibrating(experiment: Experiment) -> Experiment:
     return replace(experiment, only_calibrated=True)
 
 
-def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
+def read_experiment(source: Path | pd.DataFrame, options: ReadOptions = DEFAULT_OPTIONS) -> Experiment:
     """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of one machine.
 
-    `told` are the machine, and units and names of columns, that the user gave. InputError is raised for what
+    The user gives `options`: the machine, and units and names of columns. InputError is raised for what
     does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         demand_file(source, "give the path of a .csv or .toml file")
-        return _Reader(source, told).experiment()
-    cell = rig_of(told.machine, replaced=told.replaced)
-    run = read_run(source, cell, told=told)
+        return _Reader(source, options).experiment()
+    cell = rig_of(options.machine, replaced=options.replaced)
+    run = read_run(source, cell, options=options)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
 
 
-def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
+def read_runs(sources: Sequence[Path | pd.DataFrame], options: ReadOptions = DEFAULT_OPTIONS) -> Experiment:
     """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
     InputError is raised as by `read_experiment`, for a run given twice or an experiment among several, and
@@ -194,7 +194,7 @@ def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID)
                 f"{path}: an experiment file cannot be combined with other files; "
                 "give further runs in it, each as a [[run]]"
             )
-    experiments = [read_experiment(source, told) for source in sources]
+    experiments = [read_experiment(source, options) for source in sources]
     names = [source if isinstance(source, Path) else "a DataFrame" for source in sources]
     for (one, first), (other, second) in combinations(zip(names, experiments, strict=True), 2):
         if first.runs[0].like(second.runs[0]):
@@ -224,7 +224,7 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
 def noise_of(
     rig: Rig, variable: str, text: str | float, where: str, what: str = "a standard deviation"
 ) -> float:
-    """Size in SI of an output's noise, or of `what` else, as written; raises InputError where it is none."""
+    """Size in SI of an output's noise, or of `what` else, as written; InputError if it has none."""
     size = to_si(text, rig.scalar(variable, where), where, difference=True)
     if not size > 0:
         raise InputError(f"{where}: {text!r} is not {what} above 0")
@@ -234,12 +234,12 @@ def noise_of(
 class _Reader:
     """Reads what an experiment file says of the variables of its system."""
 
-    def __init__(self, path: Path, told: Said) -> None:
-        self.name, self.folder, self.told = path.name, path.parent, told
+    def __init__(self, path: Path, options: ReadOptions) -> None:
+        self.name, self.folder, self.options = path.name, path.parent, options
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
         causes = self.file.causes.file
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
-        rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
+        rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, options.replaced)
         # Where a heat path was put before an input, its own input is meant.
         self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
@@ -249,7 +249,7 @@ class _Reader:
     def experiment(self) -> Experiment:
         file, rig = self.file, self.rig
         for i, table in enumerate(file.run, 1):
-            run = read_run(self.folder / table.data, rig, self.channels, file.covariates, self.told)
+            run = read_run(self.folder / table.data, rig, self.channels, file.covariates, self.options)
             known = self._known(table.known, f"run {i}.known")
             if run.name in [each.name for each in self.runs]:
                 raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")

@@ -258,7 +258,7 @@ class Candidates:
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
-        """Runs by the value of a label; every run where there is none."""
+        """Runs by the value of a label; every run if there is none."""
         runs = self.experiment.runs
         of = ["" if label is None else {**run.labels, PER_RUN: run.name}[label] for run in runs]
         values = dict.fromkeys(of[i] for i in (*self.fitted_runs, *range(len(runs))))

@@ -71,7 +71,7 @@ MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + ZERO_CELSIUS, 3.43, 2
 def duty_of(name: str) -> tuple[Segment, ...]:
     """Duty cycle of a scenario by its name or file, as `warmlink run` takes it, up to its stop time.
 
-    InputError is raised where there is none, it is too long to be logged, or it heats by a pad of given
+    InputError is raised if there is none, it is too long to be logged, or it heats by a pad of given
     power.
     """
     duty = load_scenario(name).duty

@@ -10,7 +10,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
@@ -186,7 +186,7 @@ def _exchanged(network: Network) -> dict[str, float]:
 
 
 MASTERS = {
-    FOLLOWING: (
+    ERROR_CONTROLLED: (
         StepDoubling(InterfaceNewton()),
         "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
     )

@@ -9,7 +9,7 @@ from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.arguments import speaking_of_options
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.arguments import OPTIONS
 from warmlink.orchestration.shell import quoted
@@ -22,24 +22,24 @@ def test_a_design_for_another_cell_is_not_told_to_be_added_again() -> None:
     other = PLANT_FACTS["observer"](cell_plant({}, {"conductivity": 100.0}))
     given = {f"compensator.{name}": value for name, value in by_scalar(other).items()}
     scenario = replace(load_scenario(NOMINAL), controller=shipped("observer"), parameters=given)
-    told, _ = judged(scenario)
+    told, _ = design_check(scenario)
     assert told is not None
     assert told.startswith(
         "observer was designed for another cell; this one is the nominal one; leave out the"
     )
     assert "then add" not in told
     same = replace(scenario, parameters={**given, "link.conductivity": 100.0})
-    assert judged(same)[0] is None
+    assert design_check(same)[0] is None
 
 
 def test_what_to_add_is_an_argument_in_python_and_an_option_of_the_command() -> None:
     other = {"link.conductivity": "100 W/(m*K)"}
     laws = {law: replace(load_scenario(NOMINAL), controller=shipped(law)) for law in ("observer", "analytic")}
     differing = {law: replace(each, parameters=other) for law, each in laws.items()}
-    told = {law: str(judged(each)[0]) for law, each in differing.items()}
+    told = {law: str(design_check(each)[0]) for law, each in differing.items()}
     assert told["observer"].endswith("; then add parameters='observer.ssv'")
     assert told["analytic"].endswith("; then run with controller='observer' parameters='observer.ssv'")
     with speaking_of_options(OPTIONS, quoted):
-        told = {law: str(judged(each)[0]) for law, each in differing.items()}
+        told = {law: str(design_check(each)[0]) for law, each in differing.items()}
     assert told["observer"].endswith("; then add --parameters observer.ssv")
     assert told["analytic"].endswith("; then run with --controller observer --parameters observer.ssv")

@@ -14,13 +14,13 @@ from tests.orchestration.machine.strangers import machine
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.claims import DUTIES
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found
-from warmlink.orchestration.studies.at_work import Means
+from warmlink.orchestration.studies.session import Means
 from warmlink.orchestration.system.assemble import read_system
 
 STUDY = """
@@ -68,7 +68,7 @@ def test_a_bare_file_of_measurements_names_what_is_scored(path: Path) -> None:
     Path("run.csv").write_text(f"time [s],{room},{scored} [um]\n{rows}\n", "utf-8")
     machine, known = of_scenario(str(path))
     assert known == {}
-    (run,) = read_experiment(Path("run.csv"), Said(machine=machine)).runs
+    (run,) = read_experiment(Path("run.csv"), ReadOptions(machine=machine)).runs
     assert run.readings.keys() == {scored}
     (end,) = run.inputs
     assert len(rig_of(machine).fed_with(end)) > 1, "the room is that of several parts"

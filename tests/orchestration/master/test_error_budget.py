@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
@@ -55,7 +55,7 @@ def error_of_swinging(result: Result) -> float:
 
 
 def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
-    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], swinging)
+    found = attempted(algorithm(ERROR_CONTROLLED), {}, ["x.y"], swinging)
     truth = error_of_swinging(found.result)
     assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
 

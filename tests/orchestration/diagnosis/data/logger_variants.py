@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import Said, said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions, read_options
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment
 
 NAMES = ("time", "speed", "torque", "ambient_temperature", "base_temperature", "elongation")
@@ -72,8 +72,8 @@ class Variant(NamedTuple):
     within: float = 0.0
 
     @property
-    def told(self) -> Said:
-        return said(self.units, self.names, self.decimal)
+    def told(self) -> ReadOptions:
+        return read_options(self.units, self.names, self.decimal)
 
 
 def given(variant: Variant, folder: Path) -> Path | pd.DataFrame:

@@ -11,7 +11,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.diagnosis.data.columns import said
+from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.data.measured import Run, condensed
@@ -132,12 +132,12 @@ def test_a_named_column_that_no_file_has_is_refused(tmp_path: Path, whole: Colum
     renamed = {h.replace("base_temperature", "T base"): values + 0.01 for h, values in whole.items()}
     one, other = written(tmp_path, whole), written(tmp_path / "other", renamed)
     with pytest.raises(InputError, match=r"there is no column 'T bse'; did you mean T base"):
-        read([other, one], told=said(names=["T bse=base_temperature"]))
+        read([other, one], options=read_options(names=["T bse=base_temperature"]))
     for name, meant in (("base_temprature", "base_temperature"), ("clock", "time"), ("fan", "")):
         with pytest.raises(InputError, match=f"there is no column {name!r}"):
-            read([one], told=said(names=[f"{name}={meant}"]))
+            read([one], options=read_options(names=[f"{name}={meant}"]))
     # A file of another logger may have it under its own name.
-    assert len(read([one, other], told=said(names=["T base=base_temperature"])).columns) == 6
+    assert len(read([one, other], options=read_options(names=["T base=base_temperature"])).columns) == 6
     path = experiment(tmp_path, whole, '[channels]\n"axis speed [rad/s]" = "motor.speed"\n')
     with pytest.raises(InputError, match=r"there is no column 'axis speed \[rad/s\]'"):
         read([path])

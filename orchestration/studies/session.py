@@ -64,7 +64,7 @@ class StudySession(NamedTuple):
 
 
 @contextmanager
-def at_work(
+def open_study(
     scenarios: Sequence[Scenario],
     mismatches: Sequence[Mismatch],
     means: Means,
