@@ -45,7 +45,7 @@ def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
 
 
 def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
-    """Put in the noise of columns or variables, 1 sigma with its unit; InputError if one is no noise level."""
+    """Put in the noise of columns or variables, 1 sigma with its unit; InputError if it is no noise."""
     noise = dict(experiment.noise)
     for name, text in given.items():
         variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
