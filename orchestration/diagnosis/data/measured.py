@@ -17,7 +17,8 @@ from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, Assig
 from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
 from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
-from warmlink.orchestration.scenarios.logged.clock import DAY, times
+from warmlink.orchestration.scenarios.logged.clock import times
+from warmlink.orchestration.scenarios.logged.dates import DAY
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 
