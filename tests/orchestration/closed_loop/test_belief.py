@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.arguments import speaking_of_options
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
 from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
@@ -43,3 +46,17 @@ def test_what_to_add_is_an_argument_in_python_and_an_option_of_the_command() -> 
         told = {law: str(design_check(each)[0]) for law, each in differing.items()}
     assert told["observer"].endswith("; then add --parameters observer.ssv")
     assert told["analytic"].endswith("; then run with --controller observer --parameters observer.ssv")
+
+
+def test_a_law_without_a_design_is_not_judged_once_somebody_gave_it_values() -> None:
+    lag = replace(load_scenario(NOMINAL), controller=shipped("lag"))
+    other = replace(lag, parameters={"link.conductivity": "100 W/(m*K)"})
+    assert "suit" in str(design_check(other)[0])
+    own = replace(other, parameters={**other.parameters, "compensator.gain": "5 um/W"})
+    assert design_check(own) == (None, False)
+
+
+def test_a_start_value_that_has_no_effect_is_refused_before_any_advice() -> None:
+    fed = replace(load_scenario(NOMINAL), parameters={"link.heat_flow": "3 W"})
+    with pytest.raises(InputError, match=r"link\.heat_flow is fed by"):
+        design_check(fed)
