@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from tests.orchestration.machine.strangers import machine
 from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import by_scalar
@@ -60,3 +62,16 @@ def test_a_start_value_that_has_no_effect_is_refused_before_any_advice() -> None
     fed = replace(load_scenario(NOMINAL), parameters={"link.heat_flow": "3 W"})
     with pytest.raises(InputError, match=r"link\.heat_flow is fed by"):
         design_check(fed)
+
+
+def test_nothing_is_said_where_there_is_nothing_to_advise(tmp_path: Path) -> None:
+    """No law, a machine with designs of its own, a plant that no design knows, a change that none sees."""
+    nominal = load_scenario(NOMINAL)
+    lag = replace(nominal, controller=shipped("lag"))
+    for quiet in (
+        replace(nominal, controller=shipped("none")),
+        load_scenario("six_axis_shift"),
+        load_scenario(str(machine("spindle", tmp_path))),
+        replace(lag, parameters={"motor.initial_shaft_temperature": "23 degC"}),
+    ):
+        assert design_check(quiet) == (None, False), quiet.name
