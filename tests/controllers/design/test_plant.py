@@ -23,6 +23,7 @@ from warmlink.controllers.design.reduction import (
 )
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.component.reference import integrate
+from warmlink.fmus.errors import InputError
 from warmlink.fmus.plant import demand
 from warmlink.fmus.plant import plant as motor_and_link
 
@@ -139,3 +140,11 @@ def test_a_kelvin_everywhere_is_a_kelvin_at_every_sensor(plant: LinearPlant) -> 
     seen = reduced.C @ uniform_profile(reduced)
     assert seen[:-1] == pytest.approx(1.0, abs=3e-4)
     assert seen[-1] == pytest.approx(plant.elongation_per_kelvin, rel=3e-4)
+
+
+def test_a_plant_is_reduced_to_one_state_at_least_and_to_no_more_than_it_has(plant: LinearPlant) -> None:
+    states = plant.heat_capacity.size
+    assert [reduce_plant(plant, order).A.shape[0] for order in (1, states)] == [1, states]
+    for order in (0, states + 1):
+        with pytest.raises(InputError, match=f"order: {order} is not possible; .* give 1 to {states}"):
+            reduce_plant(plant, order)
