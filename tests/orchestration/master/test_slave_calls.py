@@ -50,7 +50,7 @@ def test_after_an_error_it_is_freed_alone_and_after_a_fatal_one_let_be(
 
 
 def test_a_slave_of_fmi_3_is_asked_to_update_its_scalar_real_inputs_alone() -> None:
-    """Inputs that may vary within a step are named when it is instantiated, and others are refused by FMUs."""
+    """Those that may vary within a step are named when it is instantiated; FMUs refuse others."""
     given: list[tuple[object, ...]] = []
 
     def variable(reference: int, kind: str, causality: str, elements: int = 1) -> SimpleNamespace:
