@@ -18,7 +18,6 @@ from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
 from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
 from warmlink.orchestration.scenarios.logged.clock import times
-from warmlink.orchestration.scenarios.logged.dates import DAY
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 
@@ -244,7 +243,7 @@ def _refuse_too_short_or_long(sheet: Sheet, clock: Place, time: Array) -> None:
     """Raise InputError where there are too few rows, or the run lasts too long; `clock` is its column."""
     if time.size < FEWEST_ROWS:
         raise InputError(f"{sheet.name}: only {time.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
-    days = time[-1] / DAY
+    days = time[-1] / 86400
     if not days <= MOST_DAYS:
         raise InputError(
             f"{sheet.of(clock.column)}: the run lasts {days:.4g} days; at most {MOST_DAYS:g} can be "

@@ -29,7 +29,7 @@ _DENIED, _DENIED_LEAST = 10.0, 0.5
 
 
 @dataclass(frozen=True)
-class Freed:
+class FreeNumber:
     """One number to be fitted.
 
     Attributes
@@ -75,7 +75,7 @@ class Item:
 
     name: str
     cause: Cause
-    freed: tuple[Freed, ...]
+    freed: tuple[FreeNumber, ...]
     label: str = ""
 
     @property
@@ -132,11 +132,11 @@ class Candidates:
         return tuple(i for i, d in enumerate(self.data) if d.fitted.any())
 
     @property
-    def numbers(self) -> list[Freed]:
+    def numbers(self) -> list[FreeNumber]:
         """Every number that some model fits."""
         return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
 
-    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
+    def values(self, run: int, freed: Iterable[FreeNumber], theta: Iterable[float]) -> Array:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
         z = self.neutral[run].copy()
         for parameter, value in zip(freed, theta, strict=True):
@@ -145,15 +145,15 @@ class Candidates:
                 z[slots] = z[slots] + value if parameter.added else value
         return z
 
-    def values_by_run(self, freed: Sequence[Freed], theta: Sequence[float] | Array) -> list[Array]:
+    def values_by_run(self, freed: Sequence[FreeNumber], theta: Sequence[float] | Array) -> list[Array]:
         """Slots of every run for fitted values."""
         return [self.values(run, freed, theta) for run in range(len(self.data))]
 
     @cached_property
-    def calibrated(self) -> tuple[Freed, ...]:
+    def calibrated(self) -> tuple[FreeNumber, ...]:
         """Numbers that every model fits."""
         stated = (
-            Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, calibrated=True)
+            FreeNumber(each.variable, slot, runs, each.lower, each.upper, each.start, group, calibrated=True)
             for each in self.experiment.calibrated
             for slot in [(self.slots.index(each.variable),)]
             for group, runs in self._groups(each.per)
@@ -161,13 +161,13 @@ class Candidates:
         return (*stated, *self._starts)
 
     @cached_property
-    def _starts(self) -> tuple[Freed, ...]:
+    def _starts(self) -> tuple[FreeNumber, ...]:
         """What a measured start leaves open: temperatures at the start of each run, and the camera's zero.
 
         So does a start that is given and that the first readings deny, where no cause is there to say so.
         """
         return tuple(
-            Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
+            FreeNumber(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
             for name, span in self._open_at_start(i, run).items()
         )
@@ -224,7 +224,7 @@ class Candidates:
             groups = every if also is None else every[1:]
             if groups and not (label and len(every) < 2):
                 freed = (
-                    Freed(variables[0], slots, runs, *bounds, group, added=cause.added)
+                    FreeNumber(variables[0], slots, runs, *bounds, group, added=cause.added)
                     for group, runs in groups
                     for bounds in [self._bounds_of(cause, variables[0], slots[0], runs[0], also)]
                 )

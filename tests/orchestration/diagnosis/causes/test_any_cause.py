@@ -17,7 +17,7 @@ import pytest
 from benchmarks.hidden_effects import KNOWN, drawn_duty, over_a_decade, with_gaps
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_experiment
-from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import Search
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, assess
@@ -54,7 +54,7 @@ class Unchanged:
     columns: dict[str, np.ndarray]
     problem: Problem
 
-    def freed(self, effect: dict[str, float]) -> tuple[Freed, float]:
+    def freed(self, effect: dict[str, float]) -> tuple[FreeNumber, float]:
         """What a cause frees, and the value at which it is the effect."""
         ((name, size),) = effect.items()
         ((freed,),) = (each.freed for each in self.problem.items if each.title == name)

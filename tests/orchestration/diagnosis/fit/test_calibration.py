@@ -89,9 +89,11 @@ def test_a_stated_noise_rules_even_below_the_scatter(
     path = experiment(tmp_path, log(step=10.0), BOUNDS)
     found = calibrated(path, {f"motor.{part}_temperature": stated for part in ("winding", "shaft")})
     assert found.verdict == verdict
-    assert found.assessment.problem.told(0, found.assessment.noise) == pytest.approx([stated, stated])
+    assert found.assessment.problem.reported_noise(0, found.assessment.noise) == pytest.approx(
+        [stated, stated]
+    )
     assert said in summary(found)
-    assert ("is stated" in found.judged[1]) == (verdict == "unknown")
+    assert ("is stated" in found.verdict_and_reason[1]) == (verdict == "unknown")
 
 
 def test_no_model_is_within_a_noise_that_its_own_misfit_made(tmp_path: Path) -> None:
@@ -102,7 +104,7 @@ def test_no_model_is_within_a_noise_that_its_own_misfit_made(tmp_path: Path) -> 
     found = calibrated(experiment(tmp_path, log(200_000.0, 20_000.0, 900.0), only, more))
     assert found.wrong["body"].rmse > 5.0
     assert found.verdict == "unknown"
-    assert "scatters by" in found.judged[1]
+    assert "scatters by" in found.verdict_and_reason[1]
 
 
 def test_only_what_is_more_than_the_nominal_model_is_written(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
-from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitting import FitPoint, Fitter, bounded_step
 from warmlink.orchestration.diagnosis.fit.neighbours import Neighbours
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -19,11 +19,11 @@ class Parabola(Fitter):
     """A chi-square with its least value below the lower bound or elsewhere; notes where it was asked."""
 
     def __init__(self, weight: float, start: float, least: float = -1.0) -> None:
-        number = Freed("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
+        number = FreeNumber("link.emissivity", (0,), (0,), 0.1, 0.9, start, calibrated=True)
         self.problem = cast("Problem", SimpleNamespace(calibrated=(number,)))
         self.weight, self.asked, self.least, self.count = weight, [start], least, 1
 
-    def at(self, freed: Sequence[Freed], theta: Any) -> FitPoint:
+    def at(self, freed: Sequence[FreeNumber], theta: Any) -> FitPoint:
         self.asked.append(float(theta[0]))
         away = self.least - theta[0]
         gram = np.array([[self.weight]])
@@ -77,7 +77,7 @@ def test_what_changes_nothing_stays_where_it_is() -> None:
 class Cliff(Parabola):
     """The same, where nothing can be simulated below 0.3."""
 
-    def at(self, freed: Sequence[Freed], theta: Any) -> FitPoint:
+    def at(self, freed: Sequence[FreeNumber], theta: Any) -> FitPoint:
         if theta[0] < 0.3:
             raise NotSimulatedError("Machine: column: not finite")
         return super().at(freed, theta)

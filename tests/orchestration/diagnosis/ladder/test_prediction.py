@@ -10,7 +10,7 @@ from warmlink.orchestration.diagnosis.answer.entries import json_content
 from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.fit.verdict import Word
-from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, judged
+from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, verdict_after_holdout
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -42,7 +42,7 @@ def off(times: float, in_noise: float) -> HeldOut:
 def test_a_verdict_is_held_to_the_held_out_rows(
     word: Word, before: HeldOut, after: HeldOut, said: Word
 ) -> None:
-    verdict, because = judged(word, before, [after])
+    verdict, because = verdict_after_holdout(word, before, [after])
     assert verdict == said
     assert bool(because) == (word != said)
 
@@ -67,12 +67,12 @@ def test_what_the_fitted_rows_contradict_is_not_claimed(tmp_path: Path, share: f
 
 @pytest.mark.parametrize(("word", "said"), [("named", "empirical"), ("adequate", "unknown")])
 def test_a_word_is_held_to_the_fitted_rows(word: Word, said: Word) -> None:
-    assert judged(word, None, [None], fitted=1.4)[0] == word
-    assert judged(word, None, [None], fitted=1.7)[0] == said
+    assert verdict_after_holdout(word, None, [None], fitted=1.4)[0] == word
+    assert verdict_after_holdout(word, None, [None], fitted=1.7)[0] == said
 
 
 def test_without_held_out_rows_a_verdict_stays() -> None:
-    assert judged("named", None, [None]) == ("named", "")
+    assert verdict_after_holdout("named", None, [None]) == ("named", "")
 
 
 def test_an_adequate_model_that_fails_on_the_held_out_rows_says_so(tmp_path: Path) -> None:
