@@ -77,7 +77,7 @@ def test_the_summary_is_short_and_plain(named: Diagnosis) -> None:
 
 
 def test_the_answer_says_which_sensor_is_wrong(named: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:
-    for part, given in {"judged": ("named", ""), "observer": None, "claims": ()}.items():
+    for part, given in {"verdict_and_reason": ("named", ""), "observer": None, "claims": ()}.items():
         monkeypatch.setattr(Diagnosis, part, given)
     best = named.assessment.best
     sensor = next(i for i in named.assessment.problem.items if i.name == "sensor_offset:tip_temperature")
@@ -94,7 +94,7 @@ def test_what_the_machine_may_have_done_in_a_pause_of_the_log_is_no_error(
     assert told not in summary(named)
     monkeypatch.setattr(Run, "pauses", np.array([3]))
     assert told in summary(named).splitlines()[2]
-    monkeypatch.setattr(Diagnosis, "judged", ("adequate", ""))
+    monkeypatch.setattr(Diagnosis, "verdict_and_reason", ("adequate", ""))
     assert (
         summary(replace(named)).splitlines()[1]
         == f"Nothing is wrong beyond the{told}: the model is adequate."
