@@ -35,7 +35,7 @@ class Mutant:
 def mutants(source: str) -> list[Mutant]:
     """Every change of a source, in the order of its lines.
 
-    Left alone are annotations, decorators, texts, and what only a type checker reads.
+    Left alone are annotations, decorators, texts, what only a type checker reads, and the `strict` of a zip.
     """
     code, found = source.encode(), []
     begins = [0, *accumulate(len(line) for line in code.splitlines(keepends=True))]
@@ -54,16 +54,19 @@ def _changeable(tree: ast.AST) -> Iterator[Node]:
         if name in ("annotation", "returns", "decorator_list"):
             continue
         for child in value if isinstance(value, list) else [value]:
-            if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr) or _of_types(child):
+            if not isinstance(child, ast.AST) or _without_effect(child):
                 continue
             if isinstance(child, Node):
                 yield child
             yield from _changeable(child)
 
 
-def _of_types(node: ast.AST) -> bool:
-    """Whether only a type checker reads it."""
-    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+def _without_effect(node: ast.AST) -> bool:
+    """Whether it is a text, read by a type checker alone, or states that two things are of one length."""
+    match node:
+        case ast.If(ast.Name("TYPE_CHECKING")) | ast.keyword("strict") | ast.JoinedStr():
+            return True
+    return False
 
 
 def _changes(node: Node) -> Iterator[tuple[Node, str]]:

@@ -18,6 +18,7 @@ def larger(a: int = 0, b: "list[1]" = ()) -> int:
     if a:
         a += 1
     return a - 1 if a < 3 and b is None else f"{a + 2}"
+    c = zip(b, b, strict=True)
 '''
 
 
