@@ -6,7 +6,7 @@ w ~ N(rd, 1), where r is their correlation: chi-square differs by w^2 - z^2. Whe
 """
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -60,3 +60,15 @@ def test_the_right_cause_is_among_those_named_in_995_of_1000_runs_however_alike_
 def test_two_causes_that_differ_by_five_standard_deviations_are_told_apart_in_19_of_20_runs() -> None:
     named = [Two(difference, 0.0).named() for difference in alike(5 / np.sqrt(2))]
     assert np.mean([each == {"right"} for each in named]) > 0.95
+
+
+def test_a_set_of_as_many_causes_is_tried_where_it_may_come_near_and_a_larger_one_where_it_may_win() -> None:
+    """What is promised may be off by 6 for a set of as many causes, and by 4 for a larger one."""
+
+    class Priced(Two):
+        def penalty(self, items: Any, alone: bool = False) -> float:
+            return 10.0 * len(items)
+
+    search, best = Priced(0.0, 0.0), cast("Any", SimpleNamespace(items=("a",)))
+    allowed = [search._excess(cast("Any", SimpleNamespace(items=items)), best) for items in ("b", "bc")]
+    assert allowed == [7.0 + 6.0 - 10.0, 4.0 - 20.0]
