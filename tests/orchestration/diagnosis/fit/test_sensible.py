@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.fit.sensible import _disorder, refuse_too_short
+from warmlink.orchestration.diagnosis.fit import sensible
+from warmlink.orchestration.diagnosis.fit.sensible import _disorder, refuse_senseless, refuse_too_short
 
 
 def averaged(kept: int, heldout: bool = False) -> Any:
@@ -35,3 +36,44 @@ def test_disorder_is_near_0_of_a_smooth_course_and_near_1_of_rows_in_random_orde
     assert _disorder(shuffled) == pytest.approx(1.0, abs=0.15)
     assert _disorder(np.where(np.arange(400) % 7 == 0, np.nan, smooth)) < 0.01, "empty cells count as nothing"
     assert _disorder(np.full(50, 3.0)) == 0.0
+
+
+def measured(readings: np.ndarray, course: np.ndarray, unit: str, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """An experiment of one run, of one column in a unit, and what it would read as the system stands."""
+    simulated = SimpleNamespace(neutral=[None], variables=["x"], predict=lambda i, v: (course[:, None], None))
+    fitted = np.ones(readings.size, bool)
+    run = SimpleNamespace(name="run", heldout=False, fitted=fitted, readings={"x": readings})
+    monkeypatch.setattr(sensible, "Problem", lambda experiment: simulated)
+    monkeypatch.setattr(sensible, "names_of", lambda columns: {"x": "probe"})
+    return SimpleNamespace(runs=[run], columns=(), rig=SimpleNamespace(unit=lambda name: unit))
+
+
+def refused(experiment: Any) -> str:
+    """Why an experiment is refused; empty if it is not."""
+    try:
+        refuse_senseless(experiment)
+    except InputError as fault:
+        return str(fault)
+    return ""
+
+
+@pytest.mark.parametrize(("unit", "least"), [("K", 1.0), ("m", 2e-6)])
+def test_a_column_that_never_changes_is_dead_where_it_should_move(
+    unit: str, least: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for share, dead in ((1.1, True), (0.9, False)):
+        course = np.linspace(0.0, share * least, 200)
+        told = refused(measured(np.full(200, 7.0), course, unit, monkeypatch))
+        assert ("column 'probe' never changes, while it should by about" in told) == dead
+
+
+@pytest.mark.parametrize(("unit", "least"), [("K", 1.0), ("m", 5e-6)])
+def test_rows_in_random_order_are_refused_where_they_jump_by_more_than_noise(
+    unit: str, least: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    smooth = np.sin(np.linspace(0.0, 6.0, 400))
+    shuffled = np.random.default_rng(8).permutation(smooth) / smooth.std()
+    for share, wrong in ((1.1, True), (0.9, False)):
+        told = refused(measured(share * least * shuffled, smooth, unit, monkeypatch))
+        assert ("every reading that moves jumps from row to row (probe by" in told) == wrong
+    assert not refused(measured(3 * least * shuffled, shuffled, unit, monkeypatch)), "it should jump"
