@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.regression import MEMORY_TIME, TrainingRun, second_moments
-from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.line import ALONG, GrowthLine, Held, Learner, doubt
+from warmlink.controllers.design.structure import ALONG
+from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE
+from warmlink.controllers.learning.line import GrowthLine, Held, Learner, doubt
 from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of
 from warmlink.controllers.matrices import upper
-from warmlink.controllers.regression.law import SQUARE_MICROMETRE
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError

@@ -62,4 +62,5 @@ def taught(
         "received_share": RECEIVED_SHARE,
         "smoothing_time": SMOOTHING_TIME,
         "learnt": 1.0,
+        "relative_std": 0.0,
     }
