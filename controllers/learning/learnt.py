@@ -80,6 +80,12 @@ class LearntMap:
         """Mean of `rises` in K, shape (len(SENSED),)."""
         return self.rises.mean(axis=0)
 
+    @cached_property
+    def growth_noise(self) -> float:
+        """Noise in m of the readings of the growth, by their second differences."""
+        rows = self.examples
+        return _noise_of(rows.growth[rows.log == i] for i in np.unique(rows.log))
+
     @property
     def intercept(self) -> float:
         """Growth in m with every thermometer at `ROOM_TEMPERATURE`."""
@@ -181,7 +187,7 @@ def _readings_for(used: Sequence[int]) -> int:
 
 
 def _noise_of(signals: Iterable[Array]) -> float:
-    """Noise in K, 1 sigma, by second differences, of which a slow temperature has next to none.
+    """Noise, 1 sigma, by second differences, of which a slow signal has next to none.
 
     White noise of variance s^2 makes their mean square 6 s^2; changes beyond four sigma are left out.
     """
