@@ -14,7 +14,6 @@ from warmlink.controllers.design.structure import INSIDE, structure_spread
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import symmetric
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
-from warmlink.controllers.observer_drift.component import COMPONENT as DRIFT
 from warmlink.controllers.regression.component import COMPONENT as REGRESSION
 from warmlink.controllers.replay import replay
 from warmlink.fmus.component import Component
@@ -24,7 +23,7 @@ TOLERANCE = 5e-6
 
 BASE, TIP = (SENSED.index(f"{place}_temperature") for place in ("base", "tip"))
 
-LAWS = pytest.mark.parametrize("law", [REGRESSION, OBSERVER, DRIFT], ids=lambda law: law.name)
+LAWS = pytest.mark.parametrize("law", [REGRESSION, OBSERVER], ids=lambda law: law.name)
 
 
 @cache
@@ -59,9 +58,9 @@ def test_ready_is_true_on_machines_of_other_structure(law: Component) -> None:
 
 
 @LAWS
-@pytest.mark.parametrize("name", ["machine1_small_batches", "machine2_hot_restart"])
-def test_ready_is_true_on_given_machines(law: Component, name: str) -> None:
-    error, std, ready = judged(law, read_logs([pd.read_parquet(given(f"machine/{name}.parquet"))])[0])
+def test_ready_is_true_on_a_given_machine(law: Component) -> None:
+    log = read_logs([pd.read_parquet(given("machine/machine2_hot_restart.parquet"))])[0]
+    error, std, ready = judged(law, log)
     assert np.mean(np.abs(error[ready]) > TOLERANCE) <= 0.02
     assert np.mean(np.abs(error) <= 2 * std) > 0.95
 
