@@ -11,7 +11,7 @@ G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003,
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
-from warmlink.controllers.interface import SENSED, sensed
+from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE, sensed
 from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
 from warmlink.controllers.matrices import diagonal, dot
 from warmlink.fmus.calls import idle_at_zero, kept_whole
@@ -22,9 +22,6 @@ SENSORS = len(SENSED)
 
 LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
-
-SQUARE_MICROMETRE = 1e-12
-"""m^2; the coefficients' covariance is in (um/K)^2."""
 
 
 class Estimate(NamedTuple):

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from benchmarks.strange_machine import Machine, Room, training
 from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.regression import training_run
+from warmlink.controllers.design.structure import nearest_shares
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import LearntMap, learn
-from warmlink.controllers.learning.line import Learner, doubt, nearest_shares
+from warmlink.controllers.learning.line import Learner, doubt
 from warmlink.controllers.learning.logs import Log, examples_of
 from warmlink.controllers.learning.worth import correlations, learning_curve, worth
 from warmlink.fmus.errors import InputError

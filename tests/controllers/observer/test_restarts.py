@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.fault_kinds import kinds
 from benchmarks.faults import ALLOWED_READY, rig, truth_of
+from benchmarks.law_trials import AS_MODELLED
 from benchmarks.told import Outcome, Restart
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
@@ -56,7 +57,8 @@ def test_a_restart_does_not_forget_that_thermometers_leapt(after: float) -> None
 def test_a_restart_does_not_forget_how_wrong_the_model_is() -> None:
     """`ready` was said all the time before and hardly after: growth that lasts teaches no share anew."""
     for duty in ("pick_and_place_slow", "light_payload"):
-        found = restarted(1.0, True, 31, duty)
+        told = replace(truth_of(duty, 31), restarts=(Restart(HOT, 1.0, True),), parameters=AS_MODELLED)
+        found = rig("observer").run(told)
         assert found.ready[HOT - 600 : HOT].mean() == 1.0
         assert found.ready[HOT + 1 :].mean() > 0.95
         assert found.ready_wrong() == 0.0
