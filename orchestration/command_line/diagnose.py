@@ -227,6 +227,7 @@ def hide(
     noise: str = "white",
     with_: str = "grid",
     axis: int | None = None,
+    term: list[str] | None = None,
 ) -> None:
     """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
 
@@ -242,6 +243,9 @@ def hide(
     noise : `white` noise, or `real`: correlated, rounded and with spikes.
     with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
     axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
+    term : Heat by an equation: the place that it enters (shaft, winding, base or tip), the heat in W, and its
+        parameters, for example --term "shaft: a * max(speed - b, 0)**1.5; a = 0.3; b = 0.5 rad/s".
+        Repeatable.
     """
     from warmlink.orchestration.diagnosis.made_up import hide_effects
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
@@ -250,9 +254,10 @@ def hide(
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
     strengths = dict(map(_strength, effects or ()))
-    made = hide_effects(strengths, duty, seed=seed, noise=noise, solver=with_, axis=axis)
+    made = hide_effects(strengths, duty, seed=seed, noise=noise, solver=with_, axis=axis, terms=term or ())
     write_csv({name: made[name].to_numpy() for name in made}, out)
-    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    sizes = [f"{name} = {size:g}" for name, size in strengths.items()]
+    hidden = ", ".join([*sizes, *(term or ())]) or "nothing"
     if axis is not None:
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return

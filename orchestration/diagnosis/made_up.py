@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm, hidden_term
 from warmlink.orchestration.progress import Progress, spinner
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def hide_effects(
     noise: str = "white",
     solver: str = "grid",
     axis: int | None = None,
+    terms: str | Iterable[str] = (),
 ) -> pandas.DataFrame:
     """Make up a measured run that contains hidden effects, to practise `diagnose` on.
 
@@ -49,6 +51,8 @@ def hide_effects(
     noise : `white`, or `real`: correlated, rounded and with spikes
     solver : what computes the run: `grid` (a rod) or `fea` (3-D finite elements)
     axis : axis of the six-axis arm, from 1, in which the effects are hidden; the whole arm is then recorded
+    terms : heat by equations, as `"shaft: a * max(speed - b, 0)**1.5; a = 0.3; b = 0.5 rad/s"`: the place
+        (`shaft`, `winding`, `base` or `tip`), the heat in W, and the values of its parameters
 
     Returns
     -------
@@ -58,7 +62,7 @@ def hide_effects(
     Raises
     ------
     InputError
-        If there is no such effect, or something else of a name.
+        If there is no such effect, or something else of a name, or a term is no equation for heat.
 
     Examples
     --------
@@ -67,7 +71,7 @@ def hide_effects(
     """
     import pandas
 
-    strengths = _strengths(effects)
+    strengths, hidden = _strengths(effects), [hidden_term(each) for each in several(terms)]
     if seed < 0:
         raise InputError(f"{argument('seed', seed)}: is negative; give 0 or above")
     if solver not in SOLVERS:
@@ -76,9 +80,14 @@ def hide_effects(
         raise InputError(f"{argument('noise', noise)}: no such noise; {instead(noise, NOISES)}")
     if axis is None:
         with spinner("Making up a run") as progress:
-            columns = _in_cell(strengths, duty, seed, noise, solver, progress)
+            columns = _in_cell(strengths, duty, seed, noise, solver, progress, hidden)
     else:
-        for name, given in (("solver", None if solver == "grid" else solver), ("duty", duty)):
+        other = (
+            ("solver", None if solver == "grid" else solver),
+            ("duty", duty),
+            ("terms", next(iter(several(terms)), None)),
+        )
+        for name, given in other:
             if given is not None:
                 arm = "the arm is computed by its FMUs, in a program of its own"
                 raise InputError(f"{argument('axis', axis)}: {arm}; leave {argument(name, given)} out")
@@ -94,6 +103,7 @@ def _in_cell(
     noise: str,
     solver: str,
     progress: Progress,
+    hidden: Sequence[HiddenTerm],
 ) -> dict[str, Array]:
     segments = hide.INFORMATIVE if duty is None else hide.duty_of(duty)
     if duty is not None and (left_out := list(load_scenario(duty).parameters)):
@@ -103,7 +113,7 @@ def _in_cell(
     module, _, name = SOLVERS[solver].partition(":")
     made: dict[str, Array] = getattr(
         import_module(f"warmlink.orchestration.diagnosis.practice.{module}"), name
-    )(strengths, segments, noise=NOISES[noise], seed=seed, progress=progress)
+    )(strengths, segments, noise=NOISES[noise], seed=seed, progress=progress, terms=hidden)
     return made
 
 
