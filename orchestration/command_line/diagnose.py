@@ -35,6 +35,7 @@ def diagnose(
     decimal: str = "",
     replace: list[str] | None = None,
     calibrate_only: bool = False,
+    discover: bool = False,
     check: bool = False,
     out: Path | None = None,
     json: bool = False,
@@ -64,6 +65,8 @@ def diagnose(
         column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
+    discover : Look for an equation of the heat that the model lacks, if causes do not explain the run, or not
+        simply: where it enters, its terms with units and intervals; or that none earns its place.
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
@@ -84,7 +87,9 @@ def diagnose(
         run = f"{whole_arm[0]}: a run of the whole arm"
         if len(data) > 1:
             raise InputError(f"{run} cannot be combined with others; diagnose it by itself")
-        if any((assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace)):
+        if any(
+            (assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace, discover)
+        ):
             raise InputError(
                 f"{run} has every input and is compared with the shipped arm; "
                 "leave out all options but --out, --check and --json"
@@ -109,7 +114,7 @@ def diagnose(
         if whole_arm:
             _diagnose_arm(data[0], folder, json)
         else:
-            _diagnose_cell(data, measured, folder, json)
+            _diagnose_cell(data, measured, folder, json, discover)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
@@ -147,12 +152,13 @@ def _in_words(run: dict[str, Any]) -> str:
     return f"{run['name']}: {run['form']}\n{run['rows']} rows over {over}{held_out}"
 
 
-def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
-    from warmlink.orchestration.diagnosis.answer.entries import json_content
+def _diagnose_cell(
+    paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool, discover: bool
+) -> None:
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.ladder import table_of
-    from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
+    from warmlink.orchestration.diagnosis.terms.words import content_with, discovered, summary_with
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
@@ -160,22 +166,24 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         progress("reading")
         found = diagnose_experiment(measured(), progress)
         work_out(found, progress)
+        equation = discovered(found, progress) if discover else None
     for each in found.remarks:
         remark(each)
     with _answered(
         json,
-        lambda: json_content(found, *extended_files(found, as_system=True)),
-        lambda: summary(found),
+        lambda: content_with(found, equation, *extended_files(found, True, equation)),
+        lambda: summary_with(found, equation),
         folder,
     ):
         needed = kinds_needed(found.experiment.rig)
         with spinner("Writing the report"):
-            files = write_diagnosis(found, folder, store(None, needed, remark))
+            files = write_diagnosis(found, folder, store(None, needed, remark), equation)
     if not json:
         headings, rows = table_of(found)
         if rows:
             print_table("", headings, rows, texts=1, width=160)
         word = {"uncorrected": "unchanged", "calibrated": "calibrated"}.get(found.delivered, "extended")
+        word = "extended" if equation is not None and equation.extends else word
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
         if following := files.get(SCENARIO):

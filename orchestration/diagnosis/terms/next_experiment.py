@@ -1,0 +1,84 @@
+"""The next experiment for a set of equations: the feasible duty cycle that sets them furthest apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.answer.next_experiment import ALIKE, LONGEST, ROUNDS, SURE, Proposed
+from warmlink.orchestration.diagnosis.answer.separation import chances, drives, duties_of, run_of
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS
+from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
+from warmlink.orchestration.diagnosis.fit.fitted import Carried
+from warmlink.orchestration.diagnosis.fit.noise import Whitener
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
+from warmlink.orchestration.scenarios.duties.duty import Segment, length
+
+_MOST_APART, _MOST_DUTIES = 4, 6
+"""Members that are told apart, and duty cycles of the usual ones that are tried beside the staircases."""
+
+_STAIRS = (
+    tuple(Segment(900, speed, 0.5) for speed in (0.6, 4.2, 1.2, 3.6, 1.8, 3.0, 2.4, 0.0)),
+    tuple(Segment(900, 1.0, torque) for torque in (0.5, 5.0, 1.0, 4.0, 2.0, 3.0, 0.0)),
+)
+"""Many levels of speed, and of torque: powers, dead zones and switches differ between them."""
+
+
+def next_for(members: Sequence[Modelled], experiment: Experiment) -> Proposed | None:
+    """Propose a duty cycle that tells equations apart, best first; None where nothing can be driven."""
+    some = members[:_MOST_APART]
+    stairs = [duty for duty in _STAIRS if drives(duty, experiment.rig)]
+    feasible = [*stairs, *duties_of(experiment.rig)[:_MOST_DUTIES]]
+    if len(some) < 2 or not feasible:
+        return None
+    tables = [(_separations(some, duty, experiment), duty) for duty in feasible]
+    least = [float(table[np.isfinite(table)].min()) for table, _ in tables]
+    which = int(np.argmax(least))
+    separation, duty = least[which], tables[which][1]
+    rounds = 1
+    for rounds in (n for n in ROUNDS if n * length(duty) <= LONGEST):
+        table = tables[which][0] * np.sqrt(rounds)
+        chance = float(np.mean(chances(table, np.full(table.shape, NEAR))))
+        if chance >= SURE:
+            break
+    hours = rounds * length(duty) / 3600
+    if separation * np.sqrt(rounds) < ALIKE:
+        return Proposed((), "No duty cycle of up to a day tells these equations apart.", separation, 0.0)
+    why = (
+        f"In {hours:.1f} hours it tells these equations apart, with a chance of {100 * chance:.0f} %: "
+        "it goes through levels of speed and torque at which they give different heat."
+    )
+    return Proposed(duty * rounds, why, separation * float(np.sqrt(rounds)), chance)
+
+
+def _separations(members: Sequence[Modelled], duty: Sequence[Segment], experiment: Experiment) -> Array:
+    """Separation in standard deviations of each equation from each other as the truth; infinite of itself."""
+    seen = [_seen(each, duty, experiment) for each in members]
+    table = np.full((len(seen), len(seen)), np.inf)
+    for i, (truth, _) in enumerate(seen):
+        for j, (rival, basis) in enumerate(seen):
+            if i != j:
+                apart = truth - rival
+                table[i, j] = np.linalg.norm(apart - basis @ (basis.T @ apart))
+    return table
+
+
+def _seen(model: Modelled, duty: Sequence[Segment], experiment: Experiment) -> tuple[Array, Array]:
+    """What a model foresees in a duty cycle, and a basis of what its numbers may change, in noise."""
+    fitted, spacing = model.problem, float(np.median(np.diff(model.problem.data[0].time)))
+    interval = max(spacing, length(duty) / MOST_ROWS)
+    run: Run = run_of(duty, experiment.rig, fitted.variables, 1.0, interval)
+    there = replace(with_equation(experiment, model.chosen), runs=(run,), initial_measured=False)
+    problem = Problem(there)
+    carried = Carried(problem, model.fit)
+    table = np.concatenate([carried.predict(0)[0][:, :, None], carried.by(0, model.fit.freed)], axis=2)
+    whiteners = [Whitener(noise, problem.data[0].time) for noise in problem.noise_in(0, model.fitter.noise)]
+    together = np.concatenate([whiten(table[:, i]) for i, whiten in enumerate(whiteners)])
+    return together[:, 0], orthonormal(together[:, 1:])
