@@ -35,6 +35,7 @@ class Discovery:
     because : why no equation earns its place, or which cause it is
     missing : missing heat by place and run, the likeliest place first
     foretold : what the best member says of the whole experiment
+    causes : causes of the catalogue that together explain the run as well as the members
     thought_of : forms at places that were thought of
     bare_score : score of the model without terms; a member's is lower
     """
@@ -45,6 +46,7 @@ class Discovery:
     because: str = ""
     missing: tuple[PlaceHeat, ...] = ()
     foretold: Foretold | None = None
+    causes: tuple[str, ...] = ()
     thought_of: int = 0
     bare_score: float = float("nan")
 
@@ -95,9 +97,11 @@ def discover(
     )
     if not explaining:
         return replace(found, because="none of the candidates explains the run to within the noise")
-    if _catalogue_gain(search, verdict) >= search.bare_score - explaining[0].score - NEAR:
-        names = " and ".join(sorted(assessment.best.key))
-        because = f"the catalogue explains the run as well, by {names}"
+    margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
+    causes = tuple(sorted(assessment.best.key))
+    # One cause needs no equation beside it; several that together bend like one form may be that form.
+    if margin < (NEAR if len(causes) == 1 else -NEAR):
+        because = f"the catalogue explains the run as well, by {' and '.join(causes)}"
         return replace(found, finding="catalogue", because=because)
     near = [each for each in explaining if each.score < explaining[0].score + NEAR][:MOST_MEMBERS]
     passed, why = [], ""
@@ -110,10 +114,11 @@ def discover(
             passed.append((each, said))
     if not passed:
         return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
-    found = replace(found, members=tuple(each for each, _ in passed), foretold=passed[0][1])
-    if (cause := _disguise(found.best)) and len(passed) == 1:
+    members = tuple(each for each, _ in passed)
+    found = replace(found, members=members, foretold=passed[0][1], causes=causes if margin < NEAR else ())
+    if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
         return replace(found, finding="catalogue", because=f"it is {cause} of the catalogue")
-    return replace(found, finding="equation" if len(passed) == 1 else "ambiguous")
+    return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 
 def _disguise(tried: Tried) -> str:

@@ -55,12 +55,15 @@ class Shape:
             low, high = float(np.nanmin(signal)), float(np.nanmax(signal))
             if self.unit != "K":
                 low = min(low, 0.0)
-            return tuple((low + np.array([0.15, 0.35, 0.55, 0.75]) * (high - low)).tolist())
+            return tuple((low + _SHARES * (high - low)).tolist())
         levels = np.unique(np.round(signal[np.isfinite(signal)], 6))
         if levels.size > _MOST_LEVELS:
             levels = np.quantile(signal[np.isfinite(signal)], np.linspace(0.1, 0.9, _MOST_LEVELS))
         return tuple(((levels[1:] + levels[:-1]) / 2).tolist())
 
+
+_SHARES = np.linspace(0.08, 0.88, 9)
+"""Where between the least and the largest value of a signal a threshold is tried."""
 
 _MOST_LEVELS = 7
 """Levels of a signal between which a switch is tried, at most."""
@@ -99,8 +102,8 @@ class Form:
 _SPEED, _TORQUE = "speed", "torque"
 _DEAD = Shape("b", "rad/s", of=_SPEED)
 _SWITCH = Shape("b", "rad/s", of=_SPEED, fitted=False)
-_MEMORY = Shape("tau", "s", values=(120.0, 400.0, 1200.0, 3600.0))
-_SHORT = Shape("tau", "s", values=(60.0, 240.0, 800.0))
+_MEMORY = Shape("tau", "s", values=tuple(np.geomspace(100.0, 5000.0, 9).tolist()))
+_SHORT = Shape("tau", "s", values=tuple(np.geomspace(40.0, 1200.0, 7).tolist()))
 
 
 def _powers(
@@ -167,7 +170,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "a rise above ambient, beyond a dead zone",
         "a * max(own_temperature - ambient_temperature - b, 0) / k",
-        shapes=(Shape("b", "K", values=(2.0, 5.0, 10.0, 16.0)),),
+        shapes=(Shape("b", "K", values=(1.0, 2.0, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0)),),
     ),
     Form("speed times a rise above ambient", "a * speed / w * (own_temperature - ambient_temperature) / k"),
     Form(
@@ -177,12 +180,12 @@ FORMS: tuple[Form, ...] = (
     Form(
         "radiation to second surroundings",
         "a * ((own_temperature / c)**4 - (b / c)**4)",
-        shapes=(Shape("b", "K", values=(270.0, 288.0, 300.0, 315.0, 340.0)),),
+        shapes=(Shape("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),),
     ),
     Form(
         "conduction to second surroundings",
         "a * (own_temperature - b) / k",
-        shapes=(Shape("b", "K", values=(270.0, 288.0, 300.0, 315.0, 340.0)),),
+        shapes=(Shape("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),),
     ),
     Form(
         "friction of a seal that is tight when cold",

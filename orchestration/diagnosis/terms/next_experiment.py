@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.next_experiment import ALIKE, LONGEST, ROUNDS, SURE, Proposed
 from warmlink.orchestration.diagnosis.answer.separation import chances, drives, duties_of, run_of
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
-from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS
+from warmlink.orchestration.diagnosis.data.thinning import MOST_ROWS, Averaging
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.noise import Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.search import NEAR
-from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.scenarios.duties.duty import Segment, length
 
 _MOST_APART, _MOST_DUTIES = 4, 6
@@ -31,14 +31,29 @@ _STAIRS = (
 """Many levels of speed, and of torque: powers, dead zones and switches differ between them."""
 
 
-def next_for(members: Sequence[Modelled], experiment: Experiment) -> Proposed | None:
-    """Propose a duty cycle that tells equations apart, best first; None where nothing can be driven."""
-    some = members[:_MOST_APART]
-    stairs = [duty for duty in _STAIRS if drives(duty, experiment.rig)]
-    feasible = [*stairs, *duties_of(experiment.rig)[:_MOST_DUTIES]]
+@dataclass(frozen=True)
+class Rival:
+    """A model that may be the truth: a fit, and the experiment whose machine has what it fits."""
+
+    experiment: Experiment
+    fit: Fit
+
+
+def next_for(rivals: Sequence[Rival], assessment: Assessment) -> Proposed | None:
+    """Propose a duty cycle that tells models apart, best first; None where nothing can be driven.
+
+    Parameters
+    ----------
+    rivals : models that the data cannot tell apart
+    assessment : the noise of the readings, and the rows that were fitted
+    """
+    some = rivals[:_MOST_APART]
+    rig = assessment.problem.experiment.rig
+    stairs = [duty for duty in _STAIRS if drives(duty, rig)]
+    feasible = [*stairs, *duties_of(rig)[:_MOST_DUTIES]]
     if len(some) < 2 or not feasible:
         return None
-    tables = [(_separations(some, duty, experiment), duty) for duty in feasible]
+    tables = [(_separations(some, duty, assessment), duty) for duty in feasible]
     least = [float(table[np.isfinite(table)].min()) for table, _ in tables]
     which = int(np.argmax(least))
     separation, duty = least[which], tables[which][1]
@@ -50,17 +65,17 @@ def next_for(members: Sequence[Modelled], experiment: Experiment) -> Proposed | 
             break
     hours = rounds * length(duty) / 3600
     if separation * np.sqrt(rounds) < ALIKE:
-        return Proposed((), "No duty cycle of up to a day tells these equations apart.", separation, 0.0)
+        return Proposed((), "No duty cycle of up to a day tells them apart.", separation, 0.0)
     why = (
-        f"In {hours:.1f} hours it tells these equations apart, with a chance of {100 * chance:.0f} %: "
+        f"In {hours:.1f} hours it tells them apart, with a chance of {100 * chance:.0f} %: "
         "it goes through levels of speed and torque at which they give different heat."
     )
     return Proposed(duty * rounds, why, separation * float(np.sqrt(rounds)), chance)
 
 
-def _separations(members: Sequence[Modelled], duty: Sequence[Segment], experiment: Experiment) -> Array:
-    """Separation in standard deviations of each equation from each other as the truth; infinite of itself."""
-    seen = [_seen(each, duty, experiment) for each in members]
+def _separations(rivals: Sequence[Rival], duty: Sequence[Segment], assessment: Assessment) -> Array:
+    """Separation in standard deviations of each model from each other as the truth; infinite of itself."""
+    seen = [_seen(each, duty, assessment) for each in rivals]
     table = np.full((len(seen), len(seen)), np.inf)
     for i, (truth, _) in enumerate(seen):
         for j, (rival, basis) in enumerate(seen):
@@ -70,15 +85,16 @@ def _separations(members: Sequence[Modelled], duty: Sequence[Segment], experimen
     return table
 
 
-def _seen(model: Modelled, duty: Sequence[Segment], experiment: Experiment) -> tuple[Array, Array]:
+def _seen(rival: Rival, duty: Sequence[Segment], assessment: Assessment) -> tuple[Array, Array]:
     """What a model foresees in a duty cycle, and a basis of what its numbers may change, in noise."""
-    fitted, spacing = model.problem, float(np.median(np.diff(model.problem.data[0].time)))
+    problem, known = assessment.problem, assessment.problem.averaging
+    spacing = float(np.median(np.diff(problem.data[0].time)))
     interval = max(spacing, length(duty) / MOST_ROWS)
-    run: Run = run_of(duty, experiment.rig, fitted.variables, 1.0, interval)
-    there = replace(with_equation(experiment, model.chosen), runs=(run,), initial_measured=False)
-    problem = Problem(there)
-    carried = Carried(problem, model.fit)
-    table = np.concatenate([carried.predict(0)[0][:, :, None], carried.by(0, model.fit.freed)], axis=2)
-    whiteners = [Whitener(noise, problem.data[0].time) for noise in problem.noise_in(0, model.fitter.noise)]
+    run = run_of(duty, rival.experiment.rig, problem.variables, 1.0, interval)
+    there = Problem(replace(rival.experiment, runs=(run,), initial_measured=False))
+    carried = Carried(there, rival.fit)
+    table = np.concatenate([carried.predict(0)[0][:, :, None], carried.by(0, rival.fit.freed)], axis=2)
+    here = Averaging(known.rows * interval / spacing, interval) if interval > spacing else known
+    whiteners = [Whitener(n.averaged(here, known), there.data[0].time) for n in assessment.noise]
     together = np.concatenate([whiten(table[:, i]) for i, whiten in enumerate(whiteners)])
     return together[:, 0], orthonormal(together[:, 1:])

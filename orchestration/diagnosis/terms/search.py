@@ -26,25 +26,32 @@ from warmlink.orchestration.progress import Progress, unseen
 
 MOST_TERMS = 3
 
-_FULL = (24, 12, 8)
+_FULL = (20, 10, 6)
 """Models of one, two and three terms that are fitted in the whole simulation, at most."""
 
-_SLACK, _SHARE = 40.0, 0.25
+_SLACK, _SHARE = 40.0, 0.05
 """Chi-square, and share of the best one's gain, by which the linear estimate may be off."""
 
 _GROWN_FROM = 4
 """Models to which a further term is added."""
+
+_SETTLED = 8
+"""Models of a number of terms whose grid and leaps are taken at their own values, at most."""
 
 _SAME = 1e-9
 
 
 @dataclass(frozen=True)
 class Tried:
-    """A model with terms that was fitted, its score, and how likely noise leaves so much."""
+    """A model with terms that was fitted, its score, and how likely noise leaves so much.
+
+    `settled` says that grid and leaps were taken as they are at its own values.
+    """
 
     model: Modelled
     score: float
     chance: float
+    settled: bool = False
 
     @property
     def explains(self) -> bool:
@@ -91,27 +98,36 @@ class TermSearch:
         return sorted(self._kept.values(), key=lambda each: each.score)
 
     def run(self) -> list[Tried]:
-        """Search, and give the models that explain the run, best first."""
+        """Search, and give the models that explain the run, best first.
+
+        A further term is sought as long as none explains it and the last one was worth its description.
+        """
         sets: list[tuple[int, ...]] = [()]
+        best = self.bare_score
         for terms in range(1, MOST_TERMS + 1):
             sets = self._fit(list(self._grown(sets)), _FULL[terms - 1])
-            if self.explaining:
+            self._settle()
+            if self.explaining or not sets or self.tried[0].score >= best:
                 break
-        return self._settled()
+            best = self.tried[0].score
+        return self.explaining
 
     @property
     def explaining(self) -> list[Tried]:
         """Models that explain the run and are worth their description, best first."""
-        return [each for each in self.tried if each.explains and each.score < self.bare_score]
+        return [
+            each for each in self.tried if each.settled and each.explains and each.score < self.bare_score
+        ]
 
-    def _settled(self) -> list[Tried]:
-        """The best model and those near it, where the grid's error is that of their own values."""
-        found = self.explaining
-        near = [each for each in found if each.score < found[0].score + 2 * NEAR]
-        for each in near:
-            again = fitted_again(each.model)
-            self._keep(again)
-        return self.explaining
+    def _settle(self) -> None:
+        """Fit the best models again, with the grid's error, and what leaps do, as they are with their terms.
+
+        A switch leaps with its input, at some time between two rows.
+        """
+        least = self.tried[0].score if self.tried else 0.0
+        near = [each for each in self.tried if each.score < least + 2 * NEAR and not each.settled]
+        for each in near[:_SETTLED]:
+            self._keep(fitted_again(each.model), settled=True)
 
     def _grown(self, sets: Sequence[tuple[int, ...]]) -> Iterator[tuple[float, tuple[int, ...]]]:
         """Linear estimate of the score of each set with one more candidate; the best shape of a form."""
@@ -164,10 +180,10 @@ class TermSearch:
         some = tuple(self.library[i] for i in which)
         return Chosen(some, tuple(strengths.tolist()), tuple(map(self.missing.largest, some)))
 
-    def _keep(self, model: Modelled) -> Tried:
+    def _keep(self, model: Modelled, settled: bool = False) -> Tried:
         numbers = sum(each.numbers for each in model.chosen.candidates)
         score = model.fit.chi2 + self.price(numbers, len(model.chosen.candidates))
-        tried = Tried(model, score, lack_of_fit_p(model.fitter, model.fit))
+        tried = Tried(model, score, lack_of_fit_p(model.fitter, model.fit), settled)
         self._kept[model.chosen.key] = tried
         return tried
 

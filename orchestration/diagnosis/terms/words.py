@@ -18,8 +18,8 @@ from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
 from warmlink.orchestration.diagnosis.ladder.rungs import Rung
 from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
 from warmlink.orchestration.diagnosis.terms.library import Candidate
-from warmlink.orchestration.diagnosis.terms.modelled import Modelled
-from warmlink.orchestration.diagnosis.terms.next_experiment import next_for
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
+from warmlink.orchestration.diagnosis.terms.next_experiment import Rival, next_for
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 
@@ -43,8 +43,13 @@ class Equation:
     @cached_property
     def proposed(self) -> Proposed | None:
         """The duty cycle that tells the equations of a set apart; None for a single one or none."""
-        members = [each.model for each in self.discovery.members]
-        return next_for(members, self.diagnosis.experiment) if self.extends else None
+        if not self.extends:
+            return None
+        experiment, assessment = self.diagnosis.experiment, self.diagnosis.assessment
+        models = [each.model for each in self.discovery.members]
+        rivals = [Rival(with_equation(experiment, each.chosen), each.fit) for each in models]
+        by_causes = [Rival(experiment, assessment.best)] if self.discovery.causes else []
+        return next_for([*rivals[:1], *by_causes, *rivals[1:]], assessment)
 
     @cached_property
     def held_out(self) -> dict[str, tuple[float, float]]:
@@ -71,9 +76,10 @@ class Equation:
             told.append(f"Equation: {equation_of(found.best.model)}.")
         elif found.finding == "ambiguous":
             count = len(found.members)
-            told.append(f"These data cannot tell {count} equations apart:")
+            told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
             told += [f"  {equation_of(each.model)}" for each in found.members[:_MOST_TOLD]]
-            told += [f"  and {count - _MOST_TOLD} more"] if count > _MOST_TOLD else []
+            told += [f"  and {count - _MOST_TOLD} more equations"] if count > _MOST_TOLD else []
+            told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
         else:
             told.append(f"No equation earns its place: {found.because}.")
             if found.tried is not None and found.finding == "none":
@@ -148,10 +154,10 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
         return "\n".join(lines)
     if not equation.extends:
         return "\n".join([lines[0], *equation.lines(), *lines[1:]])
-    found = "an equation explains it" if len(equation.discovery.members) == 1 else "equations explain it"
+    found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
-    return "\n".join([f"{lines[0]} by causes, {found}", *equation.lines(), f"Causes: {by_causes}", *beside])
+    return "\n".join([f"{lines[0]}; {found}", *equation.lines(), f"By causes alone: {by_causes}", *beside])
 
 
 _BESIDE = ("Likely slip", "As it stands", "Look at the data")
@@ -173,6 +179,7 @@ def content_with(
         "equation": {
             "finding": found.finding,
             "because": found.because or None,
+            "causes": list(found.causes),
             "members": [_entry(each.model, each.score, each.chance) for each in found.members],
             "tried": None
             if found.tried is None
