@@ -147,10 +147,10 @@ def trial(kind: str, number: int, seed: int) -> TermTrial:
 
 def _outcome(kind: str, found: Discovery, diagnosis: Diagnosis) -> str:
     if kind not in LAWS:
-        return "invented" if found.extends else "nothing"
+        return "invented" if found.extends else "a set with a cause" if found.found else "nothing"
     law = LAWS[kind]
     right = frozenset({(law.about, law.into)})
-    if found.extends:
+    if found.found:
         there = any(each.model.chosen.key == right for each in found.members)
         if not there:
             return "wrong" if found.finding == "equation" else "wrong set"

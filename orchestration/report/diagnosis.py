@@ -173,9 +173,7 @@ def _worse(more: float) -> str:
 
 def _proposed(diagnosis: Diagnosis, equation: Equation | None) -> Proposed | None:
     """The next experiment: that of a set of equations if there is one, else that of the causes."""
-    if equation is None or not equation.extends:
-        return diagnosis.proposed
-    return equation.proposed
+    return diagnosis.proposed if equation is None else equation.proposed or diagnosis.proposed
 
 
 def _next(proposed: Proposed) -> Section:

@@ -19,6 +19,9 @@ from warmlink.orchestration.progress import Progress, unseen
 Finding = Literal["equation", "ambiguous", "catalogue", "none"]
 """One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
 
+_SAME = 4.0
+"""Chi-square between two models' readings below which they say the same."""
+
 MOST_MEMBERS = 12
 """Equations of a set, at most."""
 
@@ -51,9 +54,14 @@ class Discovery:
     bare_score: float = float("nan")
 
     @property
-    def extends(self) -> bool:
-        """Whether the model is extended by an equation."""
+    def found(self) -> bool:
+        """Whether an equation, or several, may be what is missing."""
         return self.finding in ("equation", "ambiguous")
+
+    @property
+    def extends(self) -> bool:
+        """Whether the model is extended by an equation: not if causes explain the run as well."""
+        return self.found and not self.causes
 
     @property
     def best(self) -> Tried:
@@ -99,11 +107,12 @@ def discover(
         return replace(found, because="none of the candidates explains the run to within the noise")
     margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
     causes = tuple(sorted(assessment.best.key))
-    # One cause needs no equation beside it; several that together bend like one form may be that form.
-    if margin < (NEAR if len(causes) == 1 else -NEAR):
+    # One cause needs no worse equation beside it; several that together bend like one form may be that form.
+    if margin < (0.0 if len(causes) == 1 else -NEAR):
         because = f"the catalogue explains the run as well, by {' and '.join(causes)}"
         return replace(found, finding="catalogue", because=because)
-    near = [each for each in explaining if each.score < explaining[0].score + NEAR][:MOST_MEMBERS]
+    near = [each for each in explaining if each.score < explaining[0].score + NEAR]
+    near = _without_idle_numbers(near)[:MOST_MEMBERS]
     passed, why = [], ""
     for each in near:
         said = foretold(each.model, experiment, scores, assessment.fitter.wander)
@@ -119,6 +128,16 @@ def discover(
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
         return replace(found, finding="catalogue", because=f"it is {cause} of the catalogue")
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
+
+
+def _without_idle_numbers(near: list[Tried]) -> list[Tried]:
+    """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
+    kept: list[Tried] = []
+    for each in sorted(near, key=lambda tried: tried.model.numbers):
+        simpler = (other for other in kept if other.model.numbers < each.model.numbers)
+        if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
+            kept.append(each)
+    return sorted(kept, key=lambda tried: tried.score)
 
 
 def _disguise(tried: Tried) -> str:

@@ -35,7 +35,7 @@ _SLACK, _SHARE = 40.0, 0.05
 _GROWN_FROM = 4
 """Models to which a further term is added."""
 
-_SETTLED = 8
+_SETTLED = 12
 """Models of a number of terms whose grid and leaps are taken at their own values, at most."""
 
 _SAME = 1e-9
@@ -181,8 +181,7 @@ class TermSearch:
         return Chosen(some, tuple(strengths.tolist()), tuple(map(self.missing.largest, some)))
 
     def _keep(self, model: Modelled, settled: bool = False) -> Tried:
-        numbers = sum(each.numbers for each in model.chosen.candidates)
-        score = model.fit.chi2 + self.price(numbers, len(model.chosen.candidates))
+        score = model.fit.chi2 + self.price(model.numbers, len(model.chosen.candidates))
         tried = Tried(model, score, lack_of_fit_p(model.fitter, model.fit), settled)
         self._kept[model.chosen.key] = tried
         return tried

@@ -43,7 +43,7 @@ class Equation:
     @cached_property
     def proposed(self) -> Proposed | None:
         """The duty cycle that tells the equations of a set apart; None for a single one or none."""
-        if not self.extends:
+        if not self.discovery.found:
             return None
         experiment, assessment = self.diagnosis.experiment, self.diagnosis.assessment
         models = [each.model for each in self.discovery.members]
@@ -88,6 +88,8 @@ class Equation:
             told.append(f"Missing heat, if all of it enters one place: {found.missing[0].sentence}.")
         if self.extends:
             told += self._gain()
+        elif found.found:
+            told.append("The model with the causes stays the one to use until they are told apart.")
         if self.proposed is not None:
             told.append(f"Next: {self.proposed.why}")
         return told
@@ -153,6 +155,7 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
     if equation is None:
         return "\n".join(lines)
     if not equation.extends:
+        lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
         return "\n".join([lines[0], *equation.lines(), *lines[1:]])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]

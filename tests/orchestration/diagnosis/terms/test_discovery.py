@@ -41,11 +41,10 @@ DUTY = [
 SOME = (
     "proportional to speed",
     "speed to the power 1.5",
-    "squared speed",
+    "speed to the power 2",
     "proportional to torque",
     "speed above a dead zone",
     "memory of speed",
-    "stick at low speed",
 )
 
 
@@ -62,7 +61,7 @@ def few_forms() -> object:
     """A library of some forms, for speed."""
     patch = pytest.MonkeyPatch()
     patch.setattr(library, "FORMS", tuple(form for form in library.FORMS if form.about in SOME))
-    patch.setattr(search, "_FULL", (6, 3, 2))
+    patch.setattr(search, "_FULL", (9, 2, 1))
     yield patch
     patch.undo()
 
@@ -142,7 +141,7 @@ def test_what_the_data_cannot_tell_apart_is_one_set_with_an_experiment(
     found = discovered(diagnosis)
     assert found.discovery.finding == "ambiguous"
     names = {each.model.of(1)[0].form.about for each in found.discovery.members}
-    assert {"speed to the power 1.5", "proportional to speed", "squared speed"} <= names
+    assert {"speed to the power 1.5", "proportional to speed", "speed to the power 2"} <= names
     assert found.proposed is not None
     assert len({each.speed for each in found.proposed.duty}) > 2
     assert found.proposed.expected_chance is not None
