@@ -186,6 +186,10 @@ def _diagnose_cell(
         word = "extended" if equation is not None and equation.extends else word
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
+        if equation is None and found.verdict in ("empirical", "unknown"):
+            answer(
+                f"terms   {command('warmlink', 'diagnose', *map(str, paths), '--discover')} seeks an equation"
+            )
         if following := files.get(SCENARIO):
             words = ("hide", "EFFECT", "--duty") if found.experiment.rig.system is None else ("run",)
             answer(f"next    {following}    practise it: {command('warmlink', *words, following)}")

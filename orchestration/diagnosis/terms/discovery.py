@@ -11,7 +11,13 @@ from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
 from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, Scores
-from warmlink.orchestration.diagnosis.terms.gates import Foretold, foretold, refused_by_held_out, unstable
+from warmlink.orchestration.diagnosis.terms.gates import (
+    Foretold,
+    foretold,
+    refused_by_held_out,
+    unstable,
+    with_other_levels,
+)
 from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
 from warmlink.orchestration.diagnosis.terms.search import TermSearch, Tried
 from warmlink.orchestration.progress import Progress, unseen
@@ -115,12 +121,15 @@ def discover(
     near = _without_idle_numbers(near)[:MOST_MEMBERS]
     passed, why = [], ""
     for each in near:
-        said = foretold(each.model, experiment, scores, assessment.fitter.wander)
-        fault = unstable(each.model, missing) or refused_by_held_out(before, said.held_out)
-        if fault:
-            why = why or fault
-        else:
-            passed.append((each, said))
+        fault = unstable(each.model, missing)
+        for model in () if fault else with_other_levels(each.model, missing.whole(experiment)):
+            said = foretold(model, experiment, scores, assessment.fitter.wander)
+            refused = refused_by_held_out(before, said.held_out)
+            if not refused:
+                passed.append((replace(each, model=model), said))
+                break
+            fault = fault or refused
+        why = why or fault
     if not passed:
         return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
     members = tuple(each for each, _ in passed)

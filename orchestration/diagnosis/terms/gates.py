@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +41,27 @@ def foretold(model: Modelled, experiment: Experiment, scores: Scores, wander: Wa
     readings = tuple(whole.finest(run, z) for run, z in enumerate(carried.values))
     predicted = Predicted(carried, readings)
     return Foretold(predicted, scores.held_out(predicted, wander))
+
+
+def with_other_levels(model: Modelled, signals: Sequence[Mapping[str, Array]]) -> Iterator[Modelled]:
+    """A model, then the same with its switches at other levels that the fitted rows do not tell from them.
+
+    A switch is known to lie between two levels of the fitted rows; held-out rows may have levels between.
+    """
+    yield model
+    for number, candidate in enumerate(model.chosen.candidates):
+        for i, shape in enumerate(candidate.form.shapes):
+            if shape.fitted:
+                continue
+            seen = [each[shape.of] for each in signals if shape.of in each]
+            every = np.unique(np.round(np.concatenate([np.zeros(0), *seen]), 6))
+            low, high = shape.between(candidate.shape[i])
+            inside = every[(every > low) & (every < high)]
+            for level in (np.append(inside, high) + np.append(low, inside)) / 2 if inside.size else ():
+                values = (*candidate.shape[:i], float(level), *candidate.shape[i + 1 :])
+                others = list(model.chosen.candidates)
+                others[number] = replace(candidate, shape=values)
+                yield replace(model, chosen=replace(model.chosen, candidates=tuple(others)))
 
 
 def refused_by_held_out(before: HeldOut | None, after: HeldOut | None) -> str:

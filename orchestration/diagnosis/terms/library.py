@@ -36,8 +36,8 @@ class Shape:
     """A number of a form's shape, its unit, and the values of it that are tried.
 
     `of` is the signal whose levels give the values of a threshold; without it they are `values` in SI. What
-    is `fitted` is fitted in the whole simulation; a switch's level is known to lie between two levels of the
-    signal and no better.
+    is `fitted` is fitted in the whole simulation; a switch is known to lie between two `levels` of the signal
+    and no better.
     """
 
     name: str
@@ -45,6 +45,19 @@ class Shape:
     of: str = ""
     values: tuple[float, ...] = ()
     fitted: bool = True
+    levels: tuple[float, ...] = ()
+
+    def between(self, value: float) -> tuple[float, float]:
+        """Levels of the fitted rows next to a value of a switch."""
+        below = [each for each in self.levels if each < value]
+        above = [each for each in self.levels if each >= value]
+        return max(below, default=value), min(above, default=value)
+
+    def seen(self, signals: Mapping[str, Array]) -> Shape:
+        """The same with the levels that the signal of a switch has."""
+        if self.fitted or not self.of:
+            return self
+        return replace(self, levels=tuple(_levels(signals[self.of])))
 
     def tried(self, signals: Mapping[str, Array]) -> tuple[float, ...]:
         """Values to try, by the signals of the runs."""
@@ -56,16 +69,23 @@ class Shape:
             if self.unit != "K":
                 low = min(low, 0.0)
             return tuple((low + _SHARES * (high - low)).tolist())
-        levels = np.unique(np.round(signal[np.isfinite(signal)], 6))
-        if levels.size > _MOST_LEVELS:
-            levels = np.quantile(signal[np.isfinite(signal)], np.linspace(0.1, 0.9, _MOST_LEVELS))
+        levels = np.array(_levels(signal))
         return tuple(((levels[1:] + levels[:-1]) / 2).tolist())
+
+
+def _levels(signal: Array) -> list[float]:
+    """Levels of a signal, or quantiles where there are many."""
+    held = signal[np.isfinite(signal)]
+    levels = np.unique(np.round(held, 6))
+    if levels.size > _MOST_LEVELS:
+        levels = np.unique(np.quantile(held, np.linspace(0.1, 0.9, _MOST_LEVELS)))
+    return [float(each) for each in levels]
 
 
 _SHARES = np.linspace(0.08, 0.88, 9)
 """Where between the least and the largest value of a signal a threshold is tried."""
 
-_MOST_LEVELS = 7
+_MOST_LEVELS = 16
 """Levels of a signal between which a switch is tried, at most."""
 
 
@@ -267,6 +287,7 @@ def candidates(signals: Mapping[str, Array], places: tuple[str, ...]) -> Iterato
             here = form.at(place)
             if any(name not in signals for name in here.variables):
                 continue
-            shapes = [replace(s, of=s.of.replace(_OWN, f"{place}_temperature")) for s in here.shapes]
+            own = [replace(s, of=s.of.replace(_OWN, f"{place}_temperature")) for s in here.shapes]
+            shapes = [each.seen(signals) for each in own]
             for values in product(*(each.tried(signals) for each in shapes)):
                 yield Candidate(replace(here, shapes=tuple(shapes)), place, tuple(map(float, values)))

@@ -17,7 +17,8 @@ import numpy as np
 from warmlink.fmus.heat_term.component import HeatTerm
 from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, power
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.experiment import Calibration
+from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
@@ -120,25 +121,27 @@ class Missing:
         """Columns without what calibrated numbers explain."""
         return columns - self._taken @ (self._taken.T @ columns)
 
+    def _logged(self, measured: Run) -> dict[str, Array]:
+        """Inputs of a run by the name that a form has for them."""
+        rig = self.problem.experiment.rig
+        table = input_table(rig, measured, self.problem.known(measured))
+        inputs = dict(zip(rig.externals, table, strict=True))
+        found = {name: inputs[full] for name, full in named(rig).items() if full in inputs}
+        return {name: values for name, values in found.items() if np.isfinite(values).all()}
+
+    def whole(self, experiment: Experiment) -> list[dict[str, Array]]:
+        """Inputs of all runs, held-out rows included, whose levels a switch may lie between."""
+        return [self._logged(run) for run in experiment.runs]
+
     @cached_property
     def signals(self) -> list[dict[str, Array]]:
         """Variables that a form may follow, in SI, at the rows of each run: logged or measured."""
         found = []
         for run, measured in enumerate(self.problem.experiment.runs):
-            rig = self.problem.experiment.rig
-            inputs = dict(
-                zip(
-                    rig.externals,
-                    input_table(rig, measured, self.problem.known(measured)),
-                    strict=True,
-                )
-            )
-            here: dict[str, Array] = {}
-            for name, full in named(rig).items():
+            here = self._logged(measured)
+            for name, full in named(self.problem.experiment.rig).items():
                 if full in self.problem.variables:
                     here[name] = self._read(run, self.problem.variables.index(full))
-                elif full in inputs and np.isfinite(inputs[full]).all():
-                    here[name] = inputs[full]
             here["speed"] = np.abs(here["speed"]) if "speed" in here else np.zeros(measured.time.size)
             found.append(here)
         shared = set.intersection(*(set(each) for each in found)) - {"pad_temperature", "pad_mode"}

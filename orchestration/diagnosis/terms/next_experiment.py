@@ -27,8 +27,12 @@ _MOST_APART, _MOST_DUTIES = 4, 6
 _STAIRS = (
     tuple(Segment(900, speed, 0.5) for speed in (0.6, 4.2, 1.2, 3.6, 1.8, 3.0, 2.4, 0.0)),
     tuple(Segment(900, 1.0, torque) for torque in (0.5, 5.0, 1.0, 4.0, 2.0, 3.0, 0.0)),
+    tuple(
+        Segment(700, speed, torque)
+        for speed, torque in ((0.6, 4.3), (4.2, 0.5), (0.6, 0.5), (2.4, 4.3), (1.2, 2.0), (3.6, 3.0), (0, 0))
+    ),
 )
-"""Many levels of speed, and of torque: powers, dead zones and switches differ between them."""
+"""Many levels of speed, of torque, and of both apart: powers, dead zones and switches differ between them."""
 
 
 @dataclass(frozen=True)
@@ -54,23 +58,32 @@ def next_for(rivals: Sequence[Rival], assessment: Assessment) -> Proposed | None
     if len(some) < 2 or not feasible:
         return None
     tables = [(_separations(some, duty, assessment), duty) for duty in feasible]
-    least = [float(table[np.isfinite(table)].min()) for table, _ in tables]
-    which = int(np.argmax(least))
-    separation, duty = least[which], tables[which][1]
+    most = [max(n for n in ROUNDS if n * length(duty) <= LONGEST) for _, duty in tables]
+    told = [float(_chances(table * np.sqrt(n)).mean()) for (table, _), n in zip(tables, most, strict=True)]
+    table, duty = tables[int(np.argmax(told))]
+    clear = np.isfinite(table) & (table * np.sqrt(most[int(np.argmax(told))]) >= ALIKE)
+    if not clear.any():
+        return Proposed((), "No duty cycle of up to a day tells these explanations apart.", 0.0, 0.0)
     rounds = 1
     for rounds in (n for n in ROUNDS if n * length(duty) <= LONGEST):
-        table = tables[which][0] * np.sqrt(rounds)
-        chance = float(np.mean(chances(table, np.full(table.shape, NEAR))))
+        chance = float(_chances(table[clear] * np.sqrt(rounds)).mean())
         if chance >= SURE:
             break
-    hours = rounds * length(duty) / 3600
-    if separation * np.sqrt(rounds) < ALIKE:
-        return Proposed((), "No duty cycle of up to a day tells them apart.", separation, 0.0)
+    hours, pairs = rounds * length(duty) / 3600, int(clear.sum()) // 2
+    every = len(some) * (len(some) - 1) // 2
+    which = "them" if pairs == every else f"{pairs} of {every} pairs of them"
     why = (
-        f"In {hours:.1f} hours it tells them apart, with a chance of {100 * chance:.0f} %: "
+        f"In {hours:.1f} hours it tells {which} apart, with a chance of {100 * chance:.0f} %: "
         "it goes through levels of speed and torque at which they give different heat."
     )
-    return Proposed(duty * rounds, why, separation * float(np.sqrt(rounds)), chance)
+    nearest = float(table[clear].min()) * float(np.sqrt(rounds))
+    return Proposed(duty * rounds, why, nearest, chance)
+
+
+def _chances(separations: Array) -> Array:
+    """Chance that each pair is told apart, by its separation, for those that are no model and itself."""
+    finite = separations[np.isfinite(separations)]
+    return chances(finite[:, None], np.full((finite.size, 1), NEAR))
 
 
 def _separations(rivals: Sequence[Rival], duty: Sequence[Segment], assessment: Assessment) -> Array:

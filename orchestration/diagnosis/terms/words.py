@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +22,7 @@ from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equat
 from warmlink.orchestration.diagnosis.terms.next_experiment import Rival, next_for
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 _SIGMA = 1.96
 _MOST_TOLD = 4
@@ -130,7 +131,8 @@ def equation_of(model: Modelled) -> str:
         told = []
         for name, each in _numbers(candidate, values).items():
             value = f"{name} = {each['value']:.4g} {each['unit']}".removesuffix(" 1")
-            ends = f" (95 %: {each['low95']:.4g} to {each['high95']:.4g})" if each["fitted"] else ""
+            word = "95 %: " if each["fitted"] else "between "
+            ends = f" ({word}{each['low95']:.4g} to {each['high95']:.4g})" if "low95" in each else ""
             told.append(f"{value}{ends}")
         parts.append(f"heat into the {candidate.place} = {candidate.form.heat}, with {', '.join(told)}")
     return "; and ".join(parts)
@@ -146,6 +148,10 @@ def _numbers(candidate: Candidate, values: Mapping[str, tuple[float, float]]) ->
         found[name] = {"value": value, "std": deviation, **ends, "unit": units[name], "fitted": True}
     for name, (value, unit) in candidate.fixed.items():
         found[name] = {"value": value, "unit": unit, "fitted": False}
+    for shape in candidate.form.shapes:
+        if shape.levels:
+            low, high = shape.between(found[shape.name]["value"])
+            found[shape.name] |= {"low95": low, "high95": high}
     return found
 
 
@@ -211,16 +217,20 @@ def content_with(
                 "why": proposed.why,
                 "expected_separation_sigma": proposed.expected_separation_sigma,
                 "expected_chance": proposed.expected_chance,
-                "duty": [_segment(asdict(each)) for each in proposed.duty],
+                "duty": [_segment(each) for each in proposed.duty],
             },
         },
     }
 
 
-def _segment(of: dict[str, Any]) -> dict[str, Any]:
-    names = {"duration": "duration_s"}
-    kept = ("duration", "speed", "torque", "ambient_temperature")
-    return {names.get(name, name): of[name] for name in kept}
+def _segment(segment: Segment) -> dict[str, Any]:
+    return {
+        "duration_s": segment.duration,
+        "speed": segment.speed,
+        "torque": segment.torque,
+        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+        "ambient_temperature": segment.ambient_temperature,
+    }
 
 
 def _entry(model: Modelled, score: float, chance: float) -> dict[str, Any]:

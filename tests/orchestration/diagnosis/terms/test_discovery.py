@@ -130,6 +130,7 @@ def test_the_extended_system_has_it_as_a_component(found: Equation, tmp_path: Pa
     assert "Missing heat at the shaft" in report
 
 
+@pytest.mark.slow
 def test_what_the_data_cannot_tell_apart_is_one_set_with_an_experiment(
     few_forms: object, tmp_path: Path
 ) -> None:
@@ -156,6 +157,7 @@ def test_a_cause_in_disguise_gets_its_name(few_forms: object, tmp_path: Path) ->
     assert not found.extends
 
 
+@pytest.mark.slow
 def test_what_no_term_explains_earns_no_equation(few_forms: object, tmp_path: Path) -> None:
     """Heat that comes and goes with nothing that is logged."""
     term = "shaft: 6 * step(time - 1500) * step(2600 - time) + 4 * step(time - 3000)"
