@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +61,7 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
         *([] if equation is None else equation_sections(equation)),
-        *ladder_sections(diagnosis),
+        *_ladder(diagnosis, equation),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
@@ -169,6 +169,14 @@ def _worse(more: float) -> str:
     if more > NEAR:
         return f"worse: {more:.0f} more of chi-square unexplained"
     return "no better than chance would make it with as many causes"
+
+
+def _ladder(diagnosis: Diagnosis, equation: Equation | None) -> list[Section]:
+    """How well models predict; beside an equation that extends the model they are those without it."""
+    sections = ladder_sections(diagnosis)
+    if equation is None or not equation.extends:
+        return sections
+    return [replace(each, heading=f"{each.heading}, without the equation") for each in sections]
 
 
 def _proposed(diagnosis: Diagnosis, equation: Equation | None) -> Proposed | None:

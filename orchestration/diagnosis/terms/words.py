@@ -104,7 +104,8 @@ class Equation:
         before, after = self.held_out.get(name, next(iter(self.held_out.values())))
         unit = shown(self.diagnosis.units()[name])
         pair = f"{before * per_si(unit):.3g} to {after * per_si(unit):.3g} {unit} rms"
-        return [f"To use from now on: the model with this equation; held-out error of {name} {pair}."]
+        which = "this" if self.discovery.finding == "equation" else "the first"
+        return [f"To use from now on: the model with {which} equation; held-out error of {name} {pair}."]
 
 
 def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
@@ -131,9 +132,9 @@ def equation_of(model: Modelled) -> str:
         told = []
         for name, each in _numbers(candidate, values).items():
             value = f"{name} = {each['value']:.4g} {each['unit']}".removesuffix(" 1")
-            word = "95 %: " if each["fitted"] else "between "
-            ends = f" ({word}{each['low95']:.4g} to {each['high95']:.4g})" if "low95" in each else ""
-            told.append(f"{value}{ends}")
+            low, high = (f"{each[end]:.4g}" if end in each else "" for end in ("low95", "high95"))
+            ends = f" (95 %: {low} to {high})" if each["fitted"] else f" (between {low} and {high})"
+            told.append(f"{value}{ends if low else ''}")
         parts.append(f"heat into the {candidate.place} = {candidate.form.heat}, with {', '.join(told)}")
     return "; and ".join(parts)
 
