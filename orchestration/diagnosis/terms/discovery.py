@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.terms.gates import (
     with_other_levels,
 )
 from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
-from warmlink.orchestration.diagnosis.terms.search import TermSearch, Tried
+from warmlink.orchestration.diagnosis.terms.search import TermSearch, TriedModel
 from warmlink.orchestration.progress import Progress, unseen
 
 Finding = Literal["equation", "ambiguous", "catalogue", "none"]
@@ -50,8 +50,8 @@ class Discovery:
     """
 
     finding: Finding
-    members: tuple[Tried, ...] = ()
-    tried: Tried | None = None
+    members: tuple[TriedModel, ...] = ()
+    tried: TriedModel | None = None
     because: str = ""
     missing: tuple[PlaceHeat, ...] = ()
     foretold: Foretold | None = None
@@ -70,7 +70,7 @@ class Discovery:
         return self.found and not self.causes
 
     @property
-    def best(self) -> Tried:
+    def best(self) -> TriedModel:
         """The first member."""
         return self.members[0]
 
@@ -139,9 +139,9 @@ def discover(
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 
-def _without_idle_numbers(near: list[Tried]) -> list[Tried]:
+def _without_idle_numbers(near: list[TriedModel]) -> list[TriedModel]:
     """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
-    kept: list[Tried] = []
+    kept: list[TriedModel] = []
     for each in sorted(near, key=lambda tried: tried.model.numbers):
         simpler = (other for other in kept if other.model.numbers < each.model.numbers)
         if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
@@ -149,7 +149,7 @@ def _without_idle_numbers(near: list[Tried]) -> list[Tried]:
     return sorted(kept, key=lambda tried: tried.score)
 
 
-def _disguise(tried: Tried) -> str:
+def _disguise(tried: TriedModel) -> str:
     """Cause of the catalogue that a model of one term is by another name."""
     candidates = tried.model.chosen.candidates
     return candidates[0].cause if len(candidates) == 1 else ""

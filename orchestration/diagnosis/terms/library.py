@@ -32,7 +32,7 @@ _OWN = "own_temperature"
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeNumber:
     """A number of a form's shape, its unit, and the values of it that are tried.
 
     `of` is the signal whose levels give the values of a threshold; without it they are `values` in SI. What
@@ -53,7 +53,7 @@ class Shape:
         above = [each for each in self.levels if each >= value]
         return max(below, default=value), min(above, default=value)
 
-    def seen(self, signals: Mapping[str, Array]) -> Shape:
+    def seen(self, signals: Mapping[str, Array]) -> ShapeNumber:
         """The same with the levels that the signal of a switch has."""
         if self.fitted or not self.of:
             return self
@@ -105,7 +105,7 @@ class Form:
     about: str
     heat: str
     places: tuple[str, ...] = _EVERYWHERE
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[ShapeNumber, ...] = ()
     causes: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, place: str) -> Form:
@@ -120,10 +120,12 @@ class Form:
 
 
 _SPEED, _TORQUE = "speed", "torque"
-_DEAD = Shape("b", "rad/s", of=_SPEED)
-_SWITCH = Shape("b", "rad/s", of=_SPEED, fitted=False)
-_MEMORY = Shape("tau", "s", values=tuple(np.geomspace(100.0, 5000.0, 9).tolist()))
-_SHORT = Shape("tau", "s", values=tuple(np.geomspace(40.0, 1200.0, 7).tolist()))
+_DEAD = ShapeNumber("b", "rad/s", of=_SPEED)
+_SWITCH = ShapeNumber("b", "rad/s", of=_SPEED, fitted=False)
+_MEMORY = ShapeNumber("tau", "s", values=tuple(np.geomspace(100.0, 5000.0, 9).tolist()))
+_SHORT = ShapeNumber("tau", "s", values=tuple(np.geomspace(40.0, 1200.0, 7).tolist()))
+
+_SECOND = ShapeNumber("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0))
 
 
 def _powers(
@@ -163,24 +165,26 @@ FORMS: tuple[Form, ...] = (
         "torque above a dead zone",
         "a * max(torque - b, 0) / m",
         ("shaft", "winding", "base"),
-        (Shape("b", "N.m", of=_TORQUE),),
+        (ShapeNumber("b", "N.m", of=_TORQUE),),
     ),
     Form("speed up to saturation", "a * min(speed / b, 1)", shapes=(_DEAD,)),
     Form("only above a speed", "a * step(speed - b)", shapes=(_SWITCH,)),
     Form("speed, below a speed alone", "a * speed / w * step(b - speed)", shapes=(_SWITCH,)),
     Form("stick at low speed", "a * speed / w * exp(-speed / b)", shapes=(_DEAD,)),
     Form(
-        "only above a torque", "a * step(torque - b)", shapes=(Shape("b", "N.m", of=_TORQUE, fitted=False),)
+        "only above a torque",
+        "a * step(torque - b)",
+        shapes=(ShapeNumber("b", "N.m", of=_TORQUE, fitted=False),),
     ),
     Form(
         "switched on by cold surroundings",
         "a * step(b - ambient_temperature)",
-        shapes=(Shape("b", "K", of="ambient_temperature", fitted=False),),
+        shapes=(ShapeNumber("b", "K", of="ambient_temperature", fitted=False),),
     ),
     Form(
         "switched off by its own temperature",
         "a * step(b - own_temperature)",
-        shapes=(Shape("b", "K", of=_OWN, fitted=False),),
+        shapes=(ShapeNumber("b", "K", of=_OWN, fitted=False),),
     ),
     Form(
         "proportional to a rise above ambient",
@@ -190,7 +194,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "a rise above ambient, beyond a dead zone",
         "a * max(own_temperature - ambient_temperature - b, 0) / k",
-        shapes=(Shape("b", "K", values=(1.0, 2.0, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0)),),
+        shapes=(ShapeNumber("b", "K", values=(1.0, 2.0, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0)),),
     ),
     Form("speed times a rise above ambient", "a * speed / w * (own_temperature - ambient_temperature) / k"),
     Form(
@@ -200,24 +204,28 @@ FORMS: tuple[Form, ...] = (
     Form(
         "radiation to second surroundings",
         "a * ((own_temperature / c)**4 - (b / c)**4)",
-        shapes=(Shape("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),),
+        shapes=(
+            ShapeNumber("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),
+        ),
     ),
     Form(
         "conduction to second surroundings",
         "a * (own_temperature - b) / k",
-        shapes=(Shape("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),),
+        shapes=(
+            ShapeNumber("b", "K", values=(250.0, 270.0, 280.0, 287.0, 293.0, 300.0, 310.0, 325.0, 350.0)),
+        ),
     ),
     Form(
         "friction of a seal that is tight when cold",
         "a * speed / w * max(b - shaft_temperature, 0) / k",
         ("shaft",),
-        (Shape("b", "K", of="shaft_temperature"),),
+        (ShapeNumber("b", "K", of="shaft_temperature"),),
     ),
     Form(
         "friction of a seal that is tight when warm",
         "a * speed / w * max(shaft_temperature - b, 0) / k",
         ("shaft",),
-        (Shape("b", "K", of="shaft_temperature"),),
+        (ShapeNumber("b", "K", of="shaft_temperature"),),
     ),
     Form(
         "friction that falls with warmth",

@@ -17,7 +17,7 @@ from warmlink.orchestration.diagnosis.terms.library import (
     UNITS,
     Candidate,
     Form,
-    Shape,
+    ShapeNumber,
     candidates,
 )
 from warmlink.orchestration.diagnosis.terms.missing import _onto
@@ -60,8 +60,8 @@ def test_every_form_is_tried_where_it_may_enter() -> None:
 
 
 def test_a_switch_lies_between_two_levels() -> None:
-    assert Shape("b", "rad/s", of="speed", fitted=False).tried(SIGNALS) == (0.5, 2.5)
-    dead = Shape("b", "rad/s", of="speed").tried(SIGNALS)
+    assert ShapeNumber("b", "rad/s", of="speed", fitted=False).tried(SIGNALS) == (0.5, 2.5)
+    dead = ShapeNumber("b", "rad/s", of="speed").tried(SIGNALS)
     assert min(dead) > 0.0
     assert max(dead) < 4.0
 
