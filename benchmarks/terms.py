@@ -147,7 +147,7 @@ def trial(kind: str, number: int, seed: int) -> TermTrial:
 
 def _outcome(kind: str, found: Discovery, diagnosis: Diagnosis) -> str:
     if kind not in LAWS:
-        return "invented" if found.extends else "a set with a cause" if found.found else "nothing"
+        return "invented" if found.extends else "set with the causes" if found.found else "nothing"
     law = LAWS[kind]
     right = frozenset({(law.about, law.into)})
     if found.found:

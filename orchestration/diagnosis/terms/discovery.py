@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -19,7 +20,8 @@ from warmlink.orchestration.diagnosis.terms.gates import (
     with_other_levels,
 )
 from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
-from warmlink.orchestration.diagnosis.terms.search import TermSearch, TriedModel
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled
+from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch
 from warmlink.orchestration.progress import Progress, unseen
 
 Finding = Literal["equation", "ambiguous", "catalogue", "none"]
@@ -50,8 +52,8 @@ class Discovery:
     """
 
     finding: Finding
-    members: tuple[TriedModel, ...] = ()
-    tried: TriedModel | None = None
+    members: tuple[FittedTerms, ...] = ()
+    tried: FittedTerms | None = None
     because: str = ""
     missing: tuple[PlaceHeat, ...] = ()
     foretold: Foretold | None = None
@@ -70,7 +72,7 @@ class Discovery:
         return self.found and not self.causes
 
     @property
-    def best(self) -> TriedModel:
+    def best(self) -> FittedTerms:
         """The first member."""
         return self.members[0]
 
@@ -113,35 +115,56 @@ def discover(
         return replace(found, because="none of the candidates explains the run to within the noise")
     margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
     causes = tuple(sorted(assessment.best.key))
-    # One cause needs no worse equation beside it; several that together bend like one form may be that form.
-    if margin < (0.0 if len(causes) == 1 else -NEAR):
-        because = f"the catalogue explains the run as well, by {' and '.join(causes)}"
+    if margin < -NEAR:
+        because = f"the catalogue explains the run, by {' and '.join(causes)}"
         return replace(found, finding="catalogue", because=because)
     near = [each for each in explaining if each.score < explaining[0].score + NEAR]
     near = _without_idle_numbers(near)[:MOST_MEMBERS]
-    passed, why = [], ""
-    for each in near:
-        fault = unstable(each.model, missing)
-        for model in () if fault else with_other_levels(each.model, missing.whole(experiment)):
-            said = foretold(model, experiment, scores, assessment.fitter.wander)
-            refused = refused_by_held_out(before, said.held_out)
-            if not refused:
-                passed.append((replace(each, model=model), said))
-                break
-            fault = fault or refused
-        why = why or fault
+    wander = assessment.fitter.wander
+    passed, why = _through_the_gates(
+        near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
+    )
     if not passed:
         return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
-    members = tuple(each for each, _ in passed)
-    found = replace(found, members=members, foretold=passed[0][1], causes=causes if margin < NEAR else ())
+    if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
+        passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
+        if not passed:
+            because = f"it is {' and '.join(causes)} of the catalogue"
+            return replace(found, finding="catalogue", because=because)
+        found = replace(found, causes=causes)
+    found = replace(found, members=tuple(each for each, _ in passed), foretold=passed[0][1])
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
         return replace(found, finding="catalogue", because=f"it is {cause} of the catalogue")
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 
-def _without_idle_numbers(near: list[TriedModel]) -> list[TriedModel]:
+def _through_the_gates(
+    near: Sequence[FittedTerms],
+    missing: Missing,
+    before: HeldOut | None,
+    experiment: Experiment,
+    foretelling: Callable[[Modelled], Foretold],
+) -> tuple[list[tuple[FittedTerms, Foretold]], str]:
+    """Models that pass the gates with what they foretell, and why the first one that does not is refused."""
+    passed, why = list[tuple[FittedTerms, Foretold]](), ""
+    whole = missing.whole(experiment)
+    for each in near:
+        fault = unstable(each.model, missing)
+        for model in () if fault else with_other_levels(each.model, whole):
+            said = foretelling(model)
+            refused = refused_by_held_out(before, said.held_out)
+            if not refused:
+                passed.append((replace(each, model=model), said))
+                fault = ""
+                break
+            fault = fault or refused
+        why = why or fault
+    return passed, why
+
+
+def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
     """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
-    kept: list[TriedModel] = []
+    kept: list[FittedTerms] = []
     for each in sorted(near, key=lambda tried: tried.model.numbers):
         simpler = (other for other in kept if other.model.numbers < each.model.numbers)
         if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
@@ -149,7 +172,7 @@ def _without_idle_numbers(near: list[TriedModel]) -> list[TriedModel]:
     return sorted(kept, key=lambda tried: tried.score)
 
 
-def _disguise(tried: TriedModel) -> str:
+def _disguise(tried: FittedTerms) -> str:
     """Cause of the catalogue that a model of one term is by another name."""
     candidates = tried.model.chosen.candidates
     return candidates[0].cause if len(candidates) == 1 else ""

@@ -42,7 +42,7 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class TriedModel:
+class FittedTerms:
     """A model with terms that was fitted, its score, and how likely noise leaves so much.
 
     `settled` says that grid and leaps were taken as they are at its own values.
@@ -71,7 +71,7 @@ class TermSearch:
         self.library = [each for each, good in zip(self.library, known, strict=True) if good]
         self._columns, self._size = columns[:, known] / size[known], size[known]
         self._bare = bare(assessment)
-        self._kept: dict[frozenset[tuple[str, str]], TriedModel] = {}
+        self._kept: dict[frozenset[tuple[str, str]], FittedTerms] = {}
 
     @cached_property
     def forms(self) -> int:
@@ -93,11 +93,11 @@ class TermSearch:
         return self._bare.fit.chi2
 
     @property
-    def tried(self) -> list[TriedModel]:
+    def tried(self) -> list[FittedTerms]:
         """Every model that was fitted, best first."""
         return sorted(self._kept.values(), key=lambda each: each.score)
 
-    def run(self) -> list[TriedModel]:
+    def run(self) -> list[FittedTerms]:
         """Search, and give the models that explain the run, best first.
 
         A further term is sought as long as none explains it and the last one was worth its description.
@@ -113,7 +113,7 @@ class TermSearch:
         return self.explaining
 
     @property
-    def explaining(self) -> list[TriedModel]:
+    def explaining(self) -> list[FittedTerms]:
         """Models that explain the run and are worth their description, best first."""
         return [
             each for each in self.tried if each.settled and each.explains and each.score < self.bare_score
@@ -166,7 +166,7 @@ class TermSearch:
                 found.append((tried.score, which))
         return [which for _, which in sorted(found)[:_GROWN_FROM]]
 
-    def _fitted(self, which: tuple[int, ...]) -> TriedModel | None:
+    def _fitted(self, which: tuple[int, ...]) -> FittedTerms | None:
         chosen = self._chosen(which)
         try:
             return self._keep(fitted(self.assessment, chosen))
@@ -180,9 +180,9 @@ class TermSearch:
         some = tuple(self.library[i] for i in which)
         return Chosen(some, tuple(strengths.tolist()), tuple(map(self.missing.largest, some)))
 
-    def _keep(self, model: Modelled, settled: bool = False) -> TriedModel:
+    def _keep(self, model: Modelled, settled: bool = False) -> FittedTerms:
         score = model.fit.chi2 + self.price(model.numbers, len(model.chosen.candidates))
-        tried = TriedModel(model, score, lack_of_fit_p(model.fitter, model.fit), settled)
+        tried = FittedTerms(model, score, lack_of_fit_p(model.fitter, model.fit), settled)
         self._kept[model.chosen.key] = tried
         return tried
 
