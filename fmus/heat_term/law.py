@@ -2,7 +2,8 @@
 
 Functions are `abs(x)`, `sqrt(x)`, `exp(x)`, `max(x, y)`, `min(x, y)`, `sign(x)` (-1, 0 or 1), `step(x)`
 (1 above 0, else 0), and `lag(x, tau)`: x after a first-order lag with a time constant in s, from 0 at the
-start. A power that is no whole number is 0 for a negative base: `(speed - b)**1.5` acts above b alone.
+start. A power that is not written as a whole number is 0 for a base that is not above 0, so that
+`(speed - b)**1.5` acts above b alone.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from warmlink.fmus.component import arithmetic
-from warmlink.fmus.component.arithmetic import Number, maximum, minimum, real, symbolic, truth, where
+from warmlink.fmus.component.arithmetic import Number, maximum, minimum, real, truth, where
 from warmlink.fmus.component.expression import Function, NotAnExpressionError, evaluated
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.syntax import parsed
@@ -31,10 +34,20 @@ LONGEST = 500
 _EXAMPLE = '"a * max(speed - b, 0)**1.5"'
 
 
+class Written(float):
+    """A number as it stands in a law."""
+
+    def __neg__(self) -> Written:
+        return Written(-float(self))
+
+
 def power(base: Number, exponent: Number) -> Number:
-    """Power of a base; with an exponent that is no whole number 0 for a base that is not above 0."""
-    if not symbolic(exponent) and complex(exponent).imag == 0 and float(exponent.real).is_integer():
-        return base ** int(exponent.real)
+    """Power of a base; 0 where the base is not above 0 and the exponent is not written as a whole number.
+
+    So it is the same for numbers and for symbols, of which nobody knows whether they are whole.
+    """
+    if isinstance(exponent, Written) and exponent.is_integer():
+        return base ** int(exponent)
     above = real(base) > 0.0
     return where(above, where(above, base, 1.0) ** exponent, 0.0)
 
@@ -111,7 +124,7 @@ class HeatLaw:
                 return lagged[self._memory.index(name)]
             return time if name == TIME else of(name)
 
-        return evaluated(tree, named, FUNCTIONS, power)
+        return evaluated(tree, named, FUNCTIONS, power, Written)
 
     @property
     def _memory(self) -> list[str]:
@@ -158,7 +171,8 @@ class HeatLaw:
 
     def _checked(self, asked: Callable[[], object]) -> None:
         try:
-            asked()
+            with np.errstate(all="ignore"):
+                asked()
         except NotAnExpressionError as part:
             known = ", ".join((*FUNCTIONS, LAG))
             raise InputError(

@@ -69,6 +69,29 @@ def test_derivatives_pass_where_a_power_begins() -> None:
 
 
 @pytest.mark.parametrize(
+    "law",
+    [
+        "speed**b",
+        "speed**2",
+        "speed**-2",
+        "(-speed)**0.5",
+        "speed**speed",
+        "2**speed",
+        "sign(speed - 2) * speed**3",
+    ],
+)
+def test_numbers_and_symbols_say_the_same(law: str) -> None:
+    import casadi as ca
+
+    read, speed = HeatLaw(law), ca.SX.sym("speed")
+    symbols = read.heat({"speed": speed, "b": ca.SX(2.0)}.__getitem__, (), 0.0)
+    function = ca.Function("heat", [speed], [symbols])
+    for value in (-2.0, 0.5, 2.0, 3.0):
+        numbers = read.heat({"speed": value, "b": 2.0}.__getitem__, (), 0.0)
+        assert float(function(value)) == pytest.approx(numbers, rel=1e-14)
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "a *",

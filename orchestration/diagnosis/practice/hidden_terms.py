@@ -29,7 +29,13 @@ class HiddenTerm:
 
     def heat(self, values: Mapping[str, float], lagged: Sequence[float], time: float) -> float:
         """Heat in W at values of the cell's variables in SI, of the law's lags, and a time in s."""
-        return float(self.law.heat(self._of(values), lagged, time))
+        try:
+            return float(self.law.heat(self._of(values), lagged, time))
+        except ArithmeticError as fault:
+            raise InputError(
+                f"term {self.law.text!r}: cannot be worked out at {time:g} s ({fault}); "
+                "write it so that nothing is divided by 0"
+            ) from None
 
     def lag_rates(self, values: Mapping[str, float], lagged: Sequence[float], time: float) -> Sequence[float]:
         """Time derivatives of the law's lags."""

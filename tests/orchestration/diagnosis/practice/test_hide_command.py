@@ -212,6 +212,8 @@ def test_a_term_is_hidden(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
         ("shaft: a * b; a = 3 W", "b is neither"),
         ("shaft: 3 * neighbour_temperature", "has no neighbour_temperature"),
         ("shaft: link.temperature[3]", "link.temperature[3]"),
+        ("shaft: 1 / speed", "divided by 0"),
+        ("shaft: a * exp(1000 * speed); a = 1", "grow beyond all bounds"),
     ],
 )
 def test_what_is_no_term_is_refused(
