@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,10 @@ FOLLOWED = (
 """Names that the law of a hidden term may have beside its parameters and the time."""
 
 
+MOST_HEAT = 1e6
+"""W that a hidden term may give: more is a slip, and no solver follows it."""
+
+
 @dataclass(frozen=True)
 class HiddenTerm:
     """Heat in W into a place of the true cell: `shaft`, `winding`, `base` or `tip`."""
@@ -29,13 +34,17 @@ class HiddenTerm:
 
     def heat(self, values: Mapping[str, float], lagged: Sequence[float], time: float) -> float:
         """Heat in W at values of the cell's variables in SI, of the law's lags, and a time in s."""
+        fault, heat = "", math.nan
         try:
-            return float(self.law.heat(self._of(values), lagged, time))
-        except ArithmeticError as fault:
+            heat = float(self.law.heat(self._of(values), lagged, time))
+        except ArithmeticError as error:
+            fault = f" ({error})"
+        if not abs(heat) < MOST_HEAT:
             raise InputError(
-                f"term {self.law.text!r}: cannot be worked out at {time:g} s ({fault}); "
-                "write it so that nothing is divided by 0"
-            ) from None
+                f"term {self.law.text!r}: is no heat below {MOST_HEAT:g} W at {time:g} s{fault}; give "
+                "a weaker one, in which nothing is divided by 0"
+            )
+        return heat
 
     def lag_rates(self, values: Mapping[str, float], lagged: Sequence[float], time: float) -> Sequence[float]:
         """Time derivatives of the law's lags."""
