@@ -34,11 +34,11 @@ LONGEST = 500
 _EXAMPLE = '"a * max(speed - b, 0)**1.5"'
 
 
-class Written(float):
+class PlainNumber(float):
     """A number as it stands in a law."""
 
-    def __neg__(self) -> Written:
-        return Written(-float(self))
+    def __neg__(self) -> PlainNumber:
+        return PlainNumber(-float(self))
 
 
 def power(base: Number, exponent: Number) -> Number:
@@ -46,7 +46,7 @@ def power(base: Number, exponent: Number) -> Number:
 
     So it is the same for numbers and for symbols, of which nobody knows whether they are whole.
     """
-    if isinstance(exponent, Written) and exponent.is_integer():
+    if isinstance(exponent, PlainNumber) and exponent.is_integer():
         return base ** int(exponent)
     above = real(base) > 0.0
     return where(above, where(above, base, 1.0) ** exponent, 0.0)
@@ -124,7 +124,7 @@ class HeatLaw:
                 return lagged[self._memory.index(name)]
             return time if name == TIME else of(name)
 
-        return evaluated(tree, named, FUNCTIONS, power, Written)
+        return evaluated(tree, named, FUNCTIONS, power, PlainNumber)
 
     @property
     def _memory(self) -> list[str]:

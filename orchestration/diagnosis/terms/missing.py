@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from warmlink.fmus.heat_term.component import HeatTerm
-from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, Written, power
+from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, PlainNumber, power
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
 from warmlink.orchestration.diagnosis.data.measured import Run
@@ -176,7 +176,9 @@ class Missing:
 
         functions = {**FUNCTIONS, "lag": (2, lag)}
         with np.errstate(all="ignore"):
-            found = HeatLaw(candidate.form.heat).in_arithmetic(values.__getitem__, functions, power, Written)
+            found = HeatLaw(candidate.form.heat).in_arithmetic(
+                values.__getitem__, functions, power, PlainNumber
+            )
         return np.nan_to_num(np.broadcast_to(np.asarray(found, dtype=float), time.shape))
 
     def largest(self, candidate: Candidate) -> float:

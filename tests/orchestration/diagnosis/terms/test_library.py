@@ -8,7 +8,7 @@ import pytest
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.heat_term.component import HeatTerm, heat_term
 from warmlink.fmus.heat_term.dimension import refuse_other_than_heat
-from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, Written, power
+from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, PlainNumber, power
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.terms.library import (
@@ -94,7 +94,7 @@ def test_the_course_of_a_candidate_is_what_its_component_gives(candidate: Candid
 
     values = {**{n: v for n, (v, _) in parameters.items()}, **SIGNALS, "time": time}
     course = HeatLaw(form.heat).in_arithmetic(
-        values.__getitem__, {**FUNCTIONS, "lag": (2, lag)}, power, Written
+        values.__getitem__, {**FUNCTIONS, "lag": (2, lag)}, power, PlainNumber
     )
     assert np.broadcast_to(course, time.shape) == pytest.approx(np.array(heat), rel=2e-3, abs=1e-9)
 
