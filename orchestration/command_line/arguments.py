@@ -73,6 +73,7 @@ OPTIONS: dict[str | tuple[str, type], str] = {
     "replaced": "--replace",
     "sensor_points": "--sensor",
     "solver": "--with",
+    "terms": "--term",
     "tool_faces": "--tool-face",
     "units": "--unit",
 }

@@ -96,7 +96,7 @@ _READ_INTO = {
     "duty": "scenarios.duties.duty_files:DutyFile",
     "study": "studies.study:StudyFile",
     "mismatch": "scenarios.mismatch:MismatchFile",
-    "experiment": "diagnosis.data.experiment:ExperimentFile",
+    "experiment": "diagnosis.data.experiment_file:ExperimentFile",
     "causes": "diagnosis.causes.declared:CausesFile",
 }
 """Where the class is that each kind of file is read into."""

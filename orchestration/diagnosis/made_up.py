@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.diagnosis.practice import hide
 from warmlink.orchestration.diagnosis.practice.effects import effect_of
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm, hidden_term
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.progress import Progress, spinner
 
@@ -38,6 +39,7 @@ def hide_effects(
     noise: str = "white",
     solver: str = "grid",
     axis: int | None = None,
+    terms: str | Iterable[str] = (),
 ) -> pandas.DataFrame:
     """Make up a measured run that contains hidden effects, to practise `diagnose` on.
 
@@ -56,6 +58,8 @@ def hide_effects(
     noise : `white`, or `real`: correlated, rounded and with spikes
     solver : what computes the run: `grid` (a rod) or `fea` (3-D finite elements)
     axis : axis of the six-axis arm, from 1, in which the effects are hidden; the whole arm is then recorded
+    terms : heat by equations, as `"shaft: a * max(speed - b, 0)**1.5; a = 0.3; b = 0.5 rad/s"`: the place
+        (`shaft`, `winding`, `base` or `tip`), the heat in W, and the values of its parameters
 
     Returns
     -------
@@ -65,7 +69,8 @@ def hide_effects(
     Raises
     ------
     InputError
-        If there is no such effect, or something else of a name, or it cannot be hidden in the machine.
+        If there is no such effect, or something else of a name, it cannot be hidden in the machine, or
+        a term is no equation for heat.
 
     Examples
     --------
@@ -75,6 +80,7 @@ def hide_effects(
     import pandas
 
     strengths = strengths_of(effects, scenario)
+    hidden = [hidden_term(each) for each in several(terms)]
     if seed < 0:
         raise InputError(f"{argument('seed', seed)}: is negative; give 0 or above")
     if solver not in SOLVERS:
@@ -82,18 +88,21 @@ def hide_effects(
     if noise not in NOISES:
         raise InputError(f"{argument('noise', noise)}: no such noise; {instead(noise, NOISES)}")
     others = {"solver": "" if solver == "grid" else solver, "duty": duty or "", "scenario": scenario or ""}
+    others["terms"] = next(iter(several(terms)), "")
     if axis is not None:
         arm = f"{argument('axis', axis)}: the arm is computed by its FMUs, in a program of its own"
         _refuse(arm, others)
         with spinner("Making up a run of the arm"):
             columns = _in_arm(strengths, axis, seed, noise)
     elif scenario is not None:
-        _refuse(f"{argument('scenario', scenario)}: a machine is computed by its FMUs", others, "solver")
+        _refuse(
+            f"{argument('scenario', scenario)}: a machine is computed by its FMUs", others, "solver", "terms"
+        )
         with spinner("Making up a run"):
             columns = _in_machine(strengths, scenario, duty, seed, noise)
     else:
         with spinner("Making up a run") as progress:
-            columns = _in_cell(strengths, duty, seed, noise, solver, progress)
+            columns = _in_cell(strengths, duty, seed, noise, solver, progress, hidden)
     return pandas.DataFrame(columns)
 
 
@@ -111,6 +120,7 @@ def _in_cell(
     noise: str,
     solver: str,
     progress: Progress,
+    hidden: Sequence[HiddenTerm],
 ) -> dict[str, Array]:
     segments = hide.INFORMATIVE if duty is None else hide.duty_of(duty)
     if duty is not None:
@@ -124,7 +134,7 @@ def _in_cell(
     module, _, name = SOLVERS[solver].partition(":")
     made: dict[str, Array] = getattr(
         import_module(f"warmlink.orchestration.diagnosis.practice.{module}"), name
-    )(strengths, segments, noise=NOISES[noise], seed=seed, progress=progress)
+    )(strengths, segments, noise=NOISES[noise], seed=seed, progress=progress, terms=hidden)
     return made
 
 

@@ -73,7 +73,7 @@ def rig_in(
     for name, part in system.components.items():
         info, kind, given = read_description(part.fmu), machine.parts[name], part.values.items()
         if kind in machine.foreign:
-            foreign[name] = machine.reduced.get(kind) or _declaration(info)
+            foreign[name] = machine.reduced.get(kind) or machine.terms.get(kind) or _declaration(info)
         nominal[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
     return Rig(
         replace(machine, nominal=nominal),
@@ -124,15 +124,15 @@ def _declaration(info: ModelInfo) -> Component:
 
 
 def with_paths(base: System, paths: Paths) -> tuple[System, dict[str, str]]:
-    """A system with the heat paths that causes may add, and the new name of each input that one came before.
+    """A system with heat paths that causes may add, and terms; and the new name of each input behind one.
 
     InputError where one does not fit.
     """
     system, moved = base, dict[str, str]()
     if paths:
-        fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
+        built = store(None, {HEAT_PATH.name}, remark)
         for name, path in paths.items():
-            system = _with_path(system, name, path, fmu, moved)
+            system = _with_path(system, name, path, path.fmu(built), moved)
     return system, moved
 
 
@@ -157,6 +157,8 @@ def _with_path(system: System, name: str, path: HeatPath, fmu: Path, moved: dict
         # A signal may be named by the input that it feeds.
         fed = links[source].source if source in links else source
         _, info, variable = _located(system, fed, where)
+        if info.variables[variable].causality == "input" and not path.parameter:
+            continue  # whoever feeds the one input feeds the term's too
         if info.variables[variable].causality == "input":
             raise InputError(
                 f"{where}: {fed}: is an input that nothing feeds in {system.name}, so that "
@@ -172,7 +174,11 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
     What a shipped machine lacks of FMUs is built into a store.
     """
     base = rig.base or built_system(rig.machine, built)
-    used = {name: path for name, path in rig.paths.items() if values.get(f"{name}.{path.parameter}")}
+    used = {
+        name: path
+        for name, path in rig.paths.items()
+        if not path.parameter or values.get(f"{name}.{path.parameter}")
+    }
     bare, moved = with_paths(base, used)
     back = {path: end for end, path in rig.moved.items()}
     ends = {back.get(name, name): value for name, value in values.items()}

@@ -1,7 +1,4 @@
-"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is.
-
-Its file (TOML) is read into the tables that stand first here.
-"""
+"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Input, Parameter
@@ -17,89 +14,25 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.diagnosis.data.experiment_file import (
+    MEASURED,
+    PER_RUN,
+    CalibrateTable,
+    ExperimentFile,
+)
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
-from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.machine.rig import Paths, Rig
+from warmlink.orchestration.machine.terms import PlacedTerm, placed_term
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.text_files import demand_file, measured_text, shown, tables_of
-from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
-from warmlink.orchestration.written.tables import Table, read_table
+from warmlink.orchestration.text_files import demand_file, measured_text, tables_of
+from warmlink.orchestration.written.tables import read_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
-
-PER_RUN = "run"
-
-NOMINAL, MEASURED = "nominal", "measured"
-"""What the states start from: the declared start values, or the first minute of measurements."""
-
-
-class Label(Setting):
-    """The value of a label: a text, or a number that is taken for one."""
-
-    def _read(self, value: Any) -> str:
-        if not isinstance(value, str | int | float):
-            raise InputError(f"{shown(value)} is not a name; write it as text")
-        return str(value)
-
-    def _schema(self) -> dict[str, Any]:
-        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
-
-
-@dataclass(frozen=True)
-class RunTable(Table):
-    """One run: its measurements, and what holds for it alone."""
-
-    data: Annotated[str, Text("FILE.csv")]
-    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
-    heldout: Annotated[bool, Flag()] = False
-    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
-    known: Values = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class CalibrateTable(Table):
-    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
-
-    min: Annotated[str | float, Value()]
-    max: Annotated[str | float, Value()]
-    start: Annotated[str | float | None, Value()] = None
-    per: Annotated[str | None, Text(PER_RUN)] = None
-
-
-@dataclass(frozen=True)
-class CausesTable(Table):
-    """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
-
-    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
-    file: Annotated[str | None, Text("causes.toml")] = None
-    shipped: Annotated[bool, Flag()] = True
-
-
-@dataclass(frozen=True)
-class ExperimentFile(Table):
-    """An experiment: the runs on one system, what is known, and what is calibrated."""
-
-    system: Annotated[str, Text(DEFAULT)]
-    run: tuple[RunTable, ...]
-    title: Annotated[str | None, Text()] = None
-    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
-    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
-    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
-    known: Values = field(default_factory=dict)
-    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
-    causes: CausesTable = field(default_factory=CausesTable)
-    noise: Values = field(default_factory=dict)
-    accuracy: Values = field(default_factory=dict)
-    in_loop: Annotated[bool, Flag()] = False
-
-    def __post_init__(self) -> None:
-        if not self.run:
-            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')
 
 
 @dataclass(frozen=True)
@@ -240,11 +173,21 @@ class _Reader:
         causes = self.file.causes.file
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
         rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, options.replaced)
+        if self.file.term:
+            paths: Paths = {**self.declared.paths, **self._terms(rig)}
+            rig = rig_of(self.file.system, self.folder, paths, self.file.in_loop, options.replaced)
         # Where a heat path was put before an input, its own input is meant.
         self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []
+
+    def _terms(self, rig: Rig) -> dict[str, PlacedTerm]:
+        """Terms of the file by name, at their places in the system."""
+        return {
+            name: placed_term(rig, name, each.heat, each.into, each.parameters, f"{self.name}: term.{name}")
+            for name, each in self.file.term.items()
+        }
 
     def experiment(self) -> Experiment:
         file, rig = self.file, self.rig

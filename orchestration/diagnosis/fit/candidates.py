@@ -10,7 +10,8 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.measured import Run, names_of
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.offers import freed_by

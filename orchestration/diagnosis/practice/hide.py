@@ -16,6 +16,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import (
@@ -96,6 +97,7 @@ def hide(
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
     at_changes: bool = False,
     progress: Progress = unseen,
+    terms: Sequence[HiddenTerm] = (),
 ) -> dict[str, Array]:
     """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
@@ -108,6 +110,7 @@ def hide(
     noise, seed : what the instruments add
     interval : s between rows, the second of which comes at a time drawn between one and two of them
     solver : gives the true course of a cell over a duty cycle at times in s
+    terms : heat by equations
 
     Raises
     ------
@@ -115,7 +118,7 @@ def hide(
         An effect is not known.
     """
     duration = length(duty)
-    truth, late = Truth(), effects.get("clock_offset", 0.0)
+    truth, late = Truth(terms=tuple(terms)), effects.get("clock_offset", 0.0)
     for name, size in effects.items():
         effect = effect_of(name)
         if effect.on_truth is not None:

@@ -168,7 +168,7 @@ def test_losses_in_the_law_are_the_motors(plant: LinearPlant) -> None:
     assert instance.get("predicted_elongation") == pytest.approx(run.values["link.elongation"][-1], rel=1e-3)
     p, u = (
         MOTOR.p.read(np.array([s.start for s in MOTOR.scalars()][: MOTOR.p.size])),
-        MOTOR.u.read(np.zeros(9)),
+        MOTOR.u.read(np.zeros(MOTOR.u.size)),
     )
     warm = copper_loss(run.values["motor.winding_temperature"][-1], u._replace(torque=4.0), p)
     assert warm > 1.05 * copper_loss(293.15, u._replace(torque=4.0), p), "the test is of a warm winding"

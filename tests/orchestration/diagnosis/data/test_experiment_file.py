@@ -7,9 +7,15 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.profile import calibration
-from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, calibrating
+from warmlink.orchestration.diagnosis.data.experiment import calibrating
+from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
-from warmlink.orchestration.diagnosis.practice.hide import write_csv
+from warmlink.orchestration.diagnosis.fit.fitting import Fitter
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
+from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
+from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
+from warmlink.orchestration.scenarios.duties.duty import Segment
 
 START = '"motor.initial_winding_temperature" = { min = "0 degC", max = "90 degC", start = "%s" }'
 
@@ -88,3 +94,52 @@ def test_a_run_adapts_its_start_whether_that_is_an_offset_or_a_value(tmp_path: P
         found = diagnose_experiment(calibrating(read([motor(tmp_path, *runs, rest=rest)])))
         assert found.held_out[0] is not None
         assert found.held_out[0].in_noise < 2
+
+
+TERM = """
+[term.gear]
+heat = "a * speed / w * lag(speed / w, tau)"
+into = "shaft"
+parameters = { a = "0.1 W", w = "1 rad/s", tau = "5 min" }
+[calibrate]
+"gear.a" = { min = "0 W", max = "20 W" }
+"""
+
+
+def test_a_term_of_one_s_own_is_part_of_the_model(tmp_path: Path) -> None:
+    """Its parameters are known, or calibrated, as those of any part."""
+    hidden = "shaft: 2 * speed * lag(speed, 300)"
+    duty = [Segment(1200.0, 2.0), Segment(1200.0)]
+    write_csv(hide({}, duty, terms=[hidden_term(hidden)]), tmp_path / "run.csv")
+    path = tmp_path / "experiment.toml"
+    path.write_text('system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n' + TERM)
+    experiment = calibrating(read([path]))
+    assert not experiment.rig.in_loop
+    problem = Problem(experiment)
+    noise = [NoiseModel(0.4e-6 if name.endswith("elongation") else 0.08) for name in problem.variables]
+    fit = Fitter(problem, noise).fit(())
+    ((number, value),) = fit.values.items()
+    assert number.variable == "gear.a"
+    assert abs(value - 2.0) < 3 * float(fit.covariance()[0, 0]) ** 0.5 < 0.3
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('heat = "a * max(speed"', "is no expression"),
+        ('heat = "a * gear_speed"', "gear_speed is neither"),
+        ('heat = "a"\ncolour = 3', "colour is not known"),
+        ('heat = "a * speed"', "heat is in W"),
+        ('heat = "a"\ninto = "nowhere"', "nowhere"),
+    ],
+)
+def test_a_term_that_is_none_is_refused(entry: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("time [s],speed [rad/s],tip_temperature [degC]\n0,1,20\n")
+    into = "" if "into" in entry else 'into = "shaft"\n'
+    path = tmp_path / "experiment.toml"
+    told = f'[term.gear]\n{entry}\n{into}parameters = {{ a = "1 W" }}\n'
+    path.write_text(f'system = "WarmupCell"\n[[run]]\ndata = "run.csv"\n{told}')
+    with pytest.raises(InputError) as refused:
+        read([path])
+    assert said in str(refused.value)
+    assert "experiment.toml: term" in str(refused.value)

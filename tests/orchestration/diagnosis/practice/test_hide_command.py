@@ -183,3 +183,52 @@ def test_effects_that_no_cell_can_have_are_refused(
     assert code == 2
     assert sentence in err
     assert not Path("run.csv").exists()
+
+
+def test_a_term_is_hidden(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("shift.csv").write_text(DUTY)
+    law = "a * step(speed - b) * lag(shaft_temperature - ambient_temperature, 300)"
+    term = f"base: {law}; a = 1 W/K; b = 2 rad/s"
+    arguments = ["hide", "--duty", "shift.csv", "--out"]
+    ended([*arguments, "bare.csv"], monkeypatch, capsys)
+    code, out, _ = ended([*arguments, "run.csv", "--term", term], monkeypatch, capsys)
+    assert code == 0
+    assert f"{term} hidden" in out
+    change = pd.read_csv("run.csv") - pd.read_csv("bare.csv")
+    assert change.loc[change["time [s]"].index < 2, "base_temperature [degC]"].abs().max() < 0.01
+    assert change["base_temperature [degC]"].max() > 2
+    assert change["base_temperature [degC]"].iloc[-1] < 0.5, "it stops with the speed"
+
+
+@pytest.mark.parametrize(
+    ("term", "said"),
+    [
+        ("gear: 1", "is no place and heat"),
+        ("shaft 1", "is no place and heat"),
+        ("shaft:", "is no place and heat"),
+        ("shaft: a; a", "is no value of a parameter"),
+        ("shaft: a; a = 3 parrots", "parrots"),
+        ("shaft: a * speed; a = 3 W", "heat is in W"),
+        ("shaft: a * b; a = 3 W", "b is neither"),
+        ("shaft: 3 * neighbour_temperature", "has no neighbour_temperature"),
+        ("shaft: link.temperature[3]", "link.temperature[3]"),
+        ("shaft: 1 / speed", "divided by 0"),
+        ("shaft: a * exp(1000 * speed); a = 1", "no heat below 1e+06 W"),
+    ],
+)
+def test_what_is_no_term_is_refused(
+    term: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, err = ended(["hide", "--term", term], monkeypatch, capsys)
+    assert code == 2
+    assert said in err
+    assert not Path("run.csv").exists()
+
+
+@pytest.mark.parametrize("other", [["--with", "fea"], ["--axis", "2"]])
+def test_only_the_cell_on_a_grid_has_terms(
+    other: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, err = ended(["hide", "--term", "tip: 1", *other], monkeypatch, capsys)
+    assert code == 2
+    assert "leave --" in err
