@@ -106,7 +106,8 @@ def sense(
         used = truth(p.sensor_std[i] > 0)
         memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
         rise = readings[i] - p.reference_temperature - p.mean_rise[i]
-        belief, memory = _taken((belief, memory), i, rise, p.sensor_std[i], news[i], gates, step, used)
+        row = placed(1.0, i, SENSORS)
+        belief, memory = _taken((belief, memory), row, rise, p.sensor_std[i], news[i], gates, step, used)
         memories.append(memory)
     mean, calm, out = (stack(*each) for each in zip(*memories, strict=True))
     return belief, trust._replace(mean=mean, calm_for=calm, out=out)
@@ -116,7 +117,7 @@ def sense(
 @kept_whole
 def _taken(
     before: tuple[Estimate, fail_safe.Memory],
-    sensor: int,
+    row: Number,
     rise: Number,
     std: Number,
     news: Number,
@@ -124,12 +125,14 @@ def _taken(
     step: Number,
     used: Number,
 ) -> tuple[Estimate, fail_safe.Memory]:
-    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean."""
+    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean.
+
+    The row is 1 for that sensor, and 0 for all others.
+    """
     estimate, memory = before
     belief = Belief(*estimate, estimate.spread)
     noise = where(std > 0, std**2, 1.0)
-    row = placed(1.0, sensor, SENSORS)
-    innovation = rise - belief.mean[sensor]
+    innovation = rise - dot(row, belief.mean)
     variance = variance_along(belief.spread, row) + noise
     use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
     belief = corrected(belief, row, innovation, noise, use)

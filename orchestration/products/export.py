@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from warmlink.controllers.export.core import Core, Precision, designed, export_files
+from warmlink.controllers.export.c_files import export_files
+from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead

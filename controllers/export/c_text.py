@@ -1,0 +1,311 @@
+"""A law's program as C99."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+
+import numpy as np
+
+from warmlink.controllers.export.program.program import LawProgram
+from warmlink.controllers.export.program.statements import (
+    For,
+    Index,
+    Invoke,
+    KnownNumber,
+    Operation,
+    Read,
+    Routine,
+    Set,
+    Statement,
+    Value,
+)
+
+WIDTH = 110
+"""Characters of a line at most."""
+
+INFIX = {
+    "add": ("+", 6),
+    "sub": ("-", 6),
+    "mul": ("*", 7),
+    "div": ("/", 7),
+    "lt": ("<", 5),
+    "le": ("<=", 5),
+    "gt": (">", 5),
+    "ge": (">=", 5),
+    "and": ("&&", 3),
+    "or": ("||", 2),
+}
+"""Operators of C and how tightly they bind."""
+
+FUNCTIONS = {"abs": "fabs", "exp": "exp", "log": "log", "sqrt": "sqrt", "sin": "sin", "cos": "cos"} | {
+    "floor": "floor",
+    "pow": "pow",
+    "erf": "erf",
+}
+"""Functions of the C library."""
+
+HELPERS = {
+    "larger": ("a", "b", "a > b ? a : b", "The larger of two numbers; b where one is NaN."),
+    "smaller": ("a", "b", "a < b ? a : b", "The smaller of two numbers; b where one is NaN."),
+    "ratio": (
+        "a",
+        "b",
+        "(b > 0{f} || b < 0{f}) ? a / b : (b * 0{f})",
+        "a / b; 0 where b is 0, and NaN where it is NaN.",
+    ),
+    "root": ("a", "", "a < 0{f} ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
+}
+"""Functions that every law may use: arguments, result and what it is."""
+
+POINTERS = {"state": "x", "next": "next", "input": "u", "output": "y", "recall": "recall"}
+
+
+class C:
+    """Prints one law."""
+
+    def __init__(self, law: str, program: LawProgram, single: bool) -> None:
+        self.law, self.program, self.single = law, program, single
+        self.suffix = "f" if single else ""
+        self.real = f"{law}_real"
+
+    def number(self, value: float) -> str:
+        """A number."""
+        if np.isnan(value):
+            return f"({self.real})NAN"
+        if np.isinf(value) or (self.single and abs(value) > 3e38):
+            value = np.copysign(3e38, value)
+        return f"{float(value)!r}{self.suffix}"
+
+    def index(self, index: Index) -> str:
+        """Place of an element."""
+        parts = [
+            *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
+            *(f"{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
+        ]
+        text = " + ".join(parts)
+        if not parts:
+            return str(index.constant)
+        if index.constant:
+            text += f" {'+' if index.constant > 0 else '-'} {abs(index.constant)}"
+        return text.replace("+ -", "- ")
+
+    def read(self, read: Read) -> str:
+        """A variable, or an element of it."""
+        slot = read.slot
+        text = slot.name
+        if slot.record == "fresh":
+            text = f"fresh.{slot.name}"
+        elif slot.record in POINTERS:
+            text = f"{POINTERS[slot.record]}->{slot.name}"
+        elif slot.record in ("result", "kept") and not slot.shape:
+            return f"*{slot.name}"
+        return text if read.index is None else f"{text}[{self.index(read.index)}]"
+
+    def value(self, value: Value, outer: int = 0) -> str:
+        """A value; in brackets where what is around it binds more tightly."""
+        if isinstance(value, KnownNumber):
+            text = self.number(value.value)
+            return f"({text})" if text.startswith("-") and outer > 5 else text
+        if isinstance(value, Read):
+            return self.read(value)
+        kind, of = value.kind, value.of
+        if kind == "neg":
+            text, level = f"-{self.value(of[0], 8)}", 8
+        elif kind == "not":
+            text, level = f"!{self.value(of[0], 9)}", 8
+        elif kind == "eq":
+            a, b = (self.value(each, 6) for each in of)
+            text, level = f"{a} <= {b} && {a} >= {b}", 3
+        elif kind == "select":
+            text, level = f"{self.value(of[0], 2)} ? {self.value(of[1], 2)} : {self.value(of[2], 1)}", 1
+        elif kind in INFIX:
+            sign, level = INFIX[kind]
+            inner = level + (1 if kind in ("and", "or") else 0)
+            left = self.value(of[0], level)
+            right = self.value(of[1], level + (0 if kind in ("and", "or") else 1))
+            if kind in ("and", "or"):
+                left, right = (
+                    self.value(each, 4) if _mixed(each, kind) else self.value(each, level) for each in of
+                )
+            del inner
+            text = f"{left} {sign} {right}"
+        else:
+            name = f"{FUNCTIONS[kind]}{self.suffix}" if kind in FUNCTIONS else f"{kind}"
+            return f"{name}({', '.join(self.value(each) for each in of)})"
+        return f"({text})" if level < outer else text
+
+    def statements(self, body: Iterable[Statement], depth: int = 1) -> list[str]:
+        """Lines of statements."""
+        lines: list[str] = []
+        pad = "    " * depth
+        for each in body:
+            if isinstance(each, Set):
+                lines += wrapped(f"{pad}{self.assigned(each)}", pad)
+            elif isinstance(each, For):
+                brackets = len(each.body) > 1
+                head = f"{pad}for ({each.variable} = 0; {each.variable} < {each.count}; {each.variable}++)"
+                lines.append(f"{head} {{" if brackets else head)
+                lines += self.statements(each.body, depth + 1)
+                lines += [f"{pad}}}"] if brackets else []
+            else:
+                lines += self.invoked(each, depth)
+        return lines
+
+    def assigned(self, each: Set) -> str:
+        """An assignment."""
+        to, value = self.read(each.to), each.value
+        if isinstance(value, Operation) and value.kind in ("add", "sub", "mul") and value.of[0] == each.to:
+            return f"{to} {INFIX[value.kind][0]}= {self.value(value.of[1], 0)};"
+        return f"{to} = {self.value(value)};"
+
+    def invoked(self, each: Invoke, depth: int) -> list[str]:
+        """A call, and the condition for it."""
+        pad = "    " * depth
+        lines = []
+        if each.asked is not None:
+            lines += wrapped(f"{pad}if ({self.value(each.asked)})", pad)
+            pad += "    "
+        by_slot = {id(slot): value for slot, value in each.given}
+        by_slot |= {id(slot): read for slot, read in each.results}
+        pointers = POINTERS | ({"next": "&fresh"} if each.fresh else {})
+        names = [*(pointers[name] for name in each.function.records() if name != "clock")]
+        if "clock" in each.function.records():
+            names.append("time")
+        for slot in (*each.function.kept, *each.function.arguments, *each.function.results):
+            value = by_slot[id(slot)]
+            if isinstance(value, Read) and not slot.shape and slot.record != "argument":
+                inner = self.read(value)
+                names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
+            else:
+                names.append(self.value(value))
+        return lines + wrapped(f"{pad}{self.name(each.function)}({', '.join(names)});", pad)
+
+    def name(self, routine: Routine) -> str:
+        """Name of a function."""
+        return f"{self.law}_{routine.name}"
+
+    def signature(self, routine: Routine) -> str:
+        """Head of a function."""
+        records = routine.records()
+        given = []
+        for name in records:
+            if name == "clock":
+                continue
+            kind = {"state": "state", "next": "state", "input": "inputs", "output": "outputs"}.get(name, name)
+            const = "const " if name in ("state", "input", "recall") else ""
+            given.append(f"{const}{self.law}_{kind} *{POINTERS[name]}")
+        if "clock" in records:
+            given.append(f"{self.real} time")
+        for slot in routine.kept:
+            given.append(
+                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+            )
+        for slot in routine.arguments:
+            const = f"const {self.real} {slot.name}[{slot.size}]"
+            given.append(const if slot.shape else f"{self.real} {slot.name}")
+        for slot in routine.results:
+            given.append(
+                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+            )
+        return f"static void {self.name(routine)}({', '.join(given) or 'void'})"
+
+    def function(self, routine: Routine) -> list[str]:
+        """A function, and in a comment what it computes."""
+        lines = comment(routine.about) if routine.about else []
+        lines += [*wrapped(self.signature(routine), ""), "{"]
+        variables = _loops(routine.body)
+        if variables:
+            lines.append(f"    int {', '.join(variables)};")
+        if routine.fresh:
+            lines.append(f"    {self.law}_state fresh;")
+        for kind, condition in ((self.real, False), ("bool", True)):
+            of_kind = [slot for slot in routine.locals if slot.condition is condition]
+            names = [f"{s.name}[{s.size}]" if s.shape else s.name for s in of_kind]
+            if names:
+                lines += wrapped(f"    {kind} {', '.join(names)};", "    ")
+        return [*lines, *self.statements(routine.body), "}", ""]
+
+    def constants(self) -> list[str]:
+        """The design and the tables."""
+        lines = []
+        for slot in self.program.design:
+            about = f"{slot.unit}: {slot.about}" if slot.unit else slot.about
+            lines += comment(about) if about else []
+            if slot.whole:
+                kind = "unsigned char" if slot.values.max() < 256 else "unsigned short"
+                values = [str(int(each)) for each in slot.values]
+            else:
+                kind, values = self.real, [self.number(float(each)) for each in slot.values]
+            listed = f"{{{', '.join(values)}}}" if slot.shape else values[0]
+            size = f"[{slot.size}]" if slot.shape else ""
+            lines += wrapped(f"static const {kind} {slot.name}{size} = {listed};", "")
+        return lines
+
+    def helpers(self) -> list[str]:
+        """Functions that the law uses."""
+        used = {kind for routine in self.program.routines for kind in _kinds(routine.body)}
+        lines: list[str] = []
+        for name, (a, b, result, about) in HELPERS.items():
+            if name in used:
+                given = f"{self.real} {a}" + (f", {self.real} {b}" if b else "")
+                told = result.replace("{f}", f".0{self.suffix}").replace("{sqrt}", f"sqrt{self.suffix}")
+                lines += [
+                    *comment(about),
+                    f"static {self.real} {name}({given})",
+                    "{",
+                    f"    return {told};",
+                    "}",
+                    "",
+                ]
+        return lines
+
+
+def _mixed(value: Value, kind: str) -> bool:
+    return isinstance(value, Operation) and value.kind in ("and", "or", "eq") and value.kind != kind
+
+
+def _kinds(body: Iterable[Statement]) -> Iterable[str]:
+    from warmlink.controllers.export.program.statements import flat
+
+    for statement in flat(list(body)):
+        values: list[Value] = []
+        if isinstance(statement, Set):
+            values = [statement.value]
+        elif isinstance(statement, Invoke):
+            values = [value for _, value in statement.given]
+            values += [statement.asked] if statement.asked is not None else []
+        while values:
+            value = values.pop()
+            if isinstance(value, Operation):
+                yield value.kind
+                values.extend(value.of)
+
+
+def _loops(body: Iterable[Statement]) -> list[str]:
+    from warmlink.controllers.export.program.statements import flat
+
+    return sorted({each.variable for each in flat(list(body)) if isinstance(each, For)})
+
+
+def comment(text: str) -> list[str]:
+    """A comment."""
+    return textwrap.wrap(f"/* {text.replace('*/', '')} */", WIDTH, subsequent_indent="   ")
+
+
+def wrapped(text: str, pad: str) -> list[str]:
+    """A statement, on as many lines as it needs."""
+    indent = pad + "    "
+    return (
+        textwrap.wrap(
+            text,
+            WIDTH,
+            subsequent_indent=indent,
+            initial_indent="",
+            break_long_words=False,
+            break_on_hyphens=False,
+            drop_whitespace=True,
+        )
+        if len(text) > WIDTH
+        else [text]
+    )
