@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from warmlink.controllers.export.lines import WIDTH, wrapped
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
@@ -19,10 +20,8 @@ from warmlink.controllers.export.program.statements import (
     Set,
     Statement,
     Value,
+    flat,
 )
-
-WIDTH = 110
-"""Characters of a line at most."""
 
 INFIX = {
     "add": ("+", 6),
@@ -141,7 +140,7 @@ class C:
         pad = "    " * depth
         for each in body:
             if isinstance(each, Set):
-                lines += wrapped(f"{pad}{self.assigned(each)}", pad)
+                lines += wrapped(f"{pad}{self.assigned(each)}", f"{pad}    ")
             elif isinstance(each, For):
                 brackets = len(each.body) > 1
                 head = f"{pad}for ({each.variable} = 0; {each.variable} < {each.count}; {each.variable}++)"
@@ -164,14 +163,14 @@ class C:
         pad = "    " * depth
         lines = []
         if each.asked is not None:
-            lines += wrapped(f"{pad}if ({self.value(each.asked)})", pad)
+            lines += wrapped(f"{pad}if ({self.value(each.asked)})", f"{pad}    ")
             pad += "    "
         by_slot = {id(slot): value for slot, value in each.given}
         by_slot |= {id(slot): read for slot, read in each.results}
         pointers = POINTERS | ({"next": "&fresh"} if each.fresh else {})
         names = [*(pointers[name] for name in each.function.records() if name != "clock")]
         if "clock" in each.function.records():
-            names.append("time")
+            names.append("elapsed")
         for slot in (*each.function.kept, *each.function.arguments, *each.function.results):
             value = by_slot[id(slot)]
             if isinstance(value, Read) and not slot.shape and slot.record != "argument":
@@ -179,7 +178,7 @@ class C:
                 names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
             else:
                 names.append(self.value(value))
-        return lines + wrapped(f"{pad}{self.name(each.function)}({', '.join(names)});", pad)
+        return lines + wrapped(f"{pad}{self.name(each.function)}({', '.join(names)});", f"{pad}    ")
 
     def name(self, routine: Routine) -> str:
         """Name of a function."""
@@ -196,7 +195,7 @@ class C:
             const = "const " if name in ("state", "input", "recall") else ""
             given.append(f"{const}{self.law}_{kind} *{POINTERS[name]}")
         if "clock" in records:
-            given.append(f"{self.real} time")
+            given.append(f"{self.real} elapsed")
         for slot in routine.kept:
             given.append(
                 f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
@@ -213,7 +212,7 @@ class C:
     def function(self, routine: Routine) -> list[str]:
         """A function, and in a comment what it computes."""
         lines = comment(routine.about) if routine.about else []
-        lines += [*wrapped(self.signature(routine), ""), "{"]
+        lines += [*wrapped(self.signature(routine), "    "), "{"]
         variables = _loops(routine.body)
         if variables:
             lines.append(f"    int {', '.join(variables)};")
@@ -223,7 +222,7 @@ class C:
             of_kind = [slot for slot in routine.locals if slot.condition is condition]
             names = [f"{s.name}[{s.size}]" if s.shape else s.name for s in of_kind]
             if names:
-                lines += wrapped(f"    {kind} {', '.join(names)};", "    ")
+                lines += wrapped(f"    {kind} {', '.join(names)};", "        ")
         return [*lines, *self.statements(routine.body), "}", ""]
 
     def constants(self) -> list[str]:
@@ -239,12 +238,12 @@ class C:
                 kind, values = self.real, [self.number(float(each)) for each in slot.values]
             listed = f"{{{', '.join(values)}}}" if slot.shape else values[0]
             size = f"[{slot.size}]" if slot.shape else ""
-            lines += wrapped(f"static const {kind} {slot.name}{size} = {listed};", "")
+            lines += wrapped(f"static const {kind} {slot.name}{size} = {listed};", "    ")
         return lines
 
     def helpers(self) -> list[str]:
         """Functions that the law uses."""
-        used = {kind for routine in self.program.routines for kind in _kinds(routine.body)}
+        used = {kind for routine in self.program.routines for kind in kinds_of(routine.body)}
         lines: list[str] = []
         for name, (a, b, result, about) in HELPERS.items():
             if name in used:
@@ -265,9 +264,8 @@ def _mixed(value: Value, kind: str) -> bool:
     return isinstance(value, Operation) and value.kind in ("and", "or", "eq") and value.kind != kind
 
 
-def _kinds(body: Iterable[Statement]) -> Iterable[str]:
-    from warmlink.controllers.export.program.statements import flat
-
+def kinds_of(body: Iterable[Statement]) -> Iterable[str]:
+    """Kinds of what statements compute; `no_number` where NaN is among it."""
     for statement in flat(list(body)):
         values: list[Value] = []
         if isinstance(statement, Set):
@@ -280,32 +278,14 @@ def _kinds(body: Iterable[Statement]) -> Iterable[str]:
             if isinstance(value, Operation):
                 yield value.kind
                 values.extend(value.of)
+            elif isinstance(value, KnownNumber) and np.isnan(value.value):
+                yield "no_number"
 
 
 def _loops(body: Iterable[Statement]) -> list[str]:
-    from warmlink.controllers.export.program.statements import flat
-
     return sorted({each.variable for each in flat(list(body)) if isinstance(each, For)})
 
 
 def comment(text: str) -> list[str]:
     """A comment."""
     return textwrap.wrap(f"/* {text.replace('*/', '')} */", WIDTH, subsequent_indent="   ")
-
-
-def wrapped(text: str, pad: str) -> list[str]:
-    """A statement, on as many lines as it needs."""
-    indent = pad + "    "
-    return (
-        textwrap.wrap(
-            text,
-            WIDTH,
-            subsequent_indent=indent,
-            initial_indent="",
-            break_long_words=False,
-            break_on_hyphens=False,
-            drop_whitespace=True,
-        )
-        if len(text) > WIDTH
-        else [text]
-    )

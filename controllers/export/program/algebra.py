@@ -11,6 +11,7 @@ import numpy as np
 from warmlink.controllers.export.program.expressions import (
     CONDITIONS,
     FUNCTIONS,
+    LARGEST,
     SETTLED_ONCE,
     Array,
     Noted,
@@ -52,8 +53,8 @@ def _value(kind: str, of: tuple[Noted, ...], data: Any) -> Array:
 
 
 def constant(value: Any) -> Noted:
-    """A number or an array that is known."""
-    array = np.array(value, dtype=float)
+    """A number or an array that is known, as far as single precision holds it."""
+    array = np.clip(np.array(value, dtype=float), -LARGEST, LARGEST)
     made = expression("constant", (), array.shape, array)
     made.value = array
     return made
@@ -205,8 +206,8 @@ def take(of: Noted, places: Any) -> Noted:
         return of
     if of.kind == "take":
         return take(of.of[0], of.data.ravel()[places])
-    if of.kind == "select" and told_by(of) is not None and not of.of[1].shape:
-        return flag(take(of.of[0], places)) if places.shape == () else _plain(of, places)
+    if of.kind == "select" and told_by(of) is not None and places.shape == ():
+        return flag(take(of.of[0], places))
     if of.kind == "stack" and places.size:
         start = 0
         for part in of.of:

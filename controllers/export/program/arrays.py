@@ -115,12 +115,6 @@ def finite(value: Any) -> Noted:
     return apply("lt", apply("abs", value), LARGEST)
 
 
-def _less(a: Any, b: Any) -> Noted:
-    bound = lifted(b)
-    beyond = bound.kind == "constant" and bound.shape == () and bound.data > LARGEST
-    return apply("lt", a, LARGEST if beyond else bound)
-
-
 UFUNCS: dict[str, Any] = {
     "add": "add",
     "subtract": "sub",
@@ -136,7 +130,7 @@ UFUNCS: dict[str, Any] = {
     "cos": "cos",
     "floor": "floor",
     "power": power,
-    "less": _less,
+    "less": "lt",
     "less_equal": "le",
     "greater": "gt",
     "greater_equal": "ge",

@@ -116,7 +116,7 @@ class Noted(Traced):
     @property
     def condition(self) -> bool:
         """Whether it is true or false."""
-        return self.kind in CONDITIONS
+        return self.kind in CONDITIONS or (self.kind == "take" and self.of[0].condition)
 
     def __len__(self) -> int:
         return self.shape[0]

@@ -15,19 +15,24 @@ class FreeNames:
     ----------
     taken : names that are not given
     also : a set that takes in every name that is given
+    beside : another one's names, which may grow, and are not given either
     """
 
-    def __init__(self, taken: set[str], also: set[str] | None = None) -> None:
+    def __init__(
+        self, taken: set[str], also: set[str] | None = None, beside: FreeNames | None = None
+    ) -> None:
         self._taken = set(taken) if also is not None else taken
-        self._also = also
+        self._also, self._beside = also, beside
+        self._given: set[str] = set()
 
     def fresh(self, name: str) -> str:
         """The name, with a number after it where it is taken."""
         made, count = name, 1
-        while made.lower() in self._taken:
+        while made.lower() in self._taken or (self._beside and made.lower() in self._beside._given):
             count += 1
             made = f"{name}_{count}"
         self._taken.add(made.lower())
+        self._given.add(made.lower())
         if self._also is not None:
             self._also.add(made.lower())
         return made

@@ -22,6 +22,12 @@ RECALLED = ("recalled", "recalled_for")
 """Parameters of a law that goes on after a restart: what was retained, and for how long in s."""
 
 
+_HELPERS = ("larger", "smaller", "ratio", "root", "no_number", "floor", "erf")
+_TYPES = ("outputs", "table", "real", "inputs", "state", "recall", "vector", "places")
+_FUNCTIONS = (*_HELPERS, *_TYPES, "begin", "update", "tell", "init", "step")
+"""Names of functions and types that every law has."""
+
+
 @dataclass(frozen=True)
 class LawProgram:
     """A law's functions and variables.
@@ -61,7 +67,7 @@ def program(component: Component, settled: Number) -> LawProgram:
         u = _record(component.u, "input", leaves)
         p = _record(component.d, "design", leaves, component.d.values(settled))
         time = leaf("clock", "time", ())
-        leaves[time.data] = Slot("time", (), "clock", unit="s")
+        leaves[time.data] = Slot("elapsed", (), "clock", unit="s")
         assert component.update is not None
         begin, begun = tracing.of_records(_started(component), u, p)
         update, updated = tracing.run(
@@ -71,7 +77,18 @@ def program(component: Component, settled: Number) -> LawProgram:
         functions = tracing.functions()
     known = (slot for slot in leaves.values() if slot.record not in ("state", "recall"))
     taken = {slot.name.lower() for slot in known} | {v.name.lower() for v in component.outputs}
-    taken |= RESERVED | {"x", "u", "y", "next", "fresh", "recall", "larger", "smaller", "ratio", "root"}
+    taken |= RESERVED | {
+        "x",
+        "u",
+        "y",
+        "next",
+        "fresh",
+        "running",
+        "passed",
+        "retained",
+        *RECALLED,
+        *_HELPERS,
+    }
     everywhere = set(taken)
     tables = Tables(FreeNames(everywhere))
     routines: dict[int, Routine] = {}
@@ -82,25 +99,8 @@ def program(component: Component, settled: Number) -> LawProgram:
     }
     variables = {"next": component.states, "output": component.outputs}
     made = {record: {v.name: _slot(v, record) for v in declared} for record, declared in variables.items()}
-    function_names = FreeNames(
-        {
-            "begin",
-            "update",
-            "tell",
-            "outputs",
-            "init",
-            "step",
-            "table",
-            "larger",
-            "smaller",
-            "ratio",
-            "root",
-            "real",
-            "inputs",
-            "state",
-            "recall",
-        }
-    )
+    of_functions = FreeNames(set(_FUNCTIONS))
+    of_roots = FreeNames(taken, everywhere, tables.names)
     order = [*functions, update, told]
     for traced in order:
         if id(traced) in roots:
@@ -108,8 +108,8 @@ def program(component: Component, settled: Number) -> LawProgram:
             targets = [made[record][name] for name in fields]
             traced.name = {id(begin): "begin", id(update): "update"}.get(id(traced), "tell")
         else:
-            traced.name = function_names.fresh(traced.name)
-        local = FreeNames(taken | {slot.name.lower() for slot in constants(tables, leaves)}, everywhere)
+            traced.name = of_functions.fresh(traced.name)
+        local = of_roots if id(traced) in roots else FreeNames(taken, everywhere, tables.names)
         if id(traced) not in roots:
             targets = _targets(traced, leaves, local)
         else:
@@ -130,12 +130,6 @@ def program(component: Component, settled: Number) -> LawProgram:
         routines[id(told)],
         any(slot.record == "clock" for routine in every for slot in routine.slots()),
     )
-
-
-def constants(tables: Tables, leaves: dict[tuple[str, str], Slot]) -> list[Slot]:
-    """Constants that have been made on the way."""
-    settled = [slot for slot in leaves.values() if slot.record == "design"]
-    return [*tables.all, *settled]
 
 
 def _started(component: Component) -> Callable[..., Any]:
