@@ -1,14 +1,15 @@
-"""A law as Structured Text: one function block that a task calls, and the blocks and functions inside it."""
+"""A law as Structured Text: the function block that a task calls, and those and the functions inside."""
 
 from __future__ import annotations
 
 import textwrap
+from dataclasses import dataclass, replace
 
 from warmlink.controllers.export.c_text import kinds_of
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.lines import WIDTH, wrapped
 from warmlink.controllers.export.program.statements import Slot
-from warmlink.controllers.export.st_text import StructuredText, number
+from warmlink.controllers.export.st_text import StructuredText, Unit, Variable, number
 
 FUNCTIONS = {
     "larger": (
@@ -78,81 +79,70 @@ PASSED = Slot(
 )
 
 
-def st_files(core: Core) -> dict[str, str]:
-    """Text of each file of an export to Structured Text by name."""
-    return {f"{core.name}.st": structured_text(core)}
+@dataclass(frozen=True)
+class Blocks:
+    """A law as types and units, each after those that it needs."""
+
+    arrays: list[tuple[str, int, str]]
+    state: tuple[str, list[Variable]]
+    units: list[Unit]
 
 
-def structured_text(core: Core) -> str:
-    """The law's types, functions and function blocks, each after those that it needs."""
-    printer = StructuredText(core.name, core.program, core.precision == "single")
-    lines = ["(*", f"  {core.component.description}.", *(f"  {each}" for each in core.origin()), "*)", ""]
-    lines += printer.types()
-    for name in _needed(core):
-        lines += _function(printer, name)
-    roots = {id(core.program.update), id(core.program.outputs_of)}
-    for routine in core.program.routines:
-        if id(routine) not in roots:
-            lines += printer.block(routine)
-    return "\n".join((*lines, *_law(core, printer), ""))
+def blocks(core: Core) -> Blocks:
+    """The law as what a controller's project holds."""
+    made = core.program
+    printer = StructuredText(core.name, made, core.precision == "single")
+    used = {kind for routine in made.routines for kind in kinds_of(routine.body)}
+    functions = [_function(printer, name) for name in FUNCTIONS if name in used]
+    roots = {id(made.update), id(made.outputs_of)}
+    inner = [printer.block(routine) for routine in made.routines if id(routine) not in roots]
+    state = f"{core.name}_state", [printer.variable(slot) for slot in made.states]
+    return Blocks(printer.arrays(), state, [*functions, *inner, _law(core, printer)])
 
 
-def _needed(core: Core) -> list[str]:
-    used = {kind for routine in core.program.routines for kind in kinds_of(routine.body)}
-    return [name for name in FUNCTIONS if name in used]
-
-
-def _function(printer: StructuredText, name: str) -> list[str]:
+def _function(printer: StructuredText, name: str) -> Unit:
     about, arguments, body = FUNCTIONS[name]
     full, real = f"{printer.law}_{name}", printer.real
     names = [arguments] if len(arguments) > 2 else list(arguments)
-    own = {"floor": ["whole"], "erf": ["term", "whole"]}.get(name, [])
-    variables = [f"  {each} : {real};" for each in own] + (["  i : INT;"] if name == "erf" else [])
-    return [
-        f"FUNCTION {full} : {real}",
-        f"(* {about} *)",
-        "VAR_INPUT",
-        *(f"  {each} : {real};" for each in names),
-        "END_VAR",
-        *printer.section("VAR", variables),
-        *(line.format(full, real) for line in body),
-        "END_FUNCTION",
-        "",
-    ]
+    own = [Variable(each, real) for each in {"floor": ["whole"], "erf": ["term", "whole"]}.get(name, [])]
+    own += [Variable("i", "INT")] if name == "erf" else []
+    sections = {"VAR_INPUT": [Variable(each, real) for each in names], "VAR": own}
+    return Unit("FUNCTION", full, about, sections, [line.format(full, real) for line in body], real)
 
 
-def _law(core: Core, printer: StructuredText) -> list[str]:
+def _law(core: Core, printer: StructuredText) -> Unit:
     """The function block that a task calls once each sample time."""
     made = core.program
-    about = f"{core.component.description}. Call it every {core.period:g} s."
-    lines = [f"FUNCTION_BLOCK {core.name}", *textwrap.wrap(f"(* {about} *)", WIDTH)]
-    inputs = [*made.inputs, *([PASSED] if core.goes_on else [])]
-    declared = [
-        line
-        for slot in inputs
-        for line in printer.declared(slot, start=" := -1.0" if slot is PASSED else _start(core, slot))
-    ]
-    lines += printer.section("VAR_INPUT", declared)
     retained = [slot for slot in made.outputs if core.goes_on and slot.name == "retained"]
-    outputs = [slot for slot in made.outputs if slot not in retained]
-    lines += printer.section("VAR_OUTPUT", [line for s in outputs for line in printer.declared(s)])
-    lines += printer.section("VAR CONSTANT", [line for s in made.design for line in printer.constant(s)])
-    lines += printer.section("VAR RETAIN", [line for s in retained for line in printer.declared(s)])
-    own = ["  running : BOOL := FALSE; (* whether it has begun *)"]
-    own += [f"  x : {core.name}_state;", f"  next : {core.name}_state;"]
-    own += [line for slot in made.recall for line in printer.declared(slot)]
-    own += ["  elapsed : " + printer.real + "; (* s: time since it began *)"] if made.timed else []
-    own += [line for line in printer.inner([made.update, made.outputs_of]) if line not in own]
-    begin = f"  run_{made.begin.name} : {core.name}_{made.begin.name};"
-    own += [] if begin in own else [begin]
-    lines += printer.section("VAR", own)
-    return [*lines, *_body(core, printer), "END_FUNCTION_BLOCK"]
+    inputs = [replace(printer.variable(slot), start=_start(core, slot)) for slot in made.inputs]
+    inputs += [replace(printer.variable(PASSED), start=("-1.0",))] if core.goes_on else []
+    own = [
+        Variable("running", "BOOL", ("FALSE",), "whether it has begun"),
+        Variable("x", f"{core.name}_state", (), "what it remembers"),
+        Variable("next", f"{core.name}_state", (), "what it will remember"),
+        *(printer.variable(slot) for slot in made.recall),
+        *([Variable("elapsed", printer.real, (), "s: time since it began")] if made.timed else []),
+        *printer.inner([made.update, made.outputs_of]),
+    ]
+    begin = Variable(f"run_{made.begin.name}", f"{core.name}_{made.begin.name}")
+    return Unit(
+        "FUNCTION_BLOCK",
+        core.name,
+        f"{core.component.description}. Call it every {core.period:g} s.",
+        {
+            "VAR_INPUT": inputs,
+            "VAR_OUTPUT": [printer.variable(slot) for slot in made.outputs if slot not in retained],
+            "VAR CONSTANT": [printer.constant(slot) for slot in made.design],
+            "VAR RETAIN": [printer.variable(slot) for slot in retained],
+            "VAR": own if begin in own else [*own, begin],
+        },
+        _body(core, printer),
+    )
 
 
-def _start(core: Core, slot: Slot) -> str:
+def _start(core: Core, slot: Slot) -> tuple[str]:
     """Start value of an input."""
-    start = core.component.start_values()[1][core.component.u.index[slot.name]]
-    return f" := {number(float(start))}"
+    return (number(float(core.component.start_values()[1][core.component.u.index[slot.name]])),)
 
 
 def _body(core: Core, printer: StructuredText) -> list[str]:
@@ -170,3 +160,42 @@ def _body(core: Core, printer: StructuredText) -> list[str]:
         lines.append(f"  elapsed := elapsed + {number(core.period)};")
     lines += [*printer.statements(made.update.body, 1), "END_IF;", "x := next;"]
     return [*lines, *printer.statements(made.outputs_of.body)]
+
+
+def structured_text(core: Core) -> str:
+    """The law's types, functions and function blocks as text."""
+    made = blocks(core)
+    about = (f"  {each}" for each in (f"{core.component.description}.", *core.origin()))
+    lines = ["(*", *about, "*)", "", "TYPE"]
+        "(*",
+        f"  {core.component.description}.",
+        *(f"  {each}" for each in core.origin()),
+        "*)",
+        "",
+        "TYPE",
+    ]
+    lines += [f"  {name} : ARRAY [0..{size - 1}] OF {of};" for name, size, of in made.arrays]
+    name, fields = made.state
+    lines += [f"  {name} : STRUCT", *(line for each in fields for line in _declared(each, "    "))]
+    lines += ["  END_STRUCT;", "END_TYPE", ""]
+    return "\n".join((*lines, *(line for unit in made.units for line in _unit(unit))))
+
+
+def _unit(unit: Unit) -> list[str]:
+    head = f"{unit.head} {unit.name}" + (f" : {unit.returns}" if unit.returns else "")
+    lines = [head, *(textwrap.wrap(f"(* {unit.about} *)", WIDTH) if unit.about else [])]
+    for word, variables in unit.sections.items():
+        if variables:
+            lines += [word, *(line for each in variables for line in _declared(each, "  ")), "END_VAR"]
+    return [*lines, *unit.body, f"END_{unit.head}", ""]
+
+
+def _declared(variable: Variable, pad: str) -> list[str]:
+    """Declaration of a variable, with unit and description in a comment."""
+    start = ", ".join(variable.start)
+    start = f" := [{start}]" if len(variable.start) > 1 else f" := {start}" if start else ""
+    text, told = f"{pad}{variable.name} : {variable.type}{start};", variable.told.replace("*)", ")")
+    if told and len(text) + len(told) + 7 <= WIDTH:
+        return [f"{text} (* {told} *)"]
+    comment = textwrap.wrap(f"(* {told} *)", WIDTH - len(pad)) if told else []
+    return [*(f"{pad}{line}" for line in comment), *wrapped(text, f"{pad}    ")]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warmlink.controllers.export.lines import WIDTH, wrapped
+from warmlink.controllers.export.lines import wrapped
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
@@ -61,6 +60,36 @@ def number(value: float) -> str:
 
 
 @dataclass(frozen=True)
+class Variable:
+    """A declaration: name, type, start values, and a comment."""
+
+    name: str
+    type: str
+    start: tuple[str, ...] = ()
+    told: str = ""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A program organisation unit: a function or a function block.
+
+    Attributes
+    ----------
+    head : `FUNCTION` or `FUNCTION_BLOCK`
+    sections : its variables by the word that begins them, as `VAR_INPUT`
+    body : lines of statements
+    returns : type of a function
+    """
+
+    head: str
+    name: str
+    about: str
+    sections: dict[str, list[Variable]]
+    body: list[str]
+    returns: str = ""
+
+
+@dataclass(frozen=True)
 class Block:
     """A function block inside of a law's: what it is given beside its arguments.
 
@@ -104,38 +133,25 @@ class StructuredText:
             return f"ARRAY [0..{slot.size - 1}] OF {base}"
         return f"{self.law}_{'places' if slot.whole else 'vector'}_{slot.size}"
 
-    def types(self) -> list[str]:
-        """Types of arrays and of the structure of states."""
+    def arrays(self) -> list[tuple[str, int, str]]:
+        """Types of arrays: name, number of elements, and their type."""
         slots = [*self.program.states, *self.program.inputs, *self.program.outputs, *self.program.recall]
         slots += self.program.design
         for routine in self.program.routines:
             slots += [*routine.locals, *routine.arguments, *routine.results, *routine.kept]
-        arrays = sorted({(s.whole, s.size) for s in slots if s.shape and not s.condition})
-        lines = ["TYPE"]
-        for whole, size in arrays:
-            name = self.kind(Slot("", (size,), whole=whole))
-            lines.append(f"  {name} : ARRAY [0..{size - 1}] OF {'INT' if whole else self.real};")
-        lines.append(f"  {self.law}_state : STRUCT")
-        lines += [line for slot in self.program.states for line in self.declared(slot, 4)]
-        return [*lines, "  END_STRUCT;", "END_TYPE", ""]
+        found = sorted({(s.whole, s.size) for s in slots if s.shape and not s.condition})
+        names = [(self.kind(Slot("", (size,), whole=whole)), size, whole) for whole, size in found]
+        return [(name, size, "INT" if whole else self.real) for name, size, whole in names]
 
-    def declared(self, slot: Slot, indent: int = 2, start: str = "") -> list[str]:
-        """Declaration of a variable, with unit and description in a comment."""
-        pad = " " * indent
-        told = ": ".join(each for each in (slot.unit, slot.about) if each).replace("*)", ")")
-        text = f"{pad}{slot.name} : {self.kind(slot)}{start};"
-        if not told:
-            return wrapped(text, f"{pad}    ")
-        if len(text) + len(told) + 7 <= WIDTH:
-            return [f"{text} (* {told} *)"]
-        comment = textwrap.wrap(f"(* {told} *)", WIDTH - indent)
-        return [*(f"{pad}{line}" for line in comment), *wrapped(text, f"{pad}    ")]
+    def variable(self, slot: Slot, told: bool = True) -> Variable:
+        """A variable, with what is said of it or without."""
+        about = ": ".join(each for each in (slot.unit, slot.about) if each) if told else ""
+        return Variable(slot.name, self.kind(slot), (), about)
 
-    def constant(self, slot: Slot) -> list[str]:
-        """Declaration of a constant."""
+    def constant(self, slot: Slot) -> Variable:
+        """A constant."""
         values = [str(int(v)) if slot.whole else self.real_number(float(v)) for v in slot.values]
-        start = f" := [{', '.join(values)}]" if slot.shape else f" := {values[0]}"
-        return self.declared(slot, start=start)
+        return replace(self.variable(slot), start=tuple(values))
 
     def real_number(self, value: float) -> str:
         """A number of the arithmetic's range."""
@@ -228,38 +244,36 @@ class StructuredText:
             if id(slot) not in kept:
                 yield f"{pad}{self.read(to)} := run_{each.function.name}.{slot.name};"
 
-    def block(self, routine: Routine) -> list[str]:
+    def block(self, routine: Routine) -> Unit:
         """An inner function block."""
         block = self.blocks[id(routine)]
-        lines = [f"FUNCTION_BLOCK {self.law}_{routine.name}"]
-        if routine.about:
-            lines += textwrap.wrap(f"(* {routine.about.replace('`', '')} *)", WIDTH)
-        given = [*block.given, *routine.arguments]
-        lines += self.section("VAR_INPUT", [line for slot in given for line in self.plain(slot)])
-        lines += self.section("VAR_OUTPUT", [line for slot in routine.results for line in self.plain(slot)])
-        changed = [f"  {RECORDS[name]} : {self.law}_state;" for name in block.records]
-        changed += [line for slot in routine.kept for line in self.plain(slot)]
-        lines += self.section("VAR_IN_OUT", changed)
-        lines += self.section("VAR", self.inner([routine]))
-        return [*lines, *self.statements(routine.body), "END_FUNCTION_BLOCK", ""]
+        changed = [Variable(RECORDS[name], f"{self.law}_state") for name in block.records]
+        return Unit(
+            "FUNCTION_BLOCK",
+            f"{self.law}_{routine.name}",
+            routine.about.replace("`", ""),
+            {
+                "VAR_INPUT": self.plain([*block.given, *routine.arguments]),
+                "VAR_OUTPUT": self.plain(routine.results),
+                "VAR_IN_OUT": [*changed, *self.plain(routine.kept)],
+                "VAR": self.inner([routine]),
+            },
+            list(self.statements(routine.body)),
+        )
 
-    def plain(self, slot: Slot) -> list[str]:
-        """Declaration without a comment."""
-        return [f"  {slot.name} : {self.kind(slot)};"]
+    def plain(self, slots: Iterable[Slot]) -> list[Variable]:
+        """Variables without comments."""
+        return [self.variable(slot, told=False) for slot in slots]
 
-    def inner(self, routines: list[Routine]) -> list[str]:
-        """Declarations of what functions need for themselves."""
-        lines = [line for routine in routines for slot in routine.locals for line in self.plain(slot)]
+    def inner(self, routines: list[Routine]) -> list[Variable]:
+        """What functions need for themselves."""
+        found = self.plain(slot for routine in routines for slot in routine.locals)
         if any(routine.fresh for routine in routines):
-            lines.append(f"  fresh : {self.law}_state;")
+            found.append(Variable("fresh", f"{self.law}_state"))
         loops = sorted({s.variable for r in routines for s in flat(r.body) if isinstance(s, For)})
-        lines += [f"  {name} : INT;" for name in loops]
+        found += [Variable(name, "INT") for name in loops]
         called = {each.name: each for routine in routines for each in routine.calls()}
-        return [*lines, *(f"  run_{name} : {self.law}_{name};" for name in called)]
-
-    def section(self, head: str, lines: list[str]) -> list[str]:
-        """Declarations of a kind, if any."""
-        return [head, *lines, "END_VAR"] if lines else []
+        return [*found, *(Variable(f"run_{name}", f"{self.law}_{name}") for name in called)]
 
 
 _PASSED = ("design", "input", "recall", "clock")
