@@ -167,13 +167,6 @@ def structured_text(core: Core) -> str:
     made = blocks(core)
     about = (f"  {each}" for each in (f"{core.component.description}.", *core.origin()))
     lines = ["(*", *about, "*)", "", "TYPE"]
-        "(*",
-        f"  {core.component.description}.",
-        *(f"  {each}" for each in core.origin()),
-        "*)",
-        "",
-        "TYPE",
-    ]
     lines += [f"  {name} : ARRAY [0..{size - 1}] OF {of};" for name, size, of in made.arrays]
     name, fields = made.state
     lines += [f"  {name} : STRUCT", *(line for each in fields for line in _declared(each, "    "))]
