@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
-from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 from warmlink.controllers.export.c_text import C, comment
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.program.statements import Routine, Slot
+from warmlink.controllers.export.texts import filled, listed
 from warmlink.controllers.export.vectors import SAMPLES, vectors
 
 ALLOWED = {"double": 1e-12, "single": 0.05e-6}
@@ -22,8 +21,8 @@ ALLOWED = {"double": 1e-12, "single": 0.05e-6}
 def export_files(core: Core) -> dict[str, str]:
     """Text of each file of an export to C by name."""
     return {
-        f"{core.name}.h": header(core),
         f"{core.name}.c": source(core),
+        f"{core.name}.h": header(core),
         f"{core.name}_test.c": test_program(core),
         "README.md": readme(core),
     }
@@ -32,17 +31,6 @@ def export_files(core: Core) -> dict[str, str]:
 def printer(core: Core) -> C:
     """What prints the law."""
     return C(core.name, core.program, core.precision == "single")
-
-
-def _filled(core: Core, template: str, **more: object) -> str:
-    path = Path(__file__).parent / "templates" / template
-    return Template(path.read_text("utf-8")).substitute(
-        law=core.name,
-        upper=core.name.upper(),
-        description=core.component.description,
-        period=f"{core.period:g}",
-        **more,
-    )
 
 
 def _origin(core: Core) -> str:
@@ -63,7 +51,7 @@ def header(core: Core) -> str:
         )
     if made.timed:
         more += "    unsigned long samples;\n"
-    return _filled(
+    return filled(
         core,
         "law.h",
         origin=_origin(core),
@@ -114,7 +102,7 @@ def source(core: Core) -> str:
     stepping += _called(core, made.update, time)
     stepping.append("    law->state = next;")
     stepping += _called(core, made.outputs_of, time)
-    return _filled(
+    return filled(
         core,
         "law.c",
         origin=_origin(core),
@@ -167,7 +155,7 @@ def test_program(core: Core) -> str:
     given, taken = vectors(core.component, core.period)
     names = core.component.y.names
     allowed = [_allowed(core, name, taken[:, k]) for k, name in enumerate(names)]
-    return _filled(
+    return filled(
         core,
         "test.c",
         origin=_origin(core),
@@ -214,7 +202,7 @@ def readme(core: Core) -> str:
     constants = sum(
         slot.size * ((1 if slot.values.max() < 256 else 2) if slot.whole else size) for slot in made.design
     )
-    return _filled(
+    return filled(
         core,
         "readme.txt",
         origin="\n".join(core.origin()),
@@ -227,22 +215,7 @@ def readme(core: Core) -> str:
         more=_RESTART if core.goes_on else "",
         nan=_NAN,
         measured="",
-        inputs=_listed(made.inputs),
-        outputs=_listed(made.outputs),
-        parameters=_listed([slot for slot in made.design if slot.about and not slot.whole], values=True),
+        inputs=listed(made.inputs),
+        outputs=listed(made.outputs),
+        parameters=listed([slot for slot in made.design if slot.about and not slot.whole], values=True),
     )
-
-
-def _listed(slots: Iterable[Slot], values: bool = False) -> str:
-    """A table of variables."""
-    rows = ["| name | unit | what it is |", "|---|---|---|"]
-    if values:
-        rows = ["| name | value | unit | what it is |", "|---|---|---|---|"]
-    for slot in slots:
-        name = f"`{slot.name}[{slot.size}]`" if slot.shape else f"`{slot.name}`"
-        told = ""
-        if values:
-            first = ", ".join(f"{float(each):g}" for each in slot.values[:6])
-            told = f" {first}{', ...' if slot.size > 6 else ''} |"
-        rows.append(f"| {name} |{told} {slot.unit} | {slot.about} |")
-    return "\n".join(rows)

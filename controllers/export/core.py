@@ -13,6 +13,7 @@ from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.packaging.release import version
+from warmlink.fmus.safe_text import printable
 
 Precision = Literal["double", "single"]
 
@@ -32,7 +33,7 @@ class Core:
     component: Component
     name: str
     precision: Precision
-    source_of_design: str = "the design that ships"
+    source_of_design: str = "the one that ships"
 
     @property
     def design(self) -> Number:
@@ -42,7 +43,12 @@ class Core:
     @cached_property
     def program(self) -> LawProgram:
         """What it computes."""
-        return program(self.component, self.design)
+        return program(self.component, self.design, self.name)
+
+    @property
+    def description(self) -> str:
+        """What the law is, as it may stand in a comment of any language."""
+        return in_comment(self.component.description)
 
     @property
     def period(self) -> float:
@@ -61,12 +67,17 @@ class Core:
         mark = hashlib.sha256(f"{self.component.name}\n{told}".encode()).hexdigest()[:16]
         return [
             f"Written by warmlink {version()} for {self.component.name} in {self.precision} precision.",
-            f"Design: {self.source_of_design}; its values have the SHA-256 {mark}.",
+            f"Design: {in_comment(self.source_of_design)}; its values have the SHA-256 {mark}.",
         ]
 
     def operations(self) -> int:
         """Arithmetic operations of a sample and its outputs, at most."""
         return sum(_operations(each.body) for each in (self.program.update, self.program.outputs_of))
+
+
+def in_comment(text: str) -> str:
+    """A text that ends no comment, in C or in Structured Text."""
+    return printable(" ".join(text.split())).replace("*/", "* /").replace("*)", "* )").replace("(*", "( *")
 
 
 def designed(component: Component, values: dict[str, float]) -> Component:

@@ -7,7 +7,7 @@ import re
 WIDTH = 110
 """Characters of a line at most."""
 
-_PIECE = re.compile(r"[^ (]*\(|[^ (]+ ?| ")
+_PIECE = re.compile(r"[^ (]*\(|[^ (]+(?: :=)? ?| ")
 """What is not divided: up to a space, or to what a bracket opens."""
 
 

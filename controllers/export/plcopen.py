@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree as ET
 
 from warmlink.controllers.export.core import Core
-from warmlink.controllers.export.st_files import blocks
+from warmlink.controllers.export.st_blocks import blocks
 from warmlink.controllers.export.st_text import Unit, Variable
 from warmlink.fmus.packaging.release import generated, version
 

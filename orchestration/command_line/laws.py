@@ -157,28 +157,35 @@ def _names(sensors: str | None) -> list[str] | None:
 def export(
     law: str,
     *,
+    to: Literal["c", "st"] = "c",
     design: Path | None = None,
     precision: Literal["double", "single"] = "double",
     out: Path | None = None,
 ) -> None:
-    """Write a controller's law as C99 for a robot's or machine's own controller.
+    """Write a controller's law for a robot's or machine's own controller, in C or in Structured Text.
 
-    The folder contains the core (a struct, `init` and `step`; no heap, no files, no variables of its own), a
-    program that tests it, and a README with its sample time, memory and number of operations.
+    --to c: C99, a struct, `init` and `step`, without heap, files or variables of its own, and a program that
+    tests it. --to st: Structured Text of IEC 61131-3, one function block that a task calls each sample time,
+    its constants with names and units, what a restart must keep as RETAIN; the same as PLCopen XML.
 
-    Example: `warmlink export observer --design observer.ssv --precision single --out plc`
+    Both are printed from the same statements and compute the same numbers. A README beside them says what
+    goes in and comes out, the sample time, what is needed, and what happens where a reading is missing.
+
+    Examples: `warmlink export observer --design observer.ssv --precision single --out plc`,
+    `warmlink export regression --to st --out plc`
 
     Parameters
     ----------
     law : Controller, as `observer`, or a law of your own, as `my_law.py:MyLaw`.
+    to : Language: `c` or `st`.
     design : Parameter set (SSV) from `warmlink design`. Default: the design that ships.
-    precision : Of the arithmetic.
+    precision : Of the arithmetic: double (LREAL) or single (REAL).
     out : Folder to write. Default: LAW.
     """
     from warmlink.orchestration.products.export import export as export_law
 
-    found = export_law(law, design, precision=precision)
+    found = export_law(law, design, to=to, precision=precision)
     folder = out or Path(found.name)
     found.write(folder)
     step = f"{found.core.operations()} operations in a step of {found.core.period:g} s"
-    answer(f"core  {folder / found.name}.c    {step}")
+    answer(f"law  {folder / next(iter(found.files))}    {step}")

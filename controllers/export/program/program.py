@@ -53,8 +53,10 @@ class LawProgram:
     timed: bool
 
 
-def program(component: Component, settled: Number) -> LawProgram:
+def program(component: Component, settled: Number, name: str) -> LawProgram:
     """The program of a law that samples, for its parameters and what they settle, shape (d.size,).
+
+    No variable gets the law's name.
 
     Raises
     ------
@@ -154,7 +156,7 @@ def _record(
 
 def _slot(variable: Any, record: str) -> Slot:
     shape = () if variable.size is None else (variable.size,)
-    about = getattr(variable, "description", "")
+    about = getattr(variable, "description", "").replace("*/", "* /").replace("*)", "* )")
     return Slot(variable.name, shape, record, unit=variable.unit, about=about)
 
 
