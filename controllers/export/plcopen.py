@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.st_blocks import blocks
-from warmlink.controllers.export.st_text import Unit, Variable
+from warmlink.controllers.export.st_text import BlockText, Declaration
 from warmlink.fmus.packaging.release import generated, version
 
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
@@ -60,7 +60,7 @@ def plcopen_xml(core: Core) -> str:
     return f'<?xml version="1.0" encoding="utf-8"?>\n{ET.tostring(project, "unicode")}\n'
 
 
-def _unit(units: ET.Element, unit: Unit) -> None:
+def _unit(units: ET.Element, unit: BlockText) -> None:
     kind = "function" if unit.head == "FUNCTION" else "functionBlock"
     pou = ET.SubElement(units, "pou", name=unit.name, pouType=kind)
     interface = ET.SubElement(pou, "interface")
@@ -78,7 +78,7 @@ def _unit(units: ET.Element, unit: Unit) -> None:
         _told(pou, unit.about)
 
 
-def _variable(section: ET.Element, variable: Variable) -> None:
+def _variable(section: ET.Element, variable: Declaration) -> None:
     made = ET.SubElement(section, "variable", name=variable.name)
     _type(ET.SubElement(made, "type"), variable.type)
     if variable.start:

@@ -9,7 +9,7 @@ from warmlink.controllers.export.c_text import kinds_of
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.lines import WIDTH, wrapped
 from warmlink.controllers.export.program.statements import Slot
-from warmlink.controllers.export.st_text import StructuredText, Unit, Variable, number
+from warmlink.controllers.export.st_text import BlockText, Declaration, StructuredText, number
 
 FUNCTIONS = {
     "larger": (
@@ -84,8 +84,8 @@ class Blocks:
     """A law as types and units, each after those that it needs."""
 
     arrays: list[tuple[str, int, str]]
-    state: tuple[str, list[Variable]]
-    units: list[Unit]
+    state: tuple[str, list[Declaration]]
+    units: list[BlockText]
 
 
 def blocks(core: Core) -> Blocks:
@@ -100,32 +100,32 @@ def blocks(core: Core) -> Blocks:
     return Blocks(printer.arrays(), state, [*functions, *inner, _law(core, printer)])
 
 
-def _function(printer: StructuredText, name: str) -> Unit:
+def _function(printer: StructuredText, name: str) -> BlockText:
     about, arguments, body = FUNCTIONS[name]
     full, real = f"{printer.law}_{name}", printer.real
     names = [arguments] if len(arguments) > 2 else list(arguments)
-    own = [Variable(each, real) for each in {"floor": ["whole"], "erf": ["term", "whole"]}.get(name, [])]
-    own += [Variable("i", "INT")] if name == "erf" else []
-    sections = {"VAR_INPUT": [Variable(each, real) for each in names], "VAR": own}
-    return Unit("FUNCTION", full, about, sections, [line.format(full, real) for line in body], real)
+    own = [Declaration(each, real) for each in {"floor": ["whole"], "erf": ["term", "whole"]}.get(name, [])]
+    own += [Declaration("i", "INT")] if name == "erf" else []
+    sections = {"VAR_INPUT": [Declaration(each, real) for each in names], "VAR": own}
+    return BlockText("FUNCTION", full, about, sections, [line.format(full, real) for line in body], real)
 
 
-def _law(core: Core, printer: StructuredText) -> Unit:
+def _law(core: Core, printer: StructuredText) -> BlockText:
     """The function block that a task calls once each sample time."""
     made = core.program
     retained = [slot for slot in made.outputs if core.goes_on and slot.name == "retained"]
     inputs = [replace(printer.variable(slot), start=_start(core, slot)) for slot in made.inputs]
     inputs += [replace(printer.variable(PASSED), start=("-1.0",))] if core.goes_on else []
     own = [
-        Variable("running", "BOOL", ("FALSE",), "whether it has begun"),
-        Variable("x", f"{core.name}_state", (), "what it remembers"),
-        Variable("next", f"{core.name}_state", (), "what it will remember"),
+        Declaration("running", "BOOL", ("FALSE",), "whether it has begun"),
+        Declaration("x", f"{core.name}_state", (), "what it remembers"),
+        Declaration("next", f"{core.name}_state", (), "what it will remember"),
         *(printer.variable(slot) for slot in made.recall),
-        *([Variable("elapsed", printer.real, (), "s: time since it began")] if made.timed else []),
+        *([Declaration("elapsed", printer.real, (), "s: time since it began")] if made.timed else []),
         *printer.inner([made.update, made.outputs_of]),
     ]
-    begin = Variable(f"run_{made.begin.name}", f"{core.name}_{made.begin.name}")
-    return Unit(
+    begin = Declaration(f"run_{made.begin.name}", f"{core.name}_{made.begin.name}")
+    return BlockText(
         "FUNCTION_BLOCK",
         core.name,
         f"{core.description}. Call it every {core.period:g} s.",
@@ -174,7 +174,7 @@ def structured_text(core: Core) -> str:
     return "\n".join((*lines, *(line for unit in made.units for line in _unit(unit))))
 
 
-def _unit(unit: Unit) -> list[str]:
+def _unit(unit: BlockText) -> list[str]:
     head = f"{unit.head} {unit.name}" + (f" : {unit.returns}" if unit.returns else "")
     lines = [head, *(textwrap.wrap(f"(* {unit.about} *)", WIDTH) if unit.about else [])]
     for word, variables in unit.sections.items():
@@ -183,7 +183,7 @@ def _unit(unit: Unit) -> list[str]:
     return [*lines, *unit.body, f"END_{unit.head}", ""]
 
 
-def _declared(variable: Variable, pad: str) -> list[str]:
+def _declared(variable: Declaration, pad: str) -> list[str]:
     """Declaration of a variable, with unit and description in a comment."""
     start = ", ".join(variable.start)
     start = f" := [{start}]" if len(variable.start) > 1 else f" := {start}" if start else ""

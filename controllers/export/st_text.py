@@ -60,7 +60,7 @@ def number(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class Variable:
+class Declaration:
     """A declaration: name, type, start values, and a comment."""
 
     name: str
@@ -70,7 +70,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Unit:
+class BlockText:
     """A program organisation unit: a function or a function block.
 
     Attributes
@@ -84,13 +84,13 @@ class Unit:
     head: str
     name: str
     about: str
-    sections: dict[str, list[Variable]]
+    sections: dict[str, list[Declaration]]
     body: list[str]
     returns: str = ""
 
 
 @dataclass(frozen=True)
-class Block:
+class InnerBlock:
     """A function block inside of a law's: what it is given beside its arguments.
 
     Attributes
@@ -111,18 +111,18 @@ class StructuredText:
     def __init__(self, law: str, program: LawProgram, single: bool) -> None:
         self.law, self.program = law, program
         self.real = "REAL" if single else "LREAL"
-        self.blocks: dict[int, Block] = {}
+        self.blocks: dict[int, InnerBlock] = {}
         roots = {id(program.update), id(program.outputs_of)}
         for routine in program.routines:
             if id(routine) not in roots:
                 self.blocks[id(routine)] = self._block(routine)
 
-    def _block(self, routine: Routine) -> Block:
+    def _block(self, routine: Routine) -> InnerBlock:
         given = {slot.name: slot for slot in routine.slots() if slot.record in _PASSED}
         for each in routine.calls():
             given |= {slot.name: slot for slot in self.blocks[id(each)].given}
         records = [name for name in routine.records() if name in RECORDS]
-        return Block(routine, list(given.values()), records)
+        return InnerBlock(routine, list(given.values()), records)
 
     def kind(self, slot: Slot) -> str:
         """The type of a variable."""
@@ -143,12 +143,12 @@ class StructuredText:
         names = [(self.kind(Slot("", (size,), whole=whole)), size, whole) for whole, size in found]
         return [(name, size, "INT" if whole else self.real) for name, size, whole in names]
 
-    def variable(self, slot: Slot, told: bool = True) -> Variable:
+    def variable(self, slot: Slot, told: bool = True) -> Declaration:
         """A variable, with what is said of it or without."""
         about = ": ".join(each for each in (slot.unit, slot.about) if each) if told else ""
-        return Variable(slot.name, self.kind(slot), (), about)
+        return Declaration(slot.name, self.kind(slot), (), about)
 
-    def constant(self, slot: Slot) -> Variable:
+    def constant(self, slot: Slot) -> Declaration:
         """A constant."""
         values = [str(int(v)) if slot.whole else self.real_number(float(v)) for v in slot.values]
         return replace(self.variable(slot), start=tuple(values))
@@ -244,11 +244,11 @@ class StructuredText:
             if id(slot) not in kept:
                 yield f"{pad}{self.read(to)} := run_{each.function.name}.{slot.name};"
 
-    def block(self, routine: Routine) -> Unit:
+    def block(self, routine: Routine) -> BlockText:
         """An inner function block."""
         block = self.blocks[id(routine)]
-        changed = [Variable(RECORDS[name], f"{self.law}_state") for name in block.records]
-        return Unit(
+        changed = [Declaration(RECORDS[name], f"{self.law}_state") for name in block.records]
+        return BlockText(
             "FUNCTION_BLOCK",
             f"{self.law}_{routine.name}",
             routine.about.replace("`", ""),
@@ -261,19 +261,19 @@ class StructuredText:
             list(self.statements(routine.body)),
         )
 
-    def plain(self, slots: Iterable[Slot]) -> list[Variable]:
+    def plain(self, slots: Iterable[Slot]) -> list[Declaration]:
         """Variables without comments."""
         return [self.variable(slot, told=False) for slot in slots]
 
-    def inner(self, routines: list[Routine]) -> list[Variable]:
+    def inner(self, routines: list[Routine]) -> list[Declaration]:
         """What functions need for themselves."""
         found = self.plain(slot for routine in routines for slot in routine.locals)
         if any(routine.fresh for routine in routines):
-            found.append(Variable("fresh", f"{self.law}_state"))
+            found.append(Declaration("fresh", f"{self.law}_state"))
         loops = sorted({s.variable for r in routines for s in flat(r.body) if isinstance(s, For)})
-        found += [Variable(name, "INT") for name in loops]
+        found += [Declaration(name, "INT") for name in loops]
         called = {each.name: each for routine in routines for each in routine.calls()}
-        return [*found, *(Variable(f"run_{name}", f"{self.law}_{name}") for name in called)]
+        return [*found, *(Declaration(f"run_{name}", f"{self.law}_{name}") for name in called)]
 
 
 _PASSED = ("design", "input", "recall", "clock")
