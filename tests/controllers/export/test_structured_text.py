@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from tests.controllers.iec import MISSING, hours, of_c, of_structured_text, run, translated
+from tests.controllers.export.iec import MISSING, hours, of_c, of_structured_text, run, translated
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.plcopen import NAMESPACE, plcopen_xml
 from warmlink.controllers.export.program.words import RESERVED
