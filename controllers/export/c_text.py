@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from warmlink.controllers.export.lines import WIDTH, wrapped
+from warmlink.controllers.export.parts import divided
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
@@ -18,6 +20,7 @@ from warmlink.controllers.export.program.statements import (
     Read,
     Routine,
     Set,
+    Slot,
     Statement,
     Value,
     flat,
@@ -57,7 +60,14 @@ HELPERS = {
 }
 """Functions that every law may use: arguments, result and what it is."""
 
-POINTERS = {"state": "x", "next": "next", "input": "u", "output": "y", "recall": "recall"}
+POINTERS = {
+    "state": "x",
+    "next": "next",
+    "input": "u",
+    "output": "y",
+    "recall": "recall",
+}
+"""Records that functions are given, and what they call them."""
 
 
 class C:
@@ -67,6 +77,10 @@ class C:
         self.law, self.program, self.single = law, program, single
         self.suffix = "f" if single else ""
         self.real = f"{law}_real"
+        self._shared: set[int] = set()
+        whole = {id(r): divided(r, lambda each: len(self.statements([each]))) for r in program.routines}
+        self._divided = {key: found for key, found in whole.items() if found is not None}
+        self._shared.update(id(slot) for found in self._divided.values() for slot in found.shared)
 
     def number(self, value: float) -> str:
         """A number."""
@@ -93,7 +107,9 @@ class C:
         """A variable, or an element of it."""
         slot = read.slot
         text = slot.name
-        if slot.record == "fresh":
+        if id(slot) in self._shared:
+            text = f"work->{slot.name}"
+        elif slot.record == "fresh":
             text = f"fresh.{slot.name}"
         elif slot.record in POINTERS:
             text = f"{POINTERS[slot.record]}->{slot.name}"
@@ -210,20 +226,42 @@ class C:
         return f"static void {self.name(routine)}({', '.join(given) or 'void'})"
 
     def function(self, routine: Routine) -> list[str]:
-        """A function, and in a comment what it computes."""
+        """A function, and in a comment what it computes; where it is long, in parts that it calls."""
+        whole = self._divided.get(id(routine))
+        if whole is None:
+            return self.one(routine, self.statements(routine.body))
+        record = f"{self.law}_{routine.name}_work"
+        members = [f"    {'bool' if s.condition else self.real} {_sized(s)};" for s in whole.shared]
+        told = comment(f"What the parts of {routine.name} have in common.")
+        lines = [*told, "typedef struct {", *members, f"}} {record};", ""]
+        calls = [f"    {record} work;"]
+        for part in whole.parts:
+            work = any(id(slot) in self._shared for slot in part.slots())
+            lines += self.one(part, self.statements(part.body), record if work else "")
+            given = [POINTERS[name] for name in part.records() if name != "clock"]
+            given += ["elapsed"] if "clock" in part.records() else []
+            given += [slot.name for slot in (*part.kept, *part.arguments, *part.results)]
+            given += ["&work"] if work else []
+            calls += wrapped(f"    {self.name(part)}({', '.join(given)});", "        ")
+        return [*lines, *self.one(replace(routine, locals=[], body=routine.body), calls)]
+
+    def one(self, routine: Routine, statements: list[str], work: str = "") -> list[str]:
+        """A function of these statements, which is given a record of that type if any."""
         lines = comment(routine.about) if routine.about else []
-        lines += [*wrapped(self.signature(routine), "    "), "{"]
-        variables = _loops(routine.body)
+        head = self.signature(routine)
+        if work:
+            head = f"{head[:-1]}{'' if head.endswith('(void)') else ', '}{work} *work)".replace("(void", "(")
+        lines += [*wrapped(head, "    "), "{"]
+        variables = _loops(routine.body) if not any("work;" in each for each in statements[:1]) else []
         if variables:
             lines.append(f"    int {', '.join(variables)};")
         if routine.fresh:
             lines.append(f"    {self.law}_state fresh;")
         for kind, condition in ((self.real, False), ("bool", True)):
-            of_kind = [slot for slot in routine.locals if slot.condition is condition]
-            names = [f"{s.name}[{s.size}]" if s.shape else s.name for s in of_kind]
+            names = [_sized(slot) for slot in routine.locals if slot.condition is condition]
             if names:
                 lines += wrapped(f"    {kind} {', '.join(names)};", "        ")
-        return [*lines, *self.statements(routine.body), "}", ""]
+        return [*lines, *statements, "}", ""]
 
     def constants(self) -> list[str]:
         """The design and the tables."""
@@ -258,6 +296,10 @@ class C:
                     "",
                 ]
         return lines
+
+
+def _sized(slot: Slot) -> str:
+    return f"{slot.name}[{slot.size}]" if slot.shape else slot.name
 
 
 def _mixed(value: Value, kind: str) -> bool:

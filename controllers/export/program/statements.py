@@ -132,9 +132,8 @@ class Routine:
         """Every variable that it reads or writes, those of functions that it calls left aside."""
         found: dict[int, Slot] = {}
         for statement in flat(self.body):
-            for each in reads(statement):
-                for slot in _slots(each):
-                    found.setdefault(id(slot), slot)
+            for slot in touched(statement):
+                found.setdefault(id(slot), slot)
         return list(found.values())
 
     @property
@@ -161,6 +160,12 @@ def flat(body: list[Statement]) -> Iterator[Statement]:
         yield statement
         if isinstance(statement, For):
             yield from flat(statement.body)
+
+
+def touched(statement: Statement) -> Iterator[Slot]:
+    """Variables that a statement reads or writes itself."""
+    for each in reads(statement):
+        yield from _slots(each)
 
 
 def reads(statement: Statement) -> Iterator[Read]:
