@@ -99,9 +99,9 @@ def source(core: Core) -> str:
     stepping: list[str] = []
     if made.timed:
         stepping.append("    law->samples++;")
-    stepping += _called(core, made.update, time)
+    stepping += _called(text, made.update, time)
     stepping.append("    law->state = next;")
-    stepping += _called(core, made.outputs_of, time)
+    stepping += _called(text, made.outputs_of, time)
     return filled(
         core,
         "law.c",
@@ -124,20 +124,21 @@ def _begun(core: Core, text: C) -> list[str]:
     if "input" not in {*made.begin.records(), *made.outputs_of.records()}:
         lines.append("    (void)u;")
     if core.goes_on:
-        recalled, waited = made.recall
+        (recalled, waited), none = made.recall, text.number(0.0)
         lines += [
             "    int i;",
-            f"    for (i = 0; i < {recalled.size}; i++)",
-            f"        law->recall.{recalled.name}[i] = retained == NULL ? {text.number(0.0)} : retained[i];",
-            f"    law->recall.{waited.name} = retained == NULL ? {text.number(-1.0)} : passed;",
+            f"    for (i = 0; i < {recalled.size}; i++) {{",
+            f"        law->recall.{recalled.name}[i] = (retained == NULL) ? {none} : retained[i];",
+            "    }",
+            f"    law->recall.{waited.name} = (retained == NULL) ? {text.number(-1.0)} : passed;",
         ]
     if made.timed:
         lines.append("    law->samples = 0;")
-    lines += _called(core, made.begin, text.number(0.0), "&law->state")
-    return lines + _called(core, made.outputs_of, text.number(0.0))
+    lines += _called(text, made.begin, text.number(0.0), "&law->state")
+    return lines + _called(text, made.outputs_of, text.number(0.0))
 
 
-def _called(core: Core, routine: Routine, time: str, into: str = "&next") -> list[str]:
+def _called(text: C, routine: Routine, time: str, into: str = "&next") -> list[str]:
     place = {
         "state": "&law->state",
         "next": into,
@@ -147,7 +148,7 @@ def _called(core: Core, routine: Routine, time: str, into: str = "&next") -> lis
         "clock": time,
     }
     given = [place[name] for name in routine.records()]
-    return [f"    {printer(core).name(routine)}({', '.join(given)});"]
+    return [f"    {text.name(routine)}({', '.join(given)});"]
 
 
 def test_program(core: Core) -> str:
@@ -200,7 +201,7 @@ def readme(core: Core) -> str:
     size, made = 4 if core.precision == "single" else 8, core.program
     numbers = sum(slot.size for slot in (*made.states, *made.outputs, *made.recall))
     constants = sum(
-        slot.size * ((1 if slot.values.max() < 256 else 2) if slot.whole else size) for slot in made.design
+        slot.size * ((1 if slot.values.max() < 128 else 2) if slot.whole else size) for slot in made.design
     )
     return filled(
         core,
@@ -214,7 +215,6 @@ def readme(core: Core) -> str:
         kept=", retained, passed" if core.goes_on else "",
         more=_RESTART if core.goes_on else "",
         nan=_NAN,
-        measured="",
         inputs=listed(made.inputs),
         outputs=listed(made.outputs),
         parameters=listed([slot for slot in made.design if slot.about and not slot.whole], values=True),

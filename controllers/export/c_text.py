@@ -24,6 +24,7 @@ from warmlink.controllers.export.program.statements import (
     Statement,
     Value,
     flat,
+    kinds_of,
 )
 
 INFIX = {
@@ -48,15 +49,15 @@ FUNCTIONS = {"abs": "fabs", "exp": "exp", "log": "log", "sqrt": "sqrt", "sin": "
 """Functions of the C library."""
 
 HELPERS = {
-    "larger": ("a", "b", "a > b ? a : b", "The larger of two numbers; b where one is NaN."),
-    "smaller": ("a", "b", "a < b ? a : b", "The smaller of two numbers; b where one is NaN."),
+    "larger": ("a", "b", "(a > b) ? a : b", "The larger of two numbers; b where one is NaN."),
+    "smaller": ("a", "b", "(a < b) ? a : b", "The smaller of two numbers; b where one is NaN."),
     "ratio": (
         "a",
         "b",
-        "(b > 0{f} || b < 0{f}) ? a / b : (b * 0{f})",
+        "((b > 0{f}) || (b < 0{f})) ? (a / b) : (b * 0{f})",
         "a / b; 0 where b is 0, and NaN where it is NaN.",
     ),
-    "root": ("a", "", "a < 0{f} ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
+    "root": ("a", "", "(a < 0{f}) ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
 }
 """Functions that every law may use: arguments, result and what it is."""
 
@@ -78,9 +79,12 @@ class C:
         self.suffix = "f" if single else ""
         self.real = f"{law}_real"
         self._shared: set[int] = set()
-        whole = {id(r): divided(r, lambda each: len(self.statements([each]))) for r in program.routines}
+        whole = {id(routine): divided(routine, self._lines) for routine in program.routines}
         self._divided = {key: found for key, found in whole.items() if found is not None}
         self._shared.update(id(slot) for found in self._divided.values() for slot in found.shared)
+
+    def _lines(self, statement: Statement) -> int:
+        return len(self.statements([statement]))
 
     def number(self, value: float) -> str:
         """A number."""
@@ -131,19 +135,15 @@ class C:
             text, level = f"!{self.value(of[0], 9)}", 8
         elif kind == "eq":
             a, b = (self.value(each, 6) for each in of)
-            text, level = f"{a} <= {b} && {a} >= {b}", 3
+            text, level = f"({a} <= {b}) && ({a} >= {b})", 3
         elif kind == "select":
-            text, level = f"{self.value(of[0], 2)} ? {self.value(of[1], 2)} : {self.value(of[2], 1)}", 1
+            text, level = f"{self.value(of[0], 7)} ? {self.value(of[1], 5)} : {self.value(of[2], 2)}", 1
         elif kind in INFIX:
             sign, level = INFIX[kind]
-            inner = level + (1 if kind in ("and", "or") else 0)
-            left = self.value(of[0], level)
-            right = self.value(of[1], level + (0 if kind in ("and", "or") else 1))
-            if kind in ("and", "or"):
-                left, right = (
-                    self.value(each, 4) if _mixed(each, kind) else self.value(each, level) for each in of
-                )
-            del inner
+            inner = 7 if kind in ("and", "or") else level
+            chained = isinstance(of[0], Operation) and of[0].kind == kind
+            left = self.value(of[0], level if chained else inner)
+            right = self.value(of[1], inner if kind in ("and", "or") else level + 1)
             text = f"{left} {sign} {right}"
         else:
             name = f"{FUNCTIONS[kind]}{self.suffix}" if kind in FUNCTIONS else f"{kind}"
@@ -158,11 +158,9 @@ class C:
             if isinstance(each, Set):
                 lines += wrapped(f"{pad}{self.assigned(each)}", f"{pad}    ")
             elif isinstance(each, For):
-                brackets = len(each.body) > 1
-                head = f"{pad}for ({each.variable} = 0; {each.variable} < {each.count}; {each.variable}++)"
-                lines.append(f"{head} {{" if brackets else head)
-                lines += self.statements(each.body, depth + 1)
-                lines += [f"{pad}}}"] if brackets else []
+                name = each.variable
+                lines.append(f"{pad}for ({name} = 0; {name} < {each.count}; {name}++) {{")
+                lines += [*self.statements(each.body, depth + 1), f"{pad}}}"]
             else:
                 lines += self.invoked(each, depth)
         return lines
@@ -179,7 +177,7 @@ class C:
         pad = "    " * depth
         lines = []
         if each.asked is not None:
-            lines += wrapped(f"{pad}if ({self.value(each.asked)})", f"{pad}    ")
+            lines += wrapped(f"{pad}if ({self.value(each.asked)}) {{", f"{pad}    ")
             pad += "    "
         by_slot = {id(slot): value for slot, value in each.given}
         by_slot |= {id(slot): read for slot, read in each.results}
@@ -194,7 +192,8 @@ class C:
                 names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
             else:
                 names.append(self.value(value))
-        return lines + wrapped(f"{pad}{self.name(each.function)}({', '.join(names)});", f"{pad}    ")
+        lines += wrapped(f"{pad}{self.name(each.function)}({', '.join(names)});", f"{pad}    ")
+        return lines if each.asked is None else [*lines, f"{pad[:-4]}}}"]
 
     def name(self, routine: Routine) -> str:
         """Name of a function."""
@@ -230,11 +229,11 @@ class C:
         whole = self._divided.get(id(routine))
         if whole is None:
             return self.one(routine, self.statements(routine.body))
-        record = f"{self.law}_{routine.name}_work"
+        record = f"{self.law}_{routine.name}_work" if whole.shared else ""
         members = [f"    {'bool' if s.condition else self.real} {_sized(s)};" for s in whole.shared]
         told = comment(f"What the parts of {routine.name} have in common.")
-        lines = [*told, "typedef struct {", *members, f"}} {record};", ""]
-        calls = [f"    {record} work;"]
+        lines = [*told, "typedef struct {", *members, f"}} {record};", ""] if record else []
+        calls = [f"    {record} work;"] if record else []
         for part in whole.parts:
             work = any(id(slot) in self._shared for slot in part.slots())
             lines += self.one(part, self.statements(part.body), record if work else "")
@@ -243,17 +242,17 @@ class C:
             given += [slot.name for slot in (*part.kept, *part.arguments, *part.results)]
             given += ["&work"] if work else []
             calls += wrapped(f"    {self.name(part)}({', '.join(given)});", "        ")
-        return [*lines, *self.one(replace(routine, locals=[], body=routine.body), calls)]
+        return [*lines, *self.one(replace(routine, locals=[]), calls, loops=False)]
 
-    def one(self, routine: Routine, statements: list[str], work: str = "") -> list[str]:
-        """A function of these statements, which is given a record of that type if any."""
+    def one(self, routine: Routine, statements: list[str], work: str = "", loops: bool = True) -> list[str]:
+        """A function of these statements, which is given a record of the type `work` if any."""
         lines = comment(routine.about) if routine.about else []
         head = self.signature(routine)
         if work:
             head = f"{head[:-1]}{'' if head.endswith('(void)') else ', '}{work} *work)".replace("(void", "(")
         lines += [*wrapped(head, "    "), "{"]
-        variables = _loops(routine.body) if not any("work;" in each for each in statements[:1]) else []
-        if variables:
+        variables = _loops(routine.body)
+        if variables and loops:
             lines.append(f"    int {', '.join(variables)};")
         if routine.fresh:
             lines.append(f"    {self.law}_state fresh;")
@@ -270,7 +269,7 @@ class C:
             about = f"{slot.unit}: {slot.about}" if slot.unit else slot.about
             lines += comment(about) if about else []
             if slot.whole:
-                kind = "unsigned char" if slot.values.max() < 256 else "unsigned short"
+                kind = "signed char" if slot.values.max() < 128 else "short"
                 values = [str(int(each)) for each in slot.values]
             else:
                 kind, values = self.real, [self.number(float(each)) for each in slot.values]
@@ -300,28 +299,6 @@ class C:
 
 def _sized(slot: Slot) -> str:
     return f"{slot.name}[{slot.size}]" if slot.shape else slot.name
-
-
-def _mixed(value: Value, kind: str) -> bool:
-    return isinstance(value, Operation) and value.kind in ("and", "or", "eq") and value.kind != kind
-
-
-def kinds_of(body: Iterable[Statement]) -> Iterable[str]:
-    """Kinds of what statements compute; `no_number` where NaN is among it."""
-    for statement in flat(list(body)):
-        values: list[Value] = []
-        if isinstance(statement, Set):
-            values = [statement.value]
-        elif isinstance(statement, Invoke):
-            values = [value for _, value in statement.given]
-            values += [statement.asked] if statement.asked is not None else []
-        while values:
-            value = values.pop()
-            if isinstance(value, Operation):
-                yield value.kind
-                values.extend(value.of)
-            elif isinstance(value, KnownNumber) and np.isnan(value.value):
-                yield "no_number"
 
 
 def _loops(body: Iterable[Statement]) -> list[str]:

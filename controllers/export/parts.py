@@ -53,25 +53,22 @@ def divided(routine: Routine, lines: Callable[[Statement], int]) -> Divided | No
 
 def _pieces(routine: Routine, lines: Callable[[Statement], int]) -> list[list[Statement]]:
     """Statements in pieces, divided where the fewest variables are needed on both sides."""
-    body, pieces = list(routine.body), []
+    body, pieces = routine.body, []
+    long = [lines(each) for each in body]
     own = {id(slot) for slot in routine.locals}
-    while sum(map(lines, body)) > SCREEN:
-        best, fewest, count = 0, 10**9, 0
-        for k, each in enumerate(body[:-1], 1):
-            count += lines(each)
-            if count > SCREEN and best:
-                break
-            if count >= LEAST or count > SCREEN:
-                both = {id(s) for s in _slots(body[:k])} & {id(s) for s in _slots(body[k:])} & own
-                if len(both) <= fewest:
-                    best, fewest = k, len(both)
-            if count > SCREEN:
-                break
-        if not best:
-            break
-        pieces.append(body[:best])
-        body = body[best:]
-    return [*pieces, body]
+    used = [{id(slot) for slot in _slots([each])} & own for each in body]
+    first = {slot: k for k in range(len(body) - 1, -1, -1) for slot in used[k]}
+    last = {slot: k for k in range(len(body)) for slot in used[k]}
+    across = [sum(first[slot] < k <= last[slot] for slot in first) for k in range(len(body) + 1)]
+    start = 0
+    while sum(long[start:]) > SCREEN:
+        ends = [k for k in range(start + 1, len(body)) if LEAST <= sum(long[start:k]) <= SCREEN]
+        # A statement that takes a screen by itself is a piece with those few before it.
+        ends = ends or [next(k for k in range(start + 1, len(body) + 1) if sum(long[start:k]) >= LEAST)]
+        end = min(reversed(ends), key=across.__getitem__)
+        pieces.append(body[start:end])
+        start = end
+    return [*pieces, body[start:]] if start < len(body) else pieces
 
 
 def _slots(body: list[Statement]) -> list[Slot]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import textwrap
 from dataclasses import dataclass, replace
 
-from warmlink.controllers.export.c_text import kinds_of
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.lines import WIDTH, wrapped
-from warmlink.controllers.export.program.statements import Slot
+from warmlink.controllers.export.program.statements import Slot, kinds_of
 from warmlink.controllers.export.st_text import BlockText, Declaration, StructuredText, number
 
 FUNCTIONS = {

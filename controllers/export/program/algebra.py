@@ -65,7 +65,7 @@ def lifted(value: Any) -> Noted:
     return value if isinstance(value, Noted) else constant(value)
 
 
-def is_number(one: Noted, value: float) -> bool:
+def is_number(one: Noted, value: Any) -> bool:
     """Whether all elements are a known number."""
     return one.kind == "constant" and bool(np.all(one.data == value))
 
@@ -165,7 +165,7 @@ def _of_flags(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | Non
 def _selected(condition: Noted, then: Noted, otherwise: Noted, shape: tuple[int, ...]) -> Noted | None:
     if condition.kind == "constant" and condition.shape == ():
         return _wide(then if condition.data else otherwise, shape)
-    if then is otherwise:
+    if then is otherwise or (then.kind == otherwise.kind == "constant" and is_number(then, otherwise.data)):
         return _wide(then, shape)
     if is_number(then, 0.0) and is_number(otherwise, 1.0) and condition.shape == shape:
         return flag(apply("not", condition))
@@ -174,6 +174,10 @@ def _selected(condition: Noted, then: Noted, otherwise: Noted, shape: tuple[int,
     if condition.kind == "gt" and _same(condition.of, then, otherwise):
         return apply("larger", then, otherwise)
     if condition.kind == "lt" and _same(condition.of, then, otherwise):
+        return apply("smaller", then, otherwise)
+    if condition.kind == "lt" and _same(condition.of, otherwise, then):
+        return apply("larger", then, otherwise)
+    if condition.kind == "gt" and _same(condition.of, otherwise, then):
         return apply("smaller", then, otherwise)
     if condition.kind == "lt" and then.kind == "neg" and then.of[0] is otherwise is condition.of[0]:
         return apply("abs", otherwise)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from math import isnan
 from typing import Any
 
 
@@ -197,3 +198,21 @@ def _slots(read: Read) -> Iterator[Slot]:
         for table, inner in pending.pop().tables:
             yield table
             pending.append(inner)
+
+
+def kinds_of(body: Iterable[Statement]) -> Iterable[str]:
+    """Kinds of what statements compute; `no_number` where NaN is among it."""
+    for statement in flat(list(body)):
+        values: list[Value] = []
+        if isinstance(statement, Set):
+            values = [statement.value]
+        elif isinstance(statement, Invoke):
+            values = [value for _, value in statement.given]
+            values += [statement.asked] if statement.asked is not None else []
+        while values:
+            value = values.pop()
+            if isinstance(value, Operation):
+                yield value.kind
+                values.extend(value.of)
+            elif isinstance(value, KnownNumber) and isnan(value.value):
+                yield "no_number"

@@ -1,7 +1,9 @@
 """A law as plain C: the numbers of its other forms, and C that strict compilers take."""
 
 import re
+import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,12 @@ STRICT = (
     *("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wfloat-equal", "-Wshadow"),
     "-Wdouble-promotion",
 )
+
+
+@cache
+def core_of(law: str, precision: Precision) -> Core:
+    """A law that ships; its program is made once."""
+    return Core(controllers()[law], law, precision)
 
 
 def written(core: Core, folder: Path) -> Path:
@@ -40,14 +48,47 @@ def run(folder: Path, law: str, *flags: str) -> str:
     "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
 )
 def test_it_meets_its_test_vectors(law: str, precision: Precision, tmp_path: Path) -> None:
-    core = Core(controllers()[law], law, precision)
+    core = core_of(law, precision)
     assert "largest difference" in run(
         written(core, tmp_path), law, "-O0", "-fsanitize=undefined", "-fno-sanitize-recover"
     )
 
 
+ADVISORY = {"misra-c2012-8.9", "misra-c2012-12.1", "misra-c2012-12.3"}
+"""Rules that an export's README says it departs from, and why."""
+
+OF_THE_DESIGN = {"knownConditionTrueFalse", "duplicateCondition", "constParameter"}
+"""Remarks of style: conditions that a design settles."""
+
+
+@pytest.mark.platform
+@pytest.mark.skipif(shutil.which("cppcheck") is None, reason="cppcheck is not installed")
+@pytest.mark.parametrize(
+    "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
+)
+def test_cppcheck_names_no_rule_of_misra_but_those_that_the_readme_lists(law: str, tmp_path: Path) -> None:
+    folder = written(core_of(law, "single"), tmp_path)
+    asked = ("--std=c99", "--enable=warning,style,performance,portability", "--addon=misra", f"{law}.c")
+    done = subprocess.run(["cppcheck", *asked], cwd=folder, check=True, capture_output=True, text=True)
+    found = set(re.findall(r"\[([\w.-]+)\]$", done.stderr, re.MULTILINE))
+    assert found <= ADVISORY | OF_THE_DESIGN
+    listed = re.findall(r"^- (\d+\.\d+):", (folder / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert {f"misra-c2012-{each}" for each in listed} == ADVISORY
+
+
+@pytest.mark.parametrize("law", ["regression", pytest.param("observer", marks=pytest.mark.slow)])
+def test_functions_fit_on_a_screen_and_none_calls_itself(law: str) -> None:
+    text = source(core_of(law, "double"))
+    functions = re.findall(r"^(?:static )?\w+ (\w+)\([^;{]*?\)\n\{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL)
+    assert len(functions) > 10
+    for name, body in functions:
+        copies = "begun_again" in name
+        assert body.count("\n") <= (110 if copies else 75), name
+        assert f"{name}(" not in body, name
+
+
 def test_another_design_fails_the_test_vectors(tmp_path: Path) -> None:
-    folder = written(Core(controllers()["lag"], "lag", "double"), tmp_path)
+    folder = written(core_of("lag", "double"), tmp_path)
     other = designed(controllers()["lag"], {"time_constant": 500.0})
     (folder / "lag.c").write_text(source(Core(other, "lag", "double")), encoding="utf-8")
     with pytest.raises(subprocess.CalledProcessError):
@@ -55,7 +96,7 @@ def test_another_design_fails_the_test_vectors(tmp_path: Path) -> None:
 
 
 def test_it_has_no_variables_of_its_own_and_needs_the_mathematics_alone() -> None:
-    text = source(Core(controllers()["observer"], "observer", "single"))
+    text = source(core_of("observer", "single"))
     headers = {"observer.h", "math.h", "stdbool.h", "stddef.h"}
     assert set(re.findall(r"#include\W+(\S+)[\">]", text)) == headers
     assert not re.search(r"^static (?!const)[^()]*;", text, re.MULTILINE)
@@ -66,7 +107,7 @@ def test_it_has_no_variables_of_its_own_and_needs_the_mathematics_alone() -> Non
 
 @pytest.mark.parametrize("law", ["lag", "observer", "observer_drift"])
 def test_the_readme_calls_the_functions_as_they_are_declared(law: str) -> None:
-    files = export_files(Core(controllers()[law], law, "double"))
+    files = export_files(core_of(law, "double"))
     declared = dict(re.findall(r"^void (\w+)\(([^)]*)\);", files[f"{law}.h"], re.MULTILINE))
     for name in (f"{law}_init", f"{law}_step"):
         (called,) = re.findall(rf"^    {name}\(([^)]*)\)", files["README.md"], re.MULTILINE)
@@ -79,7 +120,7 @@ def test_the_readme_states_the_memory_that_the_struct_takes(
     law: str, precision: Precision, tmp_path: Path
 ) -> None:
     """The bytes that keep `samples` in its place were not counted: 1596 for 1600."""
-    folder = written(Core(controllers()[law], law, precision), tmp_path)
+    folder = written(core_of(law, precision), tmp_path)
     (stated,) = re.findall(r"the struct `\w+` \| (\d+) bytes", (folder / "README.md").read_text("utf-8"))
     check = f'#include "{law}.h"\ntypedef char stated[sizeof({law}) == {stated} ? 1 : -1];\n'
     (folder / "size.c").write_text(check, encoding="utf-8")
@@ -96,7 +137,7 @@ def test_readings_that_no_number_should_hold_leave_it_sound(
 ) -> None:
     """Once a thermometer told 1e20 K, an observer in single precision was never ready again."""
     component = controllers()[law]
-    core = Core(component, law, precision)
+    core = core_of(law, precision)
     folder = written(core, tmp_path)
     names = component.u.names
     wrong = ("base_temperature", "tip_temperature", "speed", "torque", "ambient_temperature")
