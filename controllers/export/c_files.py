@@ -19,7 +19,7 @@ ALLOWED = {"double": 1e-12, "single": 0.05e-6}
 
 
 def export_files(core: Core) -> dict[str, str]:
-    """Text of each file of an export to C by name."""
+    """Text of each file of an export to C by name; the README without what is measured."""
     return {
         f"{core.name}.c": source(core),
         f"{core.name}.h": header(core),
@@ -196,8 +196,8 @@ _NAN = """Every input but `drift_valid` may be NaN: a reading that is missing. A
 good reading."""
 
 
-def readme(core: Core) -> str:
-    """How to use the export, and what it needs."""
+def readme(core: Core, measured: str = "") -> str:
+    """How to use the export, and what it needs, with a text on what was measured."""
     size, made = 4 if core.precision == "single" else 8, core.program
     numbers = sum(slot.size for slot in (*made.states, *made.outputs, *made.recall))
     constants = sum(
@@ -215,6 +215,7 @@ def readme(core: Core) -> str:
         kept=", retained, passed" if core.goes_on else "",
         more=_RESTART if core.goes_on else "",
         nan=_NAN,
+        measured=measured,
         inputs=listed(made.inputs),
         outputs=listed(made.outputs),
         parameters=listed([slot for slot in made.design if slot.about and not slot.whole], values=True),

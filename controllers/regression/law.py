@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, sensed
-from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
-from warmlink.controllers.matrices import diagonal, dot
+from warmlink.controllers.kalman import Sight, carried_over, counted, variance_along
+from warmlink.controllers.matrices import diagonal, dot, outer, symmetric, upper
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
@@ -130,13 +130,15 @@ def _taken(
     The row is 1 for that sensor, and 0 for all others.
     """
     estimate, memory = before
-    belief = Belief(*estimate, estimate.spread)
     noise = where(std > 0, std**2, 1.0)
-    innovation = rise - dot(row, belief.mean)
-    variance = variance_along(belief.spread, row) + noise
+    innovation = rise - dot(row, estimate.mean)
+    across = symmetric(estimate.spread, SENSORS) @ row
+    variance = maximum(dot(row, across), 0.0) + noise
     use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
-    belief = corrected(belief, row, innovation, noise, use)
-    return Estimate(*belief[:2]), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
+    counts = counted(row, Sight(across, across), innovation, noise, use)
+    mean = estimate.mean + across * counts.times
+    spread = estimate.spread - upper(outer(across * counts.share, across))
+    return Estimate(mean, spread), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
 
 
 def _named(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from warmlink.controllers.export.c_files import export_files
+from warmlink.controllers.export.c_files import export_files, readme
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.program.words import RESERVED
 from warmlink.controllers.export.st_files import st_files
@@ -22,6 +22,7 @@ from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.products.measured import measured
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
 
 Language = Literal["c", "st"]
@@ -89,6 +90,8 @@ def export(
     core = Core(component, name, precision, source)
     try:
         files = export_files(core) if to == "c" else st_files(core)
+        if to == "c":
+            files["README.md"] = readme(core, measured(core, files))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
     return Exported(core, files)

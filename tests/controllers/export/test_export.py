@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.built import built
-from warmlink.controllers.export.c_files import export_files, source
+from warmlink.controllers.export.c_files import export_files, header, readme, source
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
@@ -107,10 +107,10 @@ def test_it_has_no_variables_of_its_own_and_needs_the_mathematics_alone() -> Non
 
 @pytest.mark.parametrize("law", ["lag", "observer", "observer_drift"])
 def test_the_readme_calls_the_functions_as_they_are_declared(law: str) -> None:
-    files = export_files(core_of(law, "double"))
-    declared = dict(re.findall(r"^void (\w+)\(([^)]*)\);", files[f"{law}.h"], re.MULTILINE))
+    core = core_of(law, "double")
+    declared = dict(re.findall(r"^void (\w+)\(([^)]*)\);", header(core), re.MULTILINE))
     for name in (f"{law}_init", f"{law}_step"):
-        (called,) = re.findall(rf"^    {name}\(([^)]*)\)", files["README.md"], re.MULTILINE)
+        (called,) = re.findall(rf"^    {name}\(([^)]*)\)", readme(core), re.MULTILINE)
         assert called.count(",") == declared[name].count(","), name
 
 

@@ -1,11 +1,13 @@
 """`warmlink export` with the parameter set that `warmlink design` writes."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+import warmlink as wl
 from warmlink.controllers.export.c_files import source
 from warmlink.controllers.export.core import Core, designed
 from warmlink.orchestration.catalogue import controller
@@ -69,3 +71,15 @@ def test_what_is_no_design_of_the_law_is_refused(
     assert end.value.code == 2
     assert said in capsys.readouterr().err
     assert not Path("plc").exists()
+
+
+@pytest.mark.platform
+@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
+def test_the_readme_states_what_the_law_that_is_recommended_needs() -> None:
+    """At most 16 kB of code and constants, and 2 kB of stack."""
+    readme = wl.export("regression").files["README.md"]
+    rows = re.findall(r"^\| (Cortex-\w+) \| (\d+) \| (\d+) \|$", readme, re.MULTILINE)
+    assert [name for name, _, _ in rows] == ["Cortex-M7", "Cortex-M4F"]
+    for _, code, stack in rows:
+        assert 1024 < int(code) < 16 * 1024
+        assert 256 < int(stack) <= 2 * 1024
