@@ -6,11 +6,15 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.built import built
+from tests.controllers.export.iec import hours, of_c
+from tests.controllers.export.iec import run as run_library
 from warmlink.controllers.export.c_files import export_files, header, readme, source
 from warmlink.controllers.export.core import Core, Precision, designed
+from warmlink.controllers.export.vectors import said
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
 
@@ -184,3 +188,18 @@ int main(void)
     ready, correction = map(float, printed.split())
     assert ready == 1.0
     assert abs(correction) < 2e-6
+
+
+def test_after_a_restart_the_c_goes_on_as_the_fmu_does(tmp_path: Path) -> None:
+    """What was recalled is forgotten by neither while the first readings may still be wrong."""
+    core = core_of("observer", "double")
+    rows, size = hours(tuple(core.component.u.names), 200), core.component.y.size
+    c = run_library(of_c(core, tmp_path), rows, size, {100: 30.0})
+    place = core.component.y.index
+    kept = [c[99, place[name]] for name in core.component.y.names if name.startswith("retained[")]
+    given = {f"recalled[{i}]": value for i, value in enumerate(kept, 1)} | {"recalled_for": 30.0}
+    python = said(designed(core.component, given), rows[100:], core.period)
+    correction = place["correction"]
+    assert c[100, correction] == pytest.approx(c[99, correction], abs=1e-12)
+    np.testing.assert_allclose(c[100:, correction], python[:, correction], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(c[100:, place["ready"]], python[:, place["ready"]])
