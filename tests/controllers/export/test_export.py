@@ -91,6 +91,19 @@ def test_functions_fit_on_a_screen_and_none_calls_itself(law: str) -> None:
         assert f"{name}(" not in body, name
 
 
+@pytest.mark.platform
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.parametrize(
+    "law", [pytest.param(n, marks=pytest.mark.slow) if n.startswith("observer") else n for n in LAWS]
+)
+def test_it_reads_and_writes_nothing_but_its_own_memory(law: str, tmp_path: Path) -> None:
+    folder = written(core_of(law, "double"), tmp_path)
+    asked = ("-std=c99", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover", "-o", "checked")
+    subprocess.run(["gcc", *asked, f"{law}_test.c", f"{law}.c", "-lm"], cwd=folder, check=True)
+    done = subprocess.run(["./checked"], cwd=folder, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_another_design_fails_the_test_vectors(tmp_path: Path) -> None:
     folder = written(core_of("lag", "double"), tmp_path)
     other = designed(controllers()["lag"], {"time_constant": 500.0})
