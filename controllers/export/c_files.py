@@ -12,7 +12,7 @@ from warmlink.controllers.export.c_text import C, comment
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.program.statements import Routine, Slot
 from warmlink.controllers.export.texts import filled, listed
-from warmlink.controllers.export.vectors import SAMPLES, vectors
+from warmlink.controllers.export.vectors import SAMPLES
 
 ALLOWED = {"double": 1e-12, "single": 0.05e-6}
 """Largest difference of the correction from the test vectors, in m."""
@@ -153,7 +153,7 @@ def _called(text: C, routine: Routine, time: str, into: str = "&next") -> list[s
 
 def test_program(core: Core) -> str:
     """A C program that runs the law through the test vectors; it ends with 0 where they are met."""
-    given, taken = vectors(core.component, core.period)
+    given, taken = core.vectors.inputs, core.vectors.outputs
     names = core.component.y.names
     allowed = [_allowed(core, name, taken[:, k]) for k, name in enumerate(names)]
     return filled(
@@ -196,6 +196,10 @@ _NAN = """Every input but `drift_valid` may be NaN: a reading that is missing. A
 good reading."""
 
 
+_NO_NAN = """This law gives no number where a reading is missing (NaN) or none that can be: give it none
+such, and do not use its correction meanwhile."""
+
+
 def readme(core: Core, measured: str = "") -> str:
     """How to use the export, and what it needs, with a text on what was measured."""
     size, made = 4 if core.precision == "single" else 8, core.program
@@ -214,7 +218,7 @@ def readme(core: Core, measured: str = "") -> str:
         samples=SAMPLES,
         kept=", retained, passed" if core.goes_on else "",
         more=_RESTART if core.goes_on else "",
-        nan=_NAN,
+        nan=_NAN if core.vectors.wild else _NO_NAN,
         measured=measured,
         inputs=listed(made.inputs),
         outputs=listed(made.outputs),

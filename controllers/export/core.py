@@ -9,6 +9,7 @@ from typing import Literal
 
 from warmlink.controllers.export.program.program import LawProgram, program
 from warmlink.controllers.export.program.statements import For, Invoke, Operation, Set, Statement, Value
+from warmlink.controllers.export.vectors import Vectors, vectors
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
@@ -44,6 +45,11 @@ class Core:
     def program(self) -> LawProgram:
         """What it computes."""
         return program(self.component, self.design, self.name)
+
+    @cached_property
+    def vectors(self) -> Vectors:
+        """What the law says to inputs that try it; InputError if it gives no numbers."""
+        return vectors(self.component, self.period)
 
     @property
     def description(self) -> str:

@@ -5,16 +5,19 @@ import shutil
 import subprocess
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.built import built
-from tests.controllers.export.iec import hours, of_c
+from tests.controllers.export.iec import of_c
 from tests.controllers.export.iec import run as run_library
 from warmlink.controllers.export.c_files import export_files, header, readme, source
 from warmlink.controllers.export.core import Core, Precision, designed
 from warmlink.controllers.export.vectors import said
+from warmlink.controllers.own import Law, component_of
+from warmlink.fmus.component import State
 from warmlink.fmus.packaging.native.compile import compilers, platforms_named
 from warmlink.orchestration.catalogue import controllers
 
@@ -206,7 +209,7 @@ int main(void)
 def test_after_a_restart_the_c_goes_on_as_the_fmu_does(tmp_path: Path) -> None:
     """What was recalled is forgotten by neither while the first readings may still be wrong."""
     core = core_of("observer", "double")
-    rows, size = hours(tuple(core.component.u.names), 200), core.component.y.size
+    rows, size = core.vectors.inputs, core.component.y.size
     c = run_library(of_c(core, tmp_path), rows, size, {100: 30.0})
     place = core.component.y.index
     kept = [c[99, place[name]] for name in core.component.y.names if name.startswith("retained[")]
@@ -216,3 +219,22 @@ def test_after_a_restart_the_c_goes_on_as_the_fmu_does(tmp_path: Path) -> None:
     assert c[100, correction] == pytest.approx(c[99, correction], abs=1e-12)
     np.testing.assert_allclose(c[100:, correction], python[:, correction], rtol=0, atol=1e-12)
     np.testing.assert_array_equal(c[100:, place["ready"]], python[:, place["ready"]])
+
+
+def test_a_law_that_takes_no_missing_reading_is_exported_and_its_readme_says_so(tmp_path: Path) -> None:
+    class Plain(Law):
+        """Growth by one thermometer, whatever it reads."""
+
+        states = (State("rise", "K"),)
+
+        def update(self, x: Any, u: Any, p: Any, time: Any, step: Any) -> dict[str, Any]:
+            return {"rise": u.base_temperature - 295.15}
+
+        def correction(self, x: Any, u: Any, p: Any, time: Any) -> Any:
+            return 5e-6 * x.rise
+
+    core = Core(component_of(Plain), "plain", "double")
+    folder = written(core, tmp_path)
+    assert "largest difference" in run(folder, "plain", "-O0")
+    assert "gives no number where a reading is missing" in (folder / "README.md").read_text("utf-8")
+    assert "gives no number" not in readme(core_of("lag", "double"))
