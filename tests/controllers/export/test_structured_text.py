@@ -172,7 +172,7 @@ def test_it_gives_the_numbers_of_the_c(core: Core, count: int, tmp_path: Path) -
 @pytest.mark.platform
 @with_matiec
 @pytest.mark.parametrize("count", [3600, pytest.param(86400, marks=pytest.mark.slow)])
-def test_single_precision_loses_less_than_a_tenth_of_a_micrometre(
+def test_single_precision_loses_less_than_a_tenth_of_a_micrometre_or_a_quarter_in_an_observer(
     core: Core, count: int, tmp_path: Path
 ) -> None:
     rows, size = hours(tuple(core.component.u.names), count), core.component.y.size
@@ -183,9 +183,5 @@ def test_single_precision_loses_less_than_a_tenth_of_a_micrometre(
     lreal = run(of_c(core, double), rows, size, {})
     place = core.component.y.index["correction"]
     off = np.abs(real[:, place] - lreal[:, place])
-    if core.name not in OBSERVERS:
-        assert off.max() < 0.1e-6
-        return
     # An observer decides by thresholds: now and then it does so a sample earlier or later.
-    assert np.mean(off < 0.1e-6) > 0.99
-    assert off.max() < 0.25e-6
+    assert off.max() < (0.25e-6 if core.name in OBSERVERS else 0.1e-6)
