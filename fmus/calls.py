@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from warmlink.fmus.component.arithmetic import beside, side
+from warmlink.fmus.component.arithmetic import Traced, beside, side
 
 Called = TypeVar("Called", bound=Callable[..., Any])
 
@@ -34,6 +34,8 @@ def kept_whole(function: Called, idle: bool = False) -> Called:
         while isinstance(first, tuple):
             first = first[0]
         if not _is_graph(first):
+            if isinstance(first, Traced):
+                return first.whole(function, given, idle)
             skipped = idle and isinstance(given[-1], float) and given[-1] == 0
             return given[0] if skipped else function(*given)
         given = _mapped(given, _as_graph)
@@ -68,7 +70,7 @@ def side_by_side(one: Called, paired: int) -> Called:
         others = iter(_leaves(found[1]))
         return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
-    both.__dict__["paired"] = paired
+    both.__dict__.update(paired=paired, one=one)
     return kept_whole(cast(Called, both))
 
 

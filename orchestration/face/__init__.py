@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import fmu_files as fmu_files
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
     from warmlink.orchestration.products.build import build as build
+    from warmlink.orchestration.products.cnc import cnc_table as cnc_table
     from warmlink.orchestration.products.compare import compare as compare
     from warmlink.orchestration.products.diagnose import diagnose as diagnose
     from warmlink.orchestration.products.export import export as export
@@ -58,6 +59,7 @@ _PLACES = {
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.products.build:build",
     "check": "orchestration.check.checked:check",
+    "cnc_table": "orchestration.products.cnc:cnc_table",
     "compare": "orchestration.products.compare:compare",
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",

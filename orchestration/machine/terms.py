@@ -23,7 +23,7 @@ from warmlink.fmus.heat_term.component import STORED, HeatTerm, heat_term, store
 from warmlink.fmus.heat_term.dimension import refuse_other_than_heat
 from warmlink.fmus.heat_term.law import HeatLaw, identifier
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import vouch, undamaged
+from warmlink.fmus.packaging.cache import undamaged, vouch
 from warmlink.orchestration.catalogue import Entry, made_module
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.rig import Rig
