@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from shutil import copyfile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
 from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
 from warmlink.orchestration.report.ladder import ladder_sections
 from warmlink.orchestration.report.page import PageTable, Section, write_page
@@ -47,6 +49,9 @@ _RANKED, _FEWEST = 10, 6
 
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+
+VIRTUAL = "VirtualMeasurement.fmu"
+"""The growth by what thermometers read, where that is worth having."""
 
 
 def write_report(diagnosis: Diagnosis, path: Path) -> None:
@@ -246,12 +251,15 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     as nothing explains the run, is not written. Returns the paths by name of the file.
     """
     values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
-    ssv, ssp = extended_files(diagnosis, store is not None)
+    compiles = store is not None and store.kind == "native"
+    ssv, ssp = extended_files(diagnosis, store is not None, compiles)
     with results_folder(folder, "diagnose") as work:
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.delivery.remainder)
+            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.delivery)
+        if compiles and diagnosis.delivery.virtual_measurement is not None:
+            copyfile(predictor_file(diagnosis.delivery.virtual_measurement), work / VIRTUAL)
         _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE)
         if diagnosis.proposed is not None and diagnosis.proposed.duty:
@@ -260,11 +268,16 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None =
     return {name: folder / name for name in names}
 
 
-def extended_files(diagnosis: Diagnosis, as_system: bool) -> tuple[str | None, str | None]:
-    """Names of the parameter set and the system that are written, None for what is not."""
+def extended_files(
+    diagnosis: Diagnosis, as_system: bool, compiles: bool = True
+) -> tuple[str | None, str | None]:
+    """Names of the parameter set and the system that are written, None for what is not.
+
+    A system that holds plain fits is written only if something here `compiles` them.
+    """
     if not diagnosis.delivers:
         return None, None
-    return SSV, SSP if as_system else None
+    return SSV, SSP if as_system and (compiles or not diagnosis.delivery.plain) else None
 
 
 def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folder: Path) -> None:

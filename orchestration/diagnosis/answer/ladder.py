@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from warmlink.fmus.names import listed
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
     CAUSES,
     NEAREST,
+    PLAIN,
     REMAINDER,
     UNCORRECTED,
 )
@@ -83,6 +85,8 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
         ]
     elif name == UNCORRECTED:
         lines = [f"On held-out rows {row.channel} is off by {after:.3g} {row.unit} rms."]
+    elif name == PLAIN:
+        lines = [_with_plain_fits(diagnosis, row, before, after)]
     else:
         fitted = f" ({len(diagnosis.adopted.fit.freed)} numbers)" if name == CALIBRATED else ""
         change = f"{before:.3g} to {after:.3g} {row.unit} rms"
@@ -91,6 +95,19 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
             f"held-out error of {row.channel} {change}."
         ]
     return [*lines, *_better(diagnosis, rows)]
+
+
+def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after: float) -> str:
+    """Which channels plain fits tell from now on, beside which model, and where they stand."""
+    by_fit: dict[str, list[str]] = {}
+    for channel, rung in diagnosis.delivery.plain.items():
+        by_fit.setdefault(_PLAIN[rung.name], []).append(diagnosis.ladder.channels[channel])
+    fits = "; ".join(f"{fit} for {listed(names)}" for fit, names in by_fit.items())
+    model = _WORDS.get(diagnosis.delivery.best_model, "uncorrected model")
+    return (
+        f"To use from now on: the {model}, and {fits} (outputs of the extended system's part predictor); "
+        f"held-out error of {row.channel} {before:.3g} to {after:.3g} {row.unit} rms."
+    )
 
 
 def _telling(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> str:
@@ -142,7 +159,8 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         if row.channel == growth and share < _MUCH:
             lines.append(
                 f"Where thermometers are read, a {name} on them tells {row.channel} "
-                f"to {row.errors[name]:.3g} {row.unit}."
+                f"to {row.errors[name]:.3g} {row.unit}"
+                f"{' (VirtualMeasurement.fmu)' if diagnosis.delivery.virtual else ''}."
             )
     return lines
 
@@ -154,6 +172,7 @@ def ladder_entries(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "delivered": diagnosis.delivered if diagnosis.delivers else None,
         "said": ladder_lines(diagnosis),
+        "plain": {ladder.channels[c]: rung.name for c, rung in diagnosis.delivery.plain.items()},
         "rungs": [_rung(diagnosis, rung, units) for rung in ladder.rungs if units],
     }
 
