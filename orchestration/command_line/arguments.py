@@ -43,6 +43,8 @@ EXPLAINED = {
     "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
     "set_": 'Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.',
     "parameters": "A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable.",
+    "variant": "Which system, of several in one SSP (`warmlink list FILE` names them). "
+    "Default: SystemStructure.",
     "replace": "An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable.",
     "map_": "What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
     "fmus": "`native` (C) or `python` FMUs. Default: native if there is a C compiler.",

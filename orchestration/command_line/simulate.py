@@ -37,7 +37,7 @@ MOST_SHOWN = 12
 def simulate(
     system: Path,
     *,
-    structure: str | None = None,
+    variant: str | None = None,
     set_: list[str] | None = None,
     parameters: list[Path] | None = None,
     stop: str | None = None,
@@ -71,7 +71,6 @@ def simulate(
     Parameters
     ----------
     system : An .ssp or .fmu file from any tool.
-    structure : Which description of a system, of several in one SSP. Default: SystemStructure.ssd.
     set_ : Change a start value, for example --set "link.length=400 mm", or as a number in the variable's own
         unit. Repeatable.
     parameters : A parameter set (SSV) with full names, or a single FMU's own. Repeatable.
@@ -132,7 +131,7 @@ def simulate(
             "--real-time"
         )
     with temporary_folder() as work, locked_folder(folder):
-        read = Replacements.given(replace, map_).in_system(read_system(system, work, structure))
+        read = Replacements.given(replace, map_).in_system(read_system(system, work, variant))
         for path in parameters or ():
             read = with_parameters(read, path)
         read = with_parameters(read, arguments.settings_given(set_))

@@ -42,7 +42,10 @@ def rig_of(
     named = NamedMachine(name, None, name, folder).followed()
     if named.path is None and not (paths or looped or changed.fmus):
         return rig(named.system)
-    base = built_system(rig(named.system).machine) if named.path is None else read_system(named.path)
+    if named.path is None:
+        base = built_system(rig(named.system).machine)
+    else:
+        base = read_system(named.path, variant=named.variant)
     for told in base.remarks:
         remark_once(told)
     return rig_in(changed.in_system(base), paths, looped, named)

@@ -41,7 +41,7 @@ from warmlink.orchestration.scenarios.law_values import start_values_of, write_l
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
-from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.assemble import path_and_variant, read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.written.quantities import positive
 
@@ -245,7 +245,8 @@ def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
         declared = machine.declared(catalogue.controller(NO_CONTROLLER))
         return with_values(plant_of(machine, declared, machine.nominal), given)
     with temporary_folder() as work:
-        read = read_system(Path(system), work)
+        path, variant = path_and_variant(system)
+        read = read_system(path, work, variant)
         for told in read.remarks:
             remark(told)
         return with_values(cell_plant_in(read), given)
