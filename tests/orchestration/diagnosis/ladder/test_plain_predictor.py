@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.test_ladder import made
+from tests.orchestration.diagnosis.ladder.test_ladder import made
 from warmlink.fmus.component.instance import Instance
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.problem import Problem
