@@ -27,6 +27,8 @@ _WORDS = {
 
 _PLAIN = {"ARX": "an ARX model", "first-order lag": "a first-order lag"}
 
+_HOLD_OUT = "; hold out a whole run, which can tell whether it is to be used"
+
 _MUCH = 0.5
 """Share of the delivered model's error from which a virtual measurement is worth a sentence."""
 
@@ -147,7 +149,8 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         pair = f"{row.errors[name]:.3g} against {row.errors[ours]:.3g} {row.unit}"
         more = len({each[2].channel for each in found}) - 1
         also = f", and {more} more channel{'s' * (more > 1)}" if more else ""
-        lines.append(f"Yet {word} predicts {row.channel}{also} better: {pair}.")
+        remedy = "" if name == UNCORRECTED or diagnosis.ladder.judges_whole_runs else _HOLD_OUT
+        lines.append(f"Yet {word} predicts {row.channel}{also} better: {pair}{remedy}.")
     gained = [
         (row.errors[n] / max(row.errors[ours], 1e-300), n, row)
         for row in rows.values()
