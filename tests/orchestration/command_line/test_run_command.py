@@ -15,7 +15,7 @@ from warmlink.orchestration.cli import main
 from warmlink.orchestration.system.ssp.parameter_values import SsvValue, write_ssv
 from warmlink.orchestration.system.units import parse_unit
 
-README = Path(__file__).parents[2] / "README.md"
+README = Path(__file__).parents[3] / "README.md"
 FIGURES = {"max_abs_um", "rms_um", "p95_abs_um", "time_to_tolerance_s"}
 CONDUCT = {"ready_percent", "ready_wrong_percent", "fine_not_ready_percent", "travel_um_h", "leap_um"}
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.logger_variants import (
+from tests.orchestration.diagnosis.data.logger_variants import (
     NAMES,
     PLAIN,
     ROWS,
@@ -16,7 +16,7 @@ from tests.orchestration.diagnosis.logger_variants import (
     plain,
     text,
 )
-from tests.orchestration.diagnosis.test_logger_files import VARIANTS as FORMS
+from tests.orchestration.diagnosis.data.test_logger_files import VARIANTS as FORMS
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 

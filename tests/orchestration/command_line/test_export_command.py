@@ -11,7 +11,7 @@ from warmlink.orchestration.catalogue import controller
 from warmlink.orchestration.cli import main
 from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 
-OWN_LAW = Path(__file__).parent / "studies" / "my_law.py"
+OWN_LAW = Path(__file__).parents[1] / "studies" / "my_law.py"
 EXPORT = ["warmlink", "export", "lag", "--design", "lag.ssv", "--out", "plc"]
 
 

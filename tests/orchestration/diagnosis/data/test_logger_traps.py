@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.orchestration.diagnosis.logger_variants import PLAIN, ROWS, Variant, check, text, timed
+from tests.orchestration.diagnosis.data.logger_variants import PLAIN, ROWS, Variant, check, text, timed
 from tests.shared_data import given
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment

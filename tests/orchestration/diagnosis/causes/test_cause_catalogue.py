@@ -11,7 +11,7 @@ from warmlink.orchestration.diagnosis.causes.catalogue import catalogue, read_ca
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, DRIFT
 from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, rig
 
-CAUSES = Path(__file__).parents[3] / "orchestration" / "diagnosis" / "causes"
+CAUSES = Path(__file__).parents[4] / "orchestration" / "diagnosis" / "causes"
 
 PROMISED = (
     "radiation",

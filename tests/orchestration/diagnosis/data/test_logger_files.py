@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.orchestration.diagnosis.logger_variants import (
+from tests.orchestration.diagnosis.data.logger_variants import (
     BEGIN,
     NAMES,
     PLAIN,

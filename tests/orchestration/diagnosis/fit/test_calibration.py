@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis import two_lumps
-from tests.orchestration.diagnosis.two_lumps import (
+from tests.orchestration.diagnosis.fit import two_lumps
+from tests.orchestration.diagnosis.fit.two_lumps import (
     BETWEEN,
     BOUNDS,
     NOISE,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.orchestration.diagnosis.two_lumps import BOUNDS, experiment, log
+from tests.orchestration.diagnosis.fit.two_lumps import BOUNDS, experiment, log
 from warmlink.orchestration.diagnosis.data.experiment import calibrating
 from warmlink.orchestration.diagnosis.diagnose import read
 from warmlink.orchestration.diagnosis.fit.fitted import UNEXPLAINED, _Left, followed_input, lack_of_fit_p

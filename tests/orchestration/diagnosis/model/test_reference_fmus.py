@@ -17,7 +17,7 @@ import pytest
 from fmpy import platform, sharedLibraryExtension
 
 from benchmarks.own_systems import experiment, measured, with_values, write_csv
-from tests.orchestration.diagnosis.test_loop import Here
+from tests.orchestration.diagnosis.model.test_loop import Here
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.model import driven
