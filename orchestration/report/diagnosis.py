@@ -52,11 +52,9 @@ if TYPE_CHECKING:
 _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
-
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
 
-VIRTUAL = "VirtualMeasurement.fmu"
-"""The growth by what thermometers read, where that is worth having."""
+VIRTUAL = "VirtualMeasurement.fmu"  # the growth by what thermometers read
 
 
 def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = None) -> None:
