@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from warmlink.controllers.interface import SAMPLE_TIME, compensator, told
+from warmlink.controllers.interface import SAMPLE_TIME, compensator, law_outputs
 from warmlink.fmus.component import Component, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.errors import InputError
@@ -42,7 +42,7 @@ class Law:
 
     def outputs(self, x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
         """Outputs of every law by name, which follow from the correction and its standard deviation."""
-        return told(self.correction(x, u, p, time), self.correction_std(x, u, p, time), p)
+        return law_outputs(self.correction(x, u, p, time), self.correction_std(x, u, p, time), p)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
