@@ -146,6 +146,21 @@ class Scenario:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
 
+    def mismatched(self, difference: Mismatch) -> Scenario:
+        """The scenario with a mismatch added, unknown to the controller; raises as `Mismatch.on`.
+
+        A mismatch that the scenario has already is not applied a second time; the remarks say so.
+        """
+        if difference in self.differences and not difference.changes_nothing:
+            told = f"the mismatch {difference.name} is there already; it counts once"
+            return replace(self, remarks=tuple(dict.fromkeys((*self.remarks, told))))
+        return replace(
+            self,
+            parameters=difference.on(self.parameters, self.machine, self.declared),
+            differences=(*self.differences, difference),
+            believed=self.parameters if self.believed is None else self.believed,
+        )
+
     def _check_driven(self, given: StartValues, driven: StartValues) -> None:
         """Refuse a parameter that the duty cycle sets to something else, and that would have no effect."""
         for instance, values in driven.items():
@@ -219,7 +234,7 @@ def changed(
     law = scenario.controller if controller is None else controller_named(controller)
     asked = believing(replace(scenario, controller=law), given_values(parameters))
     for each in map(mismatch.load, mismatches):
-        asked = each.applied(asked)
+        asked = asked.mismatched(each)
     return asked
 
 
@@ -229,7 +244,7 @@ def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
     named = {full: value for name, value in given.items() for full in scenario.machine.addressed(name)}
     asked = replace(known, parameters={**known.parameters, **named})
     for each in scenario.differences:
-        asked = each.applied(asked)
+        asked = asked.mismatched(each)
     return asked
 
 

@@ -217,7 +217,7 @@ def tuned(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with open_study(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.runs, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(
