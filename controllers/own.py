@@ -67,3 +67,28 @@ def component_of(law: type[Law]) -> Component:
     about = (law.__doc__ or name).strip().partition("\n")[0].rstrip(".")
     made = compensator(name, about, given, law.parameters, law.states)
     return made if made.sampled else replace(made, parameters=(SAMPLE_TIME, *made.parameters))
+
+
+def check_symbols(component: Component) -> None:
+    """Compare the law in symbols, from which C is made, with the law in numbers; TypeError if they differ.
+
+    Python's `math` functions turn a symbol into NaN without an error.
+    """
+    import casadi as ca
+    import numpy as np
+
+    p, u = component.start_values()
+    u = 1.1 * u + 0.1
+    d = component.settled(p)
+    x = component.states_at_start(u, d)
+
+    def both(x: Any, u: Any, d: Any) -> list[Any]:
+        observed = component.outputs_of(x, u, d, 7.0)
+        return [observed] if component.update is None else [observed, component.updated(x, u, d, 7.0, 1.0)]
+
+    symbols = [ca.SX.sym(name, len(values)) for name, values in (("x", x), ("u", u), ("d", d))]
+    function = ca.Function("law", symbols, [ca.vertcat(*both(*symbols))])
+    in_symbols = np.asarray(function(x, u, d), dtype=float).ravel()
+    in_numbers = np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in both(x, u, d)])
+    if not np.allclose(in_symbols, in_numbers, rtol=1e-9, atol=1e-12, equal_nan=True):
+        raise TypeError("the law gives another result for symbols than for numbers")

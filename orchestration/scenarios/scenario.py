@@ -121,7 +121,7 @@ class Scenario:
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
-        return {**files, **self.machine.foreign, **self.controller.files(store)}
+        return {**files, **self.machine.foreign, **store.of_controller(self.controller)}
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
