@@ -96,9 +96,10 @@ class C:
 
     def index(self, index: Index) -> str:
         """Place of an element."""
+        times = "" if index.of_tables == 1 else f"{index.of_tables} * "
         parts = [
             *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
-            *(f"{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
+            *(f"{times}{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
         ]
         text = " + ".join(parts)
         if not parts:
@@ -117,9 +118,9 @@ class C:
             text = f"fresh.{slot.name}"
         elif slot.record in POINTERS:
             text = f"{POINTERS[slot.record]}->{slot.name}"
-        elif slot.record in ("result", "kept") and not slot.shape:
+        elif slot.record in ("result", "kept") and not slot.array:
             return f"*{slot.name}"
-        return text if read.index is None else f"{text}[{self.index(read.index)}]"
+        return text if read.place is None else f"{text}[{self.index(read.place)}]"
 
     def value(self, value: Value, outer: int = 0) -> str:
         """A value; in brackets where what is around it binds more tightly."""
@@ -187,7 +188,7 @@ class C:
             names.append("elapsed")
         for slot in (*each.function.kept, *each.function.arguments, *each.function.results):
             value = by_slot[id(slot)]
-            if isinstance(value, Read) and not slot.shape and slot.record != "argument":
+            if isinstance(value, Read) and not slot.array and slot.record != "argument":
                 inner = self.read(value)
                 names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
             else:
@@ -213,14 +214,14 @@ class C:
             given.append(f"{self.real} elapsed")
         for slot in routine.kept:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         for slot in routine.arguments:
             const = f"const {self.real} {slot.name}[{slot.size}]"
-            given.append(const if slot.shape else f"{self.real} {slot.name}")
+            given.append(const if slot.array else f"{self.real} {slot.name}")
         for slot in routine.results:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         return f"static void {self.name(routine)}({', '.join(given) or 'void'})"
 
@@ -298,7 +299,7 @@ class C:
 
 
 def _sized(slot: Slot) -> str:
-    return f"{slot.name}[{slot.size}]" if slot.shape else slot.name
+    return f"{slot.name}[{slot.size}]" if slot.array else slot.name
 
 
 def _loops(body: Iterable[Statement]) -> list[str]:

@@ -52,9 +52,6 @@ FUNCTIONS: dict[str, Any] = {
 CONDITIONS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 """Those whose result is true or false."""
 
-SETTLED_ONCE = frozenset({"div", "exp", "log", "sqrt", "sin", "cos", "pow", "erf"})
-"""Those that are worked out here where they follow from the design alone."""
-
 
 def _erf(value: float) -> float:
     import math
@@ -68,7 +65,8 @@ class Noted(Traced):
 
     Attributes
     ----------
-    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `sum`, `result`
+    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `weave` (a stack in another order), `sum`,
+        `result`
     of : expressions that it follows from
     shape : () for a number
     data : of a leaf its place, of a take the places, of a result the call and which of its results it is

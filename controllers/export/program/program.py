@@ -163,7 +163,8 @@ def _slot(variable: Any, record: str) -> Slot:
 def _arguments(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names: FreeNames) -> None:
     for k, each in enumerate(traced.arguments):
         record = "kept" if k < traced.kept else "argument"
-        leaves[each.data] = Slot(names.fresh(each.name), each.shape, record)
+        paired = k < traced.paired
+        leaves[each.data] = Slot(names.fresh(each.name), each.shape, record, paired=paired)
 
 
 def _targets(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names: FreeNames) -> list[Slot]:
@@ -176,7 +177,8 @@ def _targets(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names:
         if any(each is argument for argument in traced.arguments):
             found.append(leaves[each.data])
             continue
-        found.append(Slot(names.fresh(each.name or each.fallback or traced.name), each.shape, "result"))
+        name = names.fresh(each.name or each.fallback or traced.name)
+        found.append(Slot(name, each.shape, "result", paired=traced.paired > 0))
     return found
 
 

@@ -6,6 +6,7 @@ lends its name to the expression that it held.
 
 from __future__ import annotations
 
+import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.controllers.export.program import algebra
-from warmlink.controllers.export.program.algebra import expression, lifted, stacked, take
+from warmlink.controllers.export.program.algebra import expression, lifted
 from warmlink.controllers.export.program.expressions import Noted
 from warmlink.fmus.component import arithmetic
 
@@ -44,6 +45,7 @@ class TracedFunction:
     arguments : leaves that stand for what it is given
     results : what it gives
     kept : number of first arguments that are also the results; else 0
+    paired : number of first arguments that hold two side by side, as all results then do; else 0
     """
 
     name: str
@@ -52,6 +54,7 @@ class TracedFunction:
     results: list[Noted]
     kept: int = 0
     spans: list[Span] = field(default_factory=list)
+    paired: int = 0
 
 
 @dataclass
@@ -125,8 +128,6 @@ def run(
 
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
-    if getattr(function, "paired", 0):
-        return _both(function, given)
     arguments, shape = [], _mapped(given, _shape)
     _mapped(given, lambda each: arguments.append(lifted(each)) if _is_value(each) else None)
     key = function, shape, idle
@@ -136,18 +137,22 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
     asked = arguments[-1] if idle else None
     flat = [algebra.flag(each) if each.condition else each for each in arguments]
     if idle and asked is not None:
-        if asked.kind == "constant" and asked.data == 0:
+        if asked.kind == "constant" and not asked.data > 0:
             return given[0]
         flat[-1] = flat[-1] if algebra.told_by(asked) is None else lifted(1.0)
         asked = algebra.apply("gt", asked, 0.0)
+        asked = None if asked.kind == "constant" else asked
     this = Call(whole, flat, asked)
     results = []
     for k, each in enumerate(whole.results):
-        if not idle and any(each is argument for argument in whole.arguments):
-            results.append(flat[[each is argument for argument in whole.arguments].index(True)])
+        same = [i for i, argument in enumerate(whole.arguments) if each is argument]
+        if not idle and same:
+            own = whole.paired <= same[0] and whole.paired
+            results.append(arithmetic.beside(*[flat[same[0]]] * 2) if own else flat[same[0]])
             continue
         of = [*flat, *([asked] if asked is not None else [])]
-        made = expression("result", of, each.shape, (id(this), k))
+        shape = (2 * each.size,) if whole.paired else each.shape
+        made = expression("result", of, shape, (id(this), k))
         made.data, made.fallback = (this, k), each.name or each.fallback
         results.append(made)
     rest = iter(results)
@@ -156,7 +161,7 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
 
 def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
     """The function for arguments of a shape, and what its results are put together like."""
-    code = getattr(function, "__wrapped__", function)
+    code: Any = inspect.unwrap(function)
     names = code.__code__.co_varnames[: code.__code__.co_argcount]
     name = _fresh(code.__name__.strip("_"))
     arguments: list[Noted] = []
@@ -170,12 +175,17 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
             return partial(recorded, value)
         if not _is_value(value):
             return value
-        made = leaf("argument", f"{name}.{len(arguments)}", lifted(value).shape)
+        made = leaf("argument", f"{name}.{len(arguments)}", _shape_of_one(lifted(value), pairs))
         made.name = told
         arguments.append(made)
         return made
 
-    inside = tuple(symbols(value, told) for value, told in zip(given, names, strict=False))
+    pairs = True
+    count = getattr(function, "paired", 0)
+    first = [symbols(value, told) for value, told in zip(given[:count], names, strict=False)]
+    paired, pairs = len(arguments), False
+    rest = [symbols(value, told) for value, told in zip(given[count:], names[count:], strict=False)]
+    inside = (*first, *rest)
     if idle:  # it runs only where its last argument is above 0
         algebra.hold(arguments[-1])
     _tape.spans.append([])
@@ -183,10 +193,16 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
     flat: list[Noted] = []
     _mapped(result, lambda each: flat.append(lifted(each)))
     flat = [algebra.flag(each) if each.condition else each for each in flat]
-    count = len(flat)
+    kept = len(flat) if idle else 0
     about = (code.__doc__ or "").strip().partition("\n")[0]
-    kept = count if idle else 0
-    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop()), result
+    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop(), paired), result
+
+
+def _shape_of_one(value: Noted, paired: bool) -> tuple[int, ...]:
+    """The shape of a value, or of one of the two that lie side by side in it."""
+    if not paired:
+        return value.shape
+    return (value.size // 2,) if value.size > 2 else ()
 
 
 def recorded(function: Callable[..., dict[str, Any]], *given: Any) -> dict[str, Any]:
@@ -216,25 +232,6 @@ def of_records(function: Callable[..., Any], *given: Given) -> tuple[TracedFunct
 def functions() -> list[TracedFunction]:
     """Every function so far, each after those that it calls."""
     return list(_tape.functions.values())
-
-
-def _both(function: Callable[..., Any], given: tuple[Any, ...]) -> Any:
-    """A function of each of two that lie side by side."""
-    one, paired = function.__dict__["one"], function.__dict__["paired"]
-    found = []
-    for k in range(2):
-        sides = _mapped(given[:paired], partial(arithmetic.side, k))
-        found.append(call(getattr(one, "__wrapped__", one), (*sides, *given[paired:]), False))
-    others: list[Any] = []
-    _mapped(found[1], others.append)
-    rest = iter(others)
-    return _mapped(found[0], lambda each: _beside(each, next(rest)))
-
-
-def _beside(one: Noted, other: Noted) -> Noted:
-    size = one.size
-    places = [place for i in range(size) for place in (i, size + i)]
-    return take(stacked((one, other)), places)
 
 
 def _is_value(value: Any) -> bool:
