@@ -92,7 +92,7 @@ def apply(kind: str, *given: Any) -> Noted:
 
 def _settled(made: Noted) -> Noted:
     """An expression that follows from the design alone as a constant: computed here, and rounded once."""
-    if made.value is None:
+    if made.value is None or made.kind == "constant":
         return made
     if made.condition:
         alike = bool(np.all(made.value == made.value.flat[0]))

@@ -65,8 +65,8 @@ class Noted(Traced):
 
     Attributes
     ----------
-    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `weave` (a stack in another order), `sum`,
-        `result`
+    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `weave` (a stack in another order),
+        `sum`, `result`
     of : expressions that it follows from
     shape : () for a number
     data : of a leaf its place, of a take the places, of a result the call and which of its results it is

@@ -242,9 +242,10 @@ class Lowering(Uses):
     def _settled(self, one: Noted) -> Slot:
         """The variable of a constant that the design settles."""
         assert one.value is not None
-        name = self.tables.names.fresh(one.name or one.fallback or "settled")
+        origin = [self.leaves["design", name] for name in sorted(one.origin)]
+        name = self.tables.names.fresh(one.name or one.fallback or f"of_{origin[0].name}")
         values = np.atleast_1d(one.value).ravel()
-        about = f"follows from {', '.join(sorted(one.origin))}"
+        about = f"follows from {', '.join(map(_with_value, origin))}"
         slot = Slot(name, one.shape, "design", values=values, about=about)
         self.leaves[one.data] = slot
         return slot
@@ -264,6 +265,14 @@ class Lowering(Uses):
             return self.element(of, tuple(int(each) for each in inner))
         assert place is not None, of.kind
         return Read(place, index)
+
+
+def _with_value(parameter: Slot) -> str:
+    """A parameter's name with its unit, and its value if it is a number."""
+    unit = "" if parameter.unit == "1" else parameter.unit
+    if parameter.shape:
+        return f"{parameter.name} [{unit}]" if unit else parameter.name
+    return f"{parameter.name} = {float(parameter.values[0]):g} {unit}".strip()
 
 
 def _own(function: TracedFunction) -> list[int]:
