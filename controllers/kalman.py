@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, symmetric, upper
 from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component.arithmetic import Number, maximum, stack, where
+from warmlink.fmus.component.arithmetic import Number, accumulated, maximum, stack, where
 
 
 class Belief(NamedTuple):
@@ -77,9 +77,9 @@ def taught(belief: Belief, sight: Sight, counts: Counts, row: Number, variance: 
     """Belief after a scalar measurement that counts so much."""
     gain = sight.spread * counts.share
     return Belief(
-        belief.mean + sight.spread * counts.times,
+        accumulated(belief.mean, sight.spread * counts.times),
         # The gain is the best there is for this covariance, so that Joseph's form is simple.
-        belief.spread - upper(outer(gain, sight.spread)),
+        accumulated(belief.spread, -upper(outer(gain, sight.spread))),
         _after(belief.noise_spread, row, sight.noise_spread, gain, variance),
     )
 

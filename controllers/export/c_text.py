@@ -57,6 +57,7 @@ HELPERS = {
         "((b > 0{f}) || (b < 0{f})) ? (a / b) : (b * 0{f})",
         "a / b; 0 where b is 0, and NaN where it is NaN.",
     ),
+    "left": ("a", "b", "b - ((a + b) - a)", "What rounding leaves of b where it is added to a."),
     "root": ("a", "", "(a < 0{f}) ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
 }
 """Functions that every law may use: arguments, result and what it is."""

@@ -74,6 +74,34 @@ def is_number(one: Noted, value: Any) -> bool:
 def apply(kind: str, *given: Any) -> Noted:
     """A function of expressions, element by element."""
     of = [lifted(each) for each in given]
+    made = _applied(kind, of)
+    if kind == "select" and made.rest is None and any(each.rest is not None for each in of[1:]):
+        made.rest = apply("select", of[0], *(_rest(each) for each in of[1:]))
+    return made
+
+
+def _rest(one: Noted) -> Noted:
+    """What rounding has left of a number."""
+    return one.rest if one.rest is not None else constant(np.zeros(one.shape))
+
+
+def with_rest(one: Noted) -> list[Noted]:
+    """A number, and what rounding has left of it."""
+    return [one, _rest(one)]
+
+
+def accumulated(value: Noted, change: Any) -> Noted:
+    """A sum; what rounding leaves of it goes on with it, where something has been left of the value."""
+    if value.rest is None:
+        return apply("add", value, change)
+    more = apply("add", value.rest, change)
+    rest = apply("left", value, more)
+    made = apply("add", value, more)
+    made.rest = rest
+    return made
+
+
+def _applied(kind: str, of: list[Noted]) -> Noted:
     shape = np.broadcast_shapes(*(each.shape for each in of))
     if kind not in ("and", "or", "not"):
         first = 1 if kind == "select" else 0
@@ -220,6 +248,13 @@ def _wide(one: Noted, shape: tuple[int, ...]) -> Noted:
 def take(of: Noted, places: Any) -> Noted:
     """Elements at places of the elements of another expression, shape as the places'."""
     places = np.asarray(places, dtype=int)
+    made = _taken(of, places)
+    if of.rest is not None and made.rest is None:
+        made.rest = take(of.rest, places)
+    return made
+
+
+def _taken(of: Noted, places: Array) -> Noted:
     if of.kind == "constant":
         return constant(of.data.ravel()[places])
     if places.shape == of.shape and np.array_equal(places.ravel(), np.arange(of.size)):
@@ -276,7 +311,10 @@ def stacked(parts: Iterable[Any]) -> Noted:
         return constant(np.concatenate([np.atleast_1d(each.data) for each in flat]))
     if len(flat) == 1 and flat[0].ndim == 1:
         return flat[0]
-    return expression("stack", flat, (sum(each.size for each in flat),))
+    made = expression("stack", flat, (sum(each.size for each in flat),))
+    if any(each.rest is not None for each in flat):
+        made.rest = stacked([_rest(each) for each in flat])
+    return made
 
 
 def summed(of: Any) -> Noted:

@@ -46,6 +46,7 @@ FUNCTIONS: dict[str, Any] = {
     "larger": lambda a, b: np.where(a > b, a, b),
     "smaller": lambda a, b: np.where(a < b, a, b),
     "erf": lambda a: np.vectorize(_erf)(a),
+    "left": lambda a, b: b - ((a + b) - a),
 }
 """What is done element by element."""
 
@@ -74,6 +75,7 @@ class Noted(Traced):
     origin : names of the parameters that such a value follows from
     name, fallback : of the variable that held it in the law, if any; of the argument that it was
     diagonal : of a diagonal matrix the vector on it
+    rest : what rounding has left of it, where that is carried on
     """
 
     kind: str
@@ -86,6 +88,7 @@ class Noted(Traced):
     fallback: str = ""
     serial: int = 0
     diagonal: Noted | None = None
+    rest: Noted | None = None
 
     __array_priority__ = 1000.0
 
@@ -160,6 +163,12 @@ class Noted(Traced):
         from warmlink.controllers.export.program.algebra import apply
 
         return apply("erf", self)
+
+    def accumulated(self, change: Any) -> Noted:
+        """The sum with a change, and what rounding leaves of it if that is carried on."""
+        from warmlink.controllers.export.program.algebra import accumulated
+
+        return accumulated(self, change)
 
     def reshape(self, *shape: Any) -> Noted:
         """The same elements in another shape."""

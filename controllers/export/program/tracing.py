@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from warmlink.controllers.export.program import algebra
 from warmlink.controllers.export.program.algebra import expression, lifted
 from warmlink.controllers.export.program.expressions import Noted
@@ -86,6 +88,7 @@ class _Tape:
         self.shapes: dict[Any, Any] = {}
         self.names: set[str] = set()
         self.spans: list[list[Span]] = [[]]
+        self.slow: tuple[str, ...] = ()
 
 
 _tape = _Tape()
@@ -101,11 +104,15 @@ def leaf(record: str, name: str, shape: tuple[int, ...], value: Any = None) -> N
 
 
 @contextmanager
-def traced() -> Iterator[None]:
-    """Laws that run meanwhile are remembered by what they name."""
+def traced(slow: tuple[str, ...] = ()) -> Iterator[None]:
+    """Laws that run meanwhile are remembered by what they name.
+
+    Of the states named in `slow` what rounding leaves is a state too, with `_rest` after its name.
+    """
     global _tape
     algebra.forget()
     _tape = _Tape()
+    _tape.slow = slow
     before = sys.getprofile()
     sys.setprofile(_noticed)
     try:
@@ -115,12 +122,18 @@ def traced() -> Iterator[None]:
 
 
 def run(
-    name: str, about: str, function: Callable[..., Mapping[str, Any]], *given: Any
+    name: str, about: str, function: Callable[..., Mapping[str, Any]], *given: Any, states: bool = False
 ) -> tuple[TracedFunction, dict[str, Any]]:
-    """What a law's function of records does: its results by name, numbers as expressions."""
+    """What a law's function of records does: its results by name, numbers as expressions.
+
+    If these are states, what rounding leaves of them is among the results.
+    """
     _tape.spans.append([])
     found = {key: lifted(value) for key, value in function(*given).items()}
     found = {key: algebra.flag(each) if each.condition else each for key, each in found.items()}
+    for key in _tape.slow if states else ():
+        rest = found[key].rest
+        found[f"{key}_rest"] = algebra.constant(np.zeros(found[key].shape)) if rest is None else rest
     for key, each in found.items():
         each.fallback = each.fallback or key
     return TracedFunction(name, about, [], list(found.values()), spans=_tape.spans.pop()), found
@@ -129,11 +142,11 @@ def run(
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
     arguments, shape = [], _mapped(given, _shape)
-    _mapped(given, lambda each: arguments.append(lifted(each)) if _is_value(each) else None)
+    _mapped(given, lambda each: arguments.extend(_with_rest(each)) if _is_value(each) else None)
     key = function, shape, idle
     if key not in _tape.functions:
         _tape.functions[key], _tape.shapes[key] = _function(function, given, idle)
-    whole, like = _tape.functions[key], _tape.shapes[key]
+    whole, (like, rests) = _tape.functions[key], _tape.shapes[key]
     asked = arguments[-1] if idle else None
     flat = [algebra.flag(each) if each.condition else each for each in arguments]
     if idle and asked is not None:
@@ -155,8 +168,21 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
         made = expression("result", of, shape, (id(this), k))
         made.data, made.fallback = (this, k), each.name or each.fallback
         results.append(made)
-    rest = iter(results)
-    return _mapped(like, lambda each: next(rest))
+    found, carried = iter(results), iter(rests)
+
+    def one(each: Any) -> Any:
+        value = next(found)
+        if next(carried):
+            value.rest = next(found)
+        return value
+
+    return _mapped(like, one)
+
+
+def _with_rest(value: Any) -> list[Noted]:
+    """A value, and after it what rounding has left of it if that is carried on."""
+    made = lifted(value)
+    return [made] if made.rest is None else algebra.with_rest(made)
 
 
 def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
@@ -178,6 +204,9 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
         made = leaf("argument", f"{name}.{len(arguments)}", _shape_of_one(lifted(value), pairs))
         made.name = told
         arguments.append(made)
+        rest = lifted(value).rest
+        if rest is not None:
+            made.rest = symbols(rest, f"{told}_rest")
         return made
 
     pairs = True
@@ -190,12 +219,17 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
         algebra.hold(arguments[-1])
     _tape.spans.append([])
     result = code(*inside)
-    flat: list[Noted] = []
-    _mapped(result, lambda each: flat.append(lifted(each)))
+    rests: list[bool] = []
+    _mapped(result, lambda each: rests.append(lifted(each).rest is not None))
+    if idle:  # its results are its first arguments, and what is carried on of these
+        rests.clear()
+        _mapped(inside[0], lambda each: rests.append(each.rest is not None))
+    flat, carried = list[Noted](), iter(rests)
+    _mapped(result, lambda each: flat.extend(algebra.with_rest(lifted(each))[: 1 + next(carried)]))
     flat = [algebra.flag(each) if each.condition else each for each in flat]
     kept = len(flat) if idle else 0
     about = (code.__doc__ or "").strip().partition("\n")[0]
-    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop(), paired), result
+    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop(), paired), (result, rests)
 
 
 def _shape_of_one(value: Noted, paired: bool) -> tuple[int, ...]:
@@ -215,6 +249,8 @@ def recorded(function: Callable[..., dict[str, Any]], *given: Any) -> dict[str, 
     for k, (name, each) in enumerate(zip(names, whole.results, strict=True)):
         found[name] = expression("result", (), each.shape, (id(this), k))
         found[name].data, found[name].fallback = (this, k), name
+    for name in _tape.slow:
+        found[name].rest = found.pop(f"{name}_rest")
     return found
 
 
@@ -224,7 +260,7 @@ def of_records(function: Callable[..., Any], *given: Given) -> tuple[TracedFunct
     if key not in _tape.functions:
         code: Any = function
         about = (code.__doc__ or "").strip().partition("\n")[0]
-        made, found = run(_fresh(code.__name__), about, function, *given)
+        made, found = run(_fresh(code.__name__), about, function, *given, states=True)
         _tape.functions[key], _tape.shapes[key] = made, tuple(found)
     return _tape.functions[key], _tape.shapes[key]
 
@@ -239,7 +275,7 @@ def _is_value(value: Any) -> bool:
 
 
 def _shape(value: Any) -> Any:
-    return ("value", lifted(value).shape) if _is_value(value) else _Same(value)
+    return ("value", *(each.shape for each in _with_rest(value))) if _is_value(value) else _Same(value)
 
 
 @dataclass(frozen=True)
