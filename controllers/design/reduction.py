@@ -178,7 +178,8 @@ def fitted_rows(plant: LinearPlant, reduced: ReducedPlant) -> Array:
     thermometers contradict each other.
     """
     sizes = np.array([SIZES[name] for name in INPUTS])
-    modes, seen = [], []
+    modes: list[Array] = []
+    seen: list[Array] = []
     for speed in CHECKED_SPEEDS:
         for model, out, found in ((plant, plant.C, seen), (reduced, np.eye(reduced.order), modes)):
             state, into = model.at(speed)
