@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, symmetric, upper
 from warmlink.fmus.calls import as_c_function
-from warmlink.fmus.component.arithmetic import Number, maximum, stack, where
+from warmlink.fmus.component.arithmetic import Number, accumulated, maximum, stack, where
 
 
 class Belief(NamedTuple):
@@ -77,9 +77,9 @@ def updated(belief: Belief, across: CrossCovariance, gain: Gain, row: Number, va
     """Belief after a scalar measurement, by the gain of that measurement."""
     moved = across.spread * gain.share
     return Belief(
-        belief.mean + across.spread * gain.times,
+        accumulated(belief.mean, across.spread * gain.times),
         # The gain is the best there is for this covariance, so that Joseph's form is simple.
-        belief.spread - upper(outer(moved, across.spread)),
+        accumulated(belief.spread, -upper(outer(moved, across.spread))),
         _after(belief.noise_spread, row, across.noise_spread, moved, variance),
     )
 

@@ -76,7 +76,10 @@ def together(alert: Belief, quiet: Belief) -> Filters:
 def filter_states(size: int) -> tuple[State, ...]:
     """States that hold both beliefs, each of `size` elements."""
     sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
-    return tuple(State(name, "1", size=2 * count) for name, count in zip(_NAMES, sizes, strict=True))
+    return tuple(
+        State(name, "1", size=2 * count, slow=name != "noise_spread")
+        for name, count in zip(_NAMES, sizes, strict=True)
+    )
 
 
 def filters_of(x: Record) -> Filters:

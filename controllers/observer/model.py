@@ -16,6 +16,7 @@ from warmlink.fmus.component import Derived, Parameter, Record, State, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    accumulated,
     clip,
     exp,
     maximum,
@@ -99,7 +100,7 @@ def stability_margin(p: Record) -> Number:
 @as_c_function
 def by_duty(modes: Number, u: Record, p: Record) -> Number:
     """Modes a sample later by duty signals and surroundings alone."""
-    return p.decay * modes + p.reach * known_heat(modes, u, p)
+    return accumulated(modes, (p.decay - 1.0) * modes + p.reach * known_heat(modes, u, p))
 
 
 def known_heat(modes: Number, u: Record, p: Record) -> Number:
