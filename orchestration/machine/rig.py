@@ -21,8 +21,8 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
+from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.machine.sums import WeightedSum
 from warmlink.orchestration.system.model import System, Value
 
 if TYPE_CHECKING:
