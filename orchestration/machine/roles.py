@@ -1,4 +1,4 @@
-"""What a machine's variables are for: what is scored, what a column holds, and the controllers' thermometers."""
+"""What a machine's variables are for: what is scored, what a column holds, what controllers read."""
 
 from __future__ import annotations
 
