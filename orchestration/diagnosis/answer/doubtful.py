@@ -10,9 +10,11 @@ from itertools import combinations
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.machine.rig import SCALE
@@ -40,6 +42,25 @@ def doubts(problem: Problem, values: Sequence[Array]) -> tuple[str, ...]:
     named = [f"{run.name}: " if len(values) > 1 else "" for run in problem.experiment.runs]
     found = [_Doubts(problem, run, z).sentences() for run, z in enumerate(values)]
     return tuple(name + each for name, said in zip(named, found, strict=True) for each in said)
+
+
+def doubts_of(assessment: Assessment) -> tuple[str, ...]:
+    """The same by the uncorrected model of an assessment, on the rows that were fitted."""
+    problem, null = assessment.problem, assessment.null
+    return doubts(problem, problem.values_by_run(null.freed, null.theta))
+
+
+def before_diagnosis(experiment: Experiment) -> tuple[str, ...]:
+    """What columns look like, by the model before anything is fitted, or why they cannot be diagnosed."""
+    try:
+        refuse_senseless(experiment)
+        problem = Problem(experiment)
+        freed = problem.calibrated
+        return doubts(problem, problem.values_by_run(freed, [each.start for each in freed]))
+    except NotSimulatedError:
+        return ()
+    except InputError as fault:
+        return (f"a diagnosis refuses this: {fault}",)
 
 
 class _Doubts:

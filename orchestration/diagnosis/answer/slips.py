@@ -20,8 +20,8 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
-_MOVES = 1.0
-"""K rms by which a reading and its simulation move at least, where they are compared."""
+_MOVES = {"K": 1.0, "m": 5e-6}
+"""By how much, rms by SI unit, a reading and its simulation move at least, where they are compared."""
 
 _REVERSED = -0.8
 """Correlation of a reading with its simulation below which its sign is reversed."""
@@ -133,9 +133,13 @@ class _Look:
                 there = np.isfinite(data.readings[:, i] + simulated[:, i])
                 pair = data.readings[there, i], simulated[there, i]
                 moves = [float(np.std(each)) if each.size else 0.0 for each in pair]
-                if problem.experiment.rig.unit(variable) == "K" and min(moves) > _MOVES:
+                unit = problem.experiment.rig.unit(variable)
+                if min(moves) > _MOVES.get(unit, np.inf):
                     alike = float(np.corrcoef(*pair)[0, 1])
                     if alike < _REVERSED:
                         falls = f"{_of(self._experiment, run)}{name} falls where it should rise"
                         told = f"{falls} (correlation with the simulation {alike:.2f})"
-                        yield f"{told}: its sign is reversed; look at the wires of its sensor"
+                        remedy = "look at the wires of its sensor"
+                        if unit == "m":
+                            remedy = "look at which way it counts as positive"
+                        yield f"{told}: its sign is reversed; {remedy}"
