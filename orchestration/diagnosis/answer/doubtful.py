@@ -26,6 +26,9 @@ _BETTER = 3.0
 _MOVES, _SHARE = {"K": 1.0, "m": 5e-6}, 0.1
 """Change in the simulation, rms by SI unit, that a reading should show, and what share of it is little."""
 
+_LEVEL = 10
+"""Rows of one value from which on it is asked whether the sensor is stuck."""
+
 _MISTAKEN = {
     "K": ("degC", "degF", "K"),
     "m": ("um", "mm", "m"),
@@ -106,7 +109,8 @@ class _Doubts:
                 # Readings that are rounded stay where they are while they move by less than a step.
                 least = max(_MOVES[unit] / 4, 2 * float(self._quantum[i]))
                 level = read[_longest_level(self._measured[read, i])]
-                for rows, enough in ((level, least), (read, _MOVES[unit])):
+                stretches = ((level, least), (read, _MOVES[unit]))
+                for rows, enough in (each for each in stretches if each[0].size >= _LEVEL):
                     shows, should = (float(np.std(v[rows, i])) for v in (self._measured, self._simulated))
                     if should > enough and shows < _SHARE * should:
                         told = f"by {_shown(shows, unit)} rms in {rows.size} of {read.size} rows"
