@@ -103,7 +103,8 @@ def discover(
     if not missing.places:
         return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
     search = TermSearch(assessment, missing, progress)
-    explaining = search.run()
+    by_causes = search.bare_score - _catalogue_gain(search, verdict)
+    explaining = search.run(by_causes + NEAR)
     found = Discovery(
         "none",
         tried=next(iter(search.tried), None),
@@ -111,13 +112,13 @@ def discover(
         thought_of=search.forms,
         bare_score=search.bare_score,
     )
-    if not explaining:
-        return replace(found, because="none of the candidates explains the run to within the noise")
-    margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
     causes = tuple(sorted(assessment.best.key))
-    if margin < -NEAR:
+    margin = by_causes - min((each.score for each in explaining), default=np.inf)
+    if margin < -NEAR and np.isfinite(by_causes):
         because = f"the catalogue explains the run, by {' and '.join(causes)}"
         return replace(found, finding="catalogue", because=because)
+    if not explaining:
+        return replace(found, because="none of the candidates explains the run to within the noise")
     near = [each for each in explaining if each.score < explaining[0].score + NEAR]
     near = _without_idle_numbers(near)[:MOST_MEMBERS]
     wander = assessment.fitter.wander
@@ -147,7 +148,7 @@ def _through_the_gates(
 ) -> tuple[list[tuple[FittedTerms, Foretold]], str]:
     """Models that pass the gates with what they foretell, and why the first one that does not is refused."""
     passed, why = list[tuple[FittedTerms, Foretold]](), ""
-    whole = missing.whole(experiment)
+    whole = missing.followed.logged(experiment)
     for each in near:
         fault = unstable(each.model, missing)
         for model in () if fault else with_other_levels(each.model, whole):
