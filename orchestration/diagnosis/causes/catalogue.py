@@ -36,6 +36,8 @@ class Cause(Table):
     material : whether it is a property of the material, or a law of nature, that is the same in all runs
     each_run : whether every run has a value of its own
     covers : causes whose joint effect this one has, so that none of them is sought beside it
+    twin_of : cause from which no log tells it: it is not sought, and stands beside that one where the value
+        that was found is within its own bounds
     covariate : input whose column the cause needs
     usual : whether a plain calibration of a machine, which looks for no cause, fits it
     declared : whether a person declared it, so that it frees exactly the variables that it names
@@ -57,6 +59,7 @@ class Cause(Table):
     material: Annotated[bool, Flag()] = False
     each_run: Annotated[bool, Flag()] = False
     covers: Annotated[tuple[str, ...], Names("coulomb_friction")] = ()
+    twin_of: Annotated[str, Text("coulomb_friction")] = ""
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
     usual: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
