@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warmlink.controllers.export.program.contraction import contracted
 from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
 from warmlink.controllers.export.program.in_place import may_overwrite
 from warmlink.controllers.export.program.places import fitted, place_of
@@ -51,7 +52,8 @@ class Lowering(Uses):
         used = [k < self.traced.kept or id(e) in read for k, e in enumerate(arguments)]
         given = [self.leaves[e.data] for k, e in enumerate(arguments) if used[k] and k >= self.traced.kept]
         results = [] if kept else [slot for _, slot in self._targets if slot.record == "result"]
-        name, about, body = self.traced.name, self.traced.about, tidied(self.body)
+        name, about = self.traced.name, self.traced.about
+        body = contracted(tidied(self.body), self.locals)
         over = {} if kept else self._over(body)
         body = [For(SIDE, 2, body)] if self.traced.paired else body
         return Routine(name, about, body, given, results, kept, self.locals, used, over)

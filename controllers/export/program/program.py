@@ -75,10 +75,18 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
         time = leaf("clock", "time", ())
         leaves[time.data] = Slot("elapsed", (), "clock", unit="s")
         assert component.update is not None
-        begin, begun = tracing.of_records(_started(component), u, p)
         update, updated = tracing.run(
-            "update", "The states after a sample.", component.update, x, u, p, time, p["sample_time"], states=True
+            "update",
+            "The states after a sample.",
+            component.update,
+            x,
+            u,
+            p,
+            time,
+            p["sample_time"],
+            states=True,
         )
+        begin, begun = tracing.of_records(_started(component), u, p)
         told, named = tracing.run("outputs", "What the law says.", component.observe, x, u, p, time)
         functions = tracing.functions()
     known = (slot for slot in leaves.values() if slot.record not in ("state", "recall"))

@@ -141,12 +141,17 @@ def run(
 
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
-    arguments, shape = [], _mapped(given, _shape)
-    _mapped(given, lambda each: arguments.extend(_with_rest(each)) if _is_value(each) else None)
-    key = function, shape, idle
+    values: list[Noted] = []
+    _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
+    key = _like((function, _mapped(given, _shape), idle), [each.rest is not None for each in values])
     if key not in _tape.functions:
         _tape.functions[key], _tape.shapes[key] = _function(function, given, idle)
     whole, (like, rests) = _tape.functions[key], _tape.shapes[key]
+    arguments = [
+        one
+        for each, carried in zip(values, key[-1], strict=True)
+        for one in algebra.with_rest(each)[: 1 + carried]
+    ]
     asked = arguments[-1] if idle else None
     flat = [algebra.flag(each) if each.condition else each for each in arguments]
     if idle and asked is not None:
@@ -179,10 +184,12 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
     return _mapped(like, one)
 
 
-def _with_rest(value: Any) -> list[Noted]:
-    """A value, and after it what rounding has left of it if that is carried on."""
-    made = lifted(value)
-    return [made] if made.rest is None else algebra.with_rest(made)
+def _like(key: tuple[Any, ...], carried: list[bool]) -> tuple[Any, ...]:
+    """The key of a function that takes what is carried on of these arguments, where it is idle of others too."""
+    for known in _tape.functions if key[-1] else ():
+        if known[: len(key)] == key and all(a or not b for a, b in zip(known[-1], carried, strict=True)):
+            return known
+    return *key, tuple(carried)
 
 
 def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
@@ -226,6 +233,9 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
         _mapped(inside[0], lambda each: rests.append(each.rest is not None))
     flat, carried = list[Noted](), iter(rests)
     _mapped(result, lambda each: flat.extend(algebra.with_rest(lifted(each))[: 1 + next(carried)]))
+    for each in flat:
+        if each.rest is not None:
+            each.rest.fallback = each.rest.fallback or f"{each.name or each.fallback or 'value'}_rest"
     flat = [algebra.flag(each) if each.condition else each for each in flat]
     kept = len(flat) if idle else 0
     about = (code.__doc__ or "").strip().partition("\n")[0]
@@ -275,7 +285,7 @@ def _is_value(value: Any) -> bool:
 
 
 def _shape(value: Any) -> Any:
-    return ("value", *(each.shape for each in _with_rest(value))) if _is_value(value) else _Same(value)
+    return ("value", lifted(value).shape) if _is_value(value) else _Same(value)
 
 
 @dataclass(frozen=True)
