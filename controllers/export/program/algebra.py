@@ -158,6 +158,23 @@ def told_by(one: Noted) -> Noted | None:
     return one if one.condition else None
 
 
+def is_binary(one: Noted) -> bool:
+    """Whether each element is 0 or 1, as far as that follows from its form."""
+    if told_by(one) is not None or (one.kind == "constant" and bool(np.isin(one.data, (0.0, 1.0)).all())):
+        return True
+    if one.kind == "result":
+        call, place = one.data
+        return is_binary(call.function.results[place])
+    if one.kind == "sub" and is_number(one.of[0], 1.0):
+        return is_binary(one.of[1])
+    of = one.of[1:] if one.kind == "select" else one.of
+    return one.kind in _OF_BINARY and all(map(is_binary, of))
+
+
+_OF_BINARY = frozenset({"larger", "smaller", "mul", "take", "stack", "select"})
+"""What is 0 or 1 if all that it is made of is."""
+
+
 def _simplified(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | None:
     a, b = (*of, *of)[:2]
     wide = [k for k in range(len(of)) if of[k].shape == shape]
@@ -270,15 +287,23 @@ def _taken(of: Noted, places: Array) -> Noted:
             if inner.min() >= start and inner.max() < start + part.size:
                 return take(part, inner - start)
             start += part.size
-    if (
-        of.kind == "stack"
-        and np.array_equal(np.sort(places, axis=None), np.arange(of.size))
-        and places.ndim == 1
-    ):
-        return expression("weave", of.of, places.shape, places)
+    if of.kind == "stack" and places.ndim == 1 and places.size and np.unique(places).size == places.size:
+        return _woven(of, places)
     if of.ndim >= 2 and of.kind in _MOVABLE and np.unique(places).size == places.size:
         return _inside(of, places)
     return _plain(of, places)
+
+
+def _woven(of: Noted, places: Array) -> Noted:
+    """Elements of a stack in another order: of each part those that are asked for."""
+    parts, at, start = [], [], 0
+    for part in of.of:
+        here = np.flatnonzero((places >= start) & (places < start + part.size))
+        if here.size:
+            parts.append(take(part, places[here] - start) if part.shape else part)
+            at.append(here)
+        start += part.size
+    return expression("weave", parts, places.shape, np.argsort(np.concatenate(at)))
 
 
 _MOVABLE = frozenset({"add", "sub", "mul", "sum", "neg"})

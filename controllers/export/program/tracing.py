@@ -143,9 +143,10 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
     """A call of a function that is kept whole; the same arguments give the same function."""
     values: list[Noted] = []
     _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
-    key = _like((function, _mapped(given, _shape), idle), [each.rest is not None for each in values])
+    sure = idle and algebra.is_binary(values[-1])
+    key = _like((function, _mapped(given, _shape), sure, idle), [each.rest is not None for each in values])
     if key not in _tape.functions:
-        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle)
+        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle, sure)
     whole, (like, rests) = _tape.functions[key], _tape.shapes[key]
     arguments = [
         one
@@ -185,15 +186,20 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
 
 
 def _like(key: tuple[Any, ...], carried: list[bool]) -> tuple[Any, ...]:
-    """The key of a function that takes what is carried on of these arguments, where it is idle of others too."""
+    """The key of a function that takes what is carried on of these arguments; if idle, of more too."""
     for known in _tape.functions if key[-1] else ():
         if known[: len(key)] == key and all(a or not b for a, b in zip(known[-1], carried, strict=True)):
             return known
     return *key, tuple(carried)
 
 
-def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
-    """The function for arguments of a shape, and what its results are put together like."""
+def _function(
+    function: Callable[..., Any], given: tuple[Any, ...], idle: bool, sure: bool
+) -> tuple[TracedFunction, Any]:
+    """The function for arguments of a shape, and what its results are put together like.
+
+    If it is idle where its last argument is 0, it knows that this is 1 if `sure`, else that it is above 0.
+    """
     code: Any = inspect.unwrap(function)
     names = code.__code__.co_varnames[: code.__code__.co_argcount]
     name = _fresh(code.__name__.strip("_"))
@@ -224,6 +230,7 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
     inside = (*first, *rest)
     if idle:  # it runs only where its last argument is above 0
         algebra.hold(arguments[-1])
+        inside = (*inside[:-1], algebra.constant(1.0)) if sure else inside
     _tape.spans.append([])
     result = code(*inside)
     rests: list[bool] = []
