@@ -296,13 +296,21 @@ def _taken(of: Noted, places: Array) -> Noted:
 
 def _woven(of: Noted, places: Array) -> Noted:
     """Elements of a stack in another order: of each part those that are asked for."""
-    parts, at, start = [], [], 0
-    for part in of.of:
-        here = np.flatnonzero((places >= start) & (places < start + part.size))
-        if here.size:
-            parts.append(take(part, places[here] - start) if part.shape else part)
-            at.append(here)
-        start += part.size
+    parts, at = list[Noted](), list[Array]()
+
+    def add(part: Noted, asked: Array, to: Array) -> None:
+        if part.kind not in ("stack", "weave"):
+            parts.append(take(part, asked) if part.shape else part)
+            at.append(to)
+            return
+        inner, start = asked if part.kind == "stack" else part.data[asked], 0
+        for each in part.of:
+            here = (inner >= start) & (inner < start + each.size)
+            if here.any():
+                add(each, inner[here] - start, to[here])
+            start += each.size
+
+    add(of, places, np.arange(places.size))
     return expression("weave", parts, places.shape, np.argsort(np.concatenate(at)))
 
 
