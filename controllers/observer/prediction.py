@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 from warmlink.controllers.matrices import diagonal, matrix, outer, symmetric, upper
 from warmlink.controllers.observer.filters import Filters, allowed_for
-from warmlink.controllers.observer.model import MODES, Told, known_heat
-from warmlink.fmus.calls import kept_whole, side_by_side
+from warmlink.controllers.observer.model import MODES, BelievedDuty, known_heat
+from warmlink.fmus.calls import as_c_function, vectorised_pair
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, accumulated, beside, stack
 
 
-def predict(filters: Filters, u: Told, p: Record) -> Filters:
+def predict(filters: Filters, u: BelievedDuty, p: Record) -> Filters:
     """Beliefs one sample later: losses, ambient temperature and unknown heat drive the modes."""
     errors = _errors(u.speed, p)
     none = 0.0 * errors.added
@@ -22,8 +22,8 @@ def predict(filters: Filters, u: Told, p: Record) -> Filters:
     )
 
 
-@partial(side_by_side, paired=1)
-def _mean_later(mean: Number, u: Told, p: Record) -> Number:
+@partial(vectorised_pair, paired=1)
+def _mean_later(mean: Number, u: BelievedDuty, p: Record) -> Number:
     """The estimate one sample later."""
     modes, disturbances = mean[:MODES], mean[MODES:]
     unknown_heat = p.shaft_heat_gain * disturbances[0] + p.link_heat_gain * disturbances[1]
@@ -49,7 +49,7 @@ class Errors(NamedTuple):
     added: Number
 
 
-@kept_whole
+@as_c_function
 def _errors(speed: Number, p: Record) -> Errors:
     # Only the diagonal of convection's effect on the errors is kept: the rest is a hundredth of it.
     modes = (p.decay - 1.0) + p.reach * absolute(speed) * diagonal(matrix(p.convection, MODES))
@@ -63,7 +63,7 @@ def _errors(speed: Number, p: Record) -> Errors:
     return Errors(lost, alike, (by_heat[0], by_heat[1]), added)
 
 
-@partial(side_by_side, paired=2)
+@partial(vectorised_pair, paired=2)
 def _carried_over(
     packed: Number, added: Number, lost: Number, lost_alike: Number, by_heat: tuple[Number, Number]
 ) -> Number:

@@ -282,3 +282,10 @@ def _merged(places: Sequence[int | slice]) -> slice | list[int]:
     each = [i for p in places for i in (range(p.start, p.stop) if isinstance(p, slice) else (p,))]
     adjoin = each and all(b == a + 1 for a, b in pairwise(each))
     return slice(each[0], each[-1] + 1) if adjoin else each
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Part and own name of a scalar of the whole."""
+    variable, bracket, element = name.partition("[")
+    key, _, own = variable.rpartition(".")
+    return key, own + bracket + element
