@@ -30,6 +30,25 @@ def contracted(body: list[Statement], slots: Iterable[Slot]) -> list[Statement]:
     return [_rewritten(each, found) for each in body] if found else body
 
 
+def of_loops(body: list[Statement], slots: Iterable[Slot]) -> dict[int, list[Slot]]:
+    """Numbers that only one loop needs, anew at each turn: by the identity of the innermost such loop."""
+    everywhere, found = _counts(body), dict[int, list[Slot]]()
+    for slot in slots:
+        loop = None if slot.array else _innermost(body, slot, everywhere)
+        if loop is not None and _writes_first(loop.body, slot):
+            found.setdefault(id(loop), []).append(slot)
+    return found
+
+
+def _innermost(body: list[Statement], slot: Slot, everywhere: dict[int, int]) -> For | None:
+    for each in body:
+        if isinstance(each, For):
+            inside = sum(read.slot is slot for inner in flat([each]) for read in reads(inner))
+            if inside and inside == everywhere[id(slot)]:
+                return _innermost(each.body, slot, everywhere) or each
+    return None
+
+
 def _counts(body: list[Statement]) -> dict[int, int]:
     """How often each variable is read or written."""
     counts: dict[int, int] = {}

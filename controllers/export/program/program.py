@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from warmlink.controllers.export.program import tracing
+from warmlink.controllers.export.program.expressions import Given
 from warmlink.controllers.export.program.lowering import Lowering
 from warmlink.controllers.export.program.places import FreeNames, Tables
 from warmlink.controllers.export.program.statements import Routine, Slot
-from warmlink.controllers.export.program.tracing import Given, TracedFunction, leaf
+from warmlink.controllers.export.program.tracing import TracedFunction, leaf
 from warmlink.controllers.export.program.words import RESERVED
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number

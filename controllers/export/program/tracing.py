@@ -12,29 +12,18 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.export.program import algebra
-from warmlink.controllers.export.program.algebra import expression, lifted
-from warmlink.controllers.export.program.expressions import Noted
+from warmlink.controllers.export.program import algebra, expressions
+from warmlink.controllers.export.program.expressions import Given, Noted, expression, lifted
+from warmlink.controllers.export.program.naming import noticed
+from warmlink.controllers.export.program.ranges import is_binary
 from warmlink.fmus.component import arithmetic
 
 Place = tuple[str, str]
 """What a leaf is: the record that it stands in, as `state` or `argument`, and its name."""
-
-
-class Given:
-    """A record of a law: its states, inputs or parameters by name."""
-
-    def __init__(self, values: dict[str, Noted]) -> None:
-        self.__dict__.update(values)
-
-    def __getitem__(self, name: str) -> Noted:
-        found: Noted = self.__dict__[name]
-        return found
 
 
 @dataclass(eq=False)
@@ -110,11 +99,11 @@ def traced(slow: tuple[str, ...] = ()) -> Iterator[None]:
     Of the states named in `slow` what rounding leaves is a state too, with `_rest` after its name.
     """
     global _tape
-    algebra.forget()
+    expressions.forget()
     _tape = _Tape()
     _tape.slow = slow
     before = sys.getprofile()
-    sys.setprofile(_noticed)
+    sys.setprofile(noticed)
     try:
         yield
     finally:
@@ -133,7 +122,7 @@ def run(
     found = {key: algebra.flag(each) if each.condition else each for key, each in found.items()}
     for key in _tape.slow if states else ():
         rest = found[key].rest
-        found[f"{key}_rest"] = algebra.constant(np.zeros(found[key].shape)) if rest is None else rest
+        found[f"{key}_rest"] = expressions.constant(np.zeros(found[key].shape)) if rest is None else rest
     for key, each in found.items():
         each.fallback = each.fallback or key
     return TracedFunction(name, about, [], list(found.values()), spans=_tape.spans.pop()), found
@@ -143,7 +132,7 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
     """A call of a function that is kept whole; the same arguments give the same function."""
     values: list[Noted] = []
     _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
-    sure = idle and algebra.is_binary(values[-1])
+    sure = idle and is_binary(values[-1])
     key = _like((function, _mapped(given, _shape), sure, idle), [each.rest is not None for each in values])
     if key not in _tape.functions:
         _tape.functions[key], _tape.shapes[key] = _function(function, given, idle, sure)
@@ -230,7 +219,7 @@ def _function(
     inside = (*first, *rest)
     if idle:  # it runs only where its last argument is above 0
         algebra.hold(arguments[-1])
-        inside = (*inside[:-1], algebra.constant(1.0)) if sure else inside
+        inside = (*inside[:-1], expressions.constant(1.0)) if sure else inside
     _tape.spans.append([])
     result = code(*inside)
     rests: list[bool] = []
@@ -323,41 +312,3 @@ def _fresh(name: str) -> str:
         made = f"{name}_{count}"
     _tape.names.add(made)
     return made
-
-
-_NOT_ITS_NAMES = ("arithmetic.py", "matrices.py", "calls.py", "instance.py")
-
-
-def _noticed(frame: Any, event: str, result: Any) -> None:
-    """Name what the variables of a law's function hold, when it returns."""
-    if event != "return":
-        return
-    path = Path(frame.f_code.co_filename)
-    if (
-        path.parent.name == "program"
-        or path.name.startswith("<")
-        or path.name in _NOT_ITS_NAMES
-        or "numpy" in path.parts
-    ):
-        return
-    arguments = frame.f_code.co_varnames[: frame.f_code.co_argcount]
-    for name, value in frame.f_locals.items():
-        if name != "self" and not name.startswith("."):
-            _named(value, name.strip("_"), "fallback" if name in arguments else "name")
-    if isinstance(result, tuple):
-        _named(result, frame.f_code.co_name.strip("_"), "fallback")
-
-
-def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:
-    if isinstance(value, Noted):
-        if value.kind != "constant" and not (value.kind == "leaf" and value.data[0] != "settled"):
-            setattr(value, kind, getattr(value, kind) or name)
-            if value.kind == "select" and algebra.told_by(value) is not None:
-                _named(value.of[0], name, kind, depth)
-    elif isinstance(value, dict) and depth < 2:
-        for key, each in value.items():
-            _named(each, str(key), "fallback", depth + 1)
-    elif isinstance(value, (tuple, list)) and depth < 3 and len(value) < 40:
-        fields = getattr(value, "_fields", None)
-        for i, each in enumerate(value):
-            _named(each, fields[i] if fields else f"{name}_{i + 1}", kind, depth + 1)
