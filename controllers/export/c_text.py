@@ -57,6 +57,7 @@ HELPERS = {
         "((b > 0{f}) || (b < 0{f})) ? (a / b) : (b * 0{f})",
         "a / b; 0 where b is 0, and NaN where it is NaN.",
     ),
+    "left": ("a", "b", "b - ((a + b) - a)", "What rounding leaves of b where it is added to a."),
     "root": ("a", "", "(a < 0{f}) ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
 }
 """Functions that every law may use: arguments, result and what it is."""
@@ -96,9 +97,10 @@ class C:
 
     def index(self, index: Index) -> str:
         """Place of an element."""
+        times = "" if index.of_tables == 1 else f"{index.of_tables} * "
         parts = [
             *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
-            *(f"{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
+            *(f"{times}{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
         ]
         text = " + ".join(parts)
         if not parts:
@@ -117,9 +119,9 @@ class C:
             text = f"fresh.{slot.name}"
         elif slot.record in POINTERS:
             text = f"{POINTERS[slot.record]}->{slot.name}"
-        elif slot.record in ("result", "kept") and not slot.shape:
+        elif slot.record in ("result", "kept") and not slot.array:
             return f"*{slot.name}"
-        return text if read.index is None else f"{text}[{self.index(read.index)}]"
+        return text if read.place is None else f"{text}[{self.index(read.place)}]"
 
     def value(self, value: Value, outer: int = 0) -> str:
         """A value; in brackets where what is around it binds more tightly."""
@@ -187,7 +189,7 @@ class C:
             names.append("elapsed")
         for slot in (*each.function.kept, *each.function.arguments, *each.function.results):
             value = by_slot[id(slot)]
-            if isinstance(value, Read) and not slot.shape and slot.record != "argument":
+            if isinstance(value, Read) and not slot.array and slot.record != "argument":
                 inner = self.read(value)
                 names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
             else:
@@ -213,14 +215,14 @@ class C:
             given.append(f"{self.real} elapsed")
         for slot in routine.kept:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         for slot in routine.arguments:
             const = f"const {self.real} {slot.name}[{slot.size}]"
-            given.append(const if slot.shape else f"{self.real} {slot.name}")
+            given.append(const if slot.array else f"{self.real} {slot.name}")
         for slot in routine.results:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         return f"static void {self.name(routine)}({', '.join(given) or 'void'})"
 
@@ -298,7 +300,7 @@ class C:
 
 
 def _sized(slot: Slot) -> str:
-    return f"{slot.name}[{slot.size}]" if slot.shape else slot.name
+    return f"{slot.name}[{slot.size}]" if slot.array else slot.name
 
 
 def _loops(body: Iterable[Statement]) -> list[str]:

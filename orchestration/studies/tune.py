@@ -26,8 +26,8 @@ from warmlink.orchestration.studies.points import (
     Searched,
     best,
     evaluate,
+    first_points,
     front,
-    latin_hypercube,
 )
 from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
@@ -118,9 +118,6 @@ class Tuned(Searched):
 TRIALS = "trials.csv"
 """Table of the trials; while a study runs it is written anew after each batch."""
 
-SPREAD = 16
-"""Trials before the sampler goes by results: two batches of 8, which hold the 10 that Optuna asks for."""
-
 Progress = Callable[[int, Judged | None], None]
 """Called with the number of trials done and the best so far."""
 
@@ -142,7 +139,7 @@ def tune(
     done = storage.trials()[: study.tune.trials]
     if not done:
         _probe(study, workers)
-    chooser = Chooser(study, _first_points(study))
+    chooser = Chooser(study, first_points(study))
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
         first = len(trials)
@@ -217,7 +214,7 @@ def tuned(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with open_study(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.runs, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(
@@ -253,12 +250,3 @@ def _probe(study: Study, workers: Workers) -> None:
         if probe.reason is not None:
             where = "as shipped" if study.shipped else "in the middle of its bounds"
             raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")
-
-
-def _first_points(study: Study) -> list[Point]:
-    """What ships, so that the table shows what tuning gains, and points spread over the bounds to learn from.
-
-    Optuna would draw these at random. Few random points cluster: of 48 trials a third went into one corner.
-    """
-    first = [] if study.shipped is None else [study.shipped]
-    return first + (latin_hypercube(study, SPREAD - len(first)) if study.tune.sampler == "tpe" else [])

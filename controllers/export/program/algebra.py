@@ -12,7 +12,6 @@ from warmlink.controllers.export.program.expressions import (
     CONDITIONS,
     FUNCTIONS,
     LARGEST,
-    SETTLED_ONCE,
     Array,
     Noted,
 )
@@ -44,6 +43,8 @@ def _value(kind: str, of: tuple[Noted, ...], data: Any) -> Array:
     values = [np.asarray(each.value) for each in of]
     if kind == "take":
         return np.asarray(values[0].ravel()[data])
+    if kind == "weave":
+        return np.concatenate([np.atleast_1d(each) for each in values])[data]
     if kind == "stack":
         return np.concatenate([np.atleast_1d(each) for each in values])
     if kind == "sum":
@@ -73,6 +74,34 @@ def is_number(one: Noted, value: Any) -> bool:
 def apply(kind: str, *given: Any) -> Noted:
     """A function of expressions, element by element."""
     of = [lifted(each) for each in given]
+    made = _applied(kind, of)
+    if kind == "select" and made.rest is None and any(each.rest is not None for each in of[1:]):
+        made.rest = apply("select", of[0], *(_rest(each) for each in of[1:]))
+    return made
+
+
+def _rest(one: Noted) -> Noted:
+    """What rounding has left of a number."""
+    return one.rest if one.rest is not None else constant(np.zeros(one.shape))
+
+
+def with_rest(one: Noted) -> list[Noted]:
+    """A number, and what rounding has left of it."""
+    return [one, _rest(one)]
+
+
+def accumulated(value: Noted, change: Any) -> Noted:
+    """A sum; what rounding leaves of it goes on with it, where something has been left of the value."""
+    if value.rest is None:
+        return apply("add", value, change)
+    more = apply("add", value.rest, change)
+    rest = apply("left", value, more)
+    made = apply("add", value, more)
+    made.rest = rest
+    return made
+
+
+def _applied(kind: str, of: list[Noted]) -> Noted:
     shape = np.broadcast_shapes(*(each.shape for each in of))
     if kind not in ("and", "or", "not"):
         first = 1 if kind == "select" else 0
@@ -86,8 +115,17 @@ def apply(kind: str, *given: Any) -> Noted:
     simple = _simplified(kind, of, shape)
     if simple is not None:
         return simple
-    made = expression(kind, of, shape)
-    if kind in SETTLED_ONCE and made.value is not None:
+    return _settled(expression(kind, of, shape))
+
+
+def _settled(made: Noted) -> Noted:
+    """An expression that follows from the design alone as a constant: computed here, and rounded once."""
+    if made.value is None or made.kind == "constant":
+        return made
+    if made.condition:
+        alike = bool(np.all(made.value == made.value.flat[0]))
+        return _known(bool(made.value.flat[0]), made.shape) if alike else made
+    if made.kind != "neg":
         made.kind, made.of, made.data = "leaf", (), ("settled", made.serial)
     return made
 
@@ -108,6 +146,8 @@ def _broadcast(one: Noted, shape: tuple[int, ...]) -> Noted:
 
 def flag(condition: Noted) -> Noted:
     """1 where a condition holds, else 0."""
+    if condition.kind == "constant":
+        return condition
     return expression("select", (condition, constant(1.0), constant(0.0)), condition.shape)
 
 
@@ -155,6 +195,10 @@ def _of_flags(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | Non
     logic = {"mul": "and", "smaller": "and", "larger": "or"}.get(kind)
     if len(of) == 2 and logic and both[0] is not None and both[1] is not None:
         return flag(apply(logic, *both))
+    for one, other, told in ((a, b, both[1]), (b, a, both[0])):
+        known = one.kind == "constant" and one.shape == () and float(one.data) in (0.0, 1.0)
+        if logic and known and told is not None and other.shape == shape:
+            return other if bool(one.data) is (logic == "and") else _wide(one, shape)
     if kind in ("lt", "le", "gt", "ge") and both[0] is not None and b.kind == "constant" and b.shape == ():
         one, zero = (bool(FUNCTIONS[kind](value, b.data)) for value in (1.0, 0.0))
         if one != zero:
@@ -204,6 +248,13 @@ def _wide(one: Noted, shape: tuple[int, ...]) -> Noted:
 def take(of: Noted, places: Any) -> Noted:
     """Elements at places of the elements of another expression, shape as the places'."""
     places = np.asarray(places, dtype=int)
+    made = _taken(of, places)
+    if of.rest is not None and made.rest is None:
+        made.rest = take(of.rest, places)
+    return made
+
+
+def _taken(of: Noted, places: Array) -> Noted:
     if of.kind == "constant":
         return constant(of.data.ravel()[places])
     if places.shape == of.shape and np.array_equal(places.ravel(), np.arange(of.size)):
@@ -212,12 +263,19 @@ def take(of: Noted, places: Any) -> Noted:
         return take(of.of[0], of.data.ravel()[places])
     if of.kind == "select" and told_by(of) is not None and places.shape == ():
         return flag(take(of.of[0], places))
-    if of.kind == "stack" and places.size:
+    if of.kind in ("stack", "weave") and places.size:
+        inner = places if of.kind == "stack" else of.data[places]
         start = 0
         for part in of.of:
-            if places.min() >= start and places.max() < start + part.size:
-                return take(part, places - start)
+            if inner.min() >= start and inner.max() < start + part.size:
+                return take(part, inner - start)
             start += part.size
+    if (
+        of.kind == "stack"
+        and np.array_equal(np.sort(places, axis=None), np.arange(of.size))
+        and places.ndim == 1
+    ):
+        return expression("weave", of.of, places.shape, places)
     if of.ndim >= 2 and of.kind in _MOVABLE and np.unique(places).size == places.size:
         return _inside(of, places)
     return _plain(of, places)
@@ -237,7 +295,8 @@ def _inside(of: Noted, places: Array) -> Noted:
 
 
 def _plain(of: Noted, places: Array) -> Noted:
-    return expression("take", (of,), places.shape, places)
+    made = expression("take", (of,), places.shape, places)
+    return _settled(made) if made.condition else made
 
 
 def stacked(parts: Iterable[Any]) -> Noted:
@@ -252,7 +311,10 @@ def stacked(parts: Iterable[Any]) -> Noted:
         return constant(np.concatenate([np.atleast_1d(each.data) for each in flat]))
     if len(flat) == 1 and flat[0].ndim == 1:
         return flat[0]
-    return expression("stack", flat, (sum(each.size for each in flat),))
+    made = expression("stack", flat, (sum(each.size for each in flat),))
+    if any(each.rest is not None for each in flat):
+        made.rest = stacked([_rest(each) for each in flat])
+    return made
 
 
 def summed(of: Any) -> Noted:
@@ -268,4 +330,4 @@ def summed(of: Any) -> Noted:
             if factor.kind == "constant" and factor.shape and np.count_nonzero(factor.data) == 1:
                 (place,) = np.flatnonzero(factor.data)
                 return apply("mul", factor.data[place], other[int(place)] if other.shape else other)
-    return expression("sum", (one,), one.shape[:-1])
+    return _settled(expression("sum", (one,), one.shape[:-1]))

@@ -46,14 +46,12 @@ FUNCTIONS: dict[str, Any] = {
     "larger": lambda a, b: np.where(a > b, a, b),
     "smaller": lambda a, b: np.where(a < b, a, b),
     "erf": lambda a: np.vectorize(_erf)(a),
+    "left": lambda a, b: b - ((a + b) - a),
 }
 """What is done element by element."""
 
 CONDITIONS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 """Those whose result is true or false."""
-
-SETTLED_ONCE = frozenset({"div", "exp", "log", "sqrt", "sin", "cos", "pow", "erf"})
-"""Those that are worked out here where they follow from the design alone."""
 
 
 def _erf(value: float) -> float:
@@ -68,7 +66,8 @@ class Noted(Traced):
 
     Attributes
     ----------
-    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `sum`, `result`
+    kind : a key of `FUNCTIONS`, or `leaf`, `constant`, `take`, `stack`, `weave` (a stack in another order),
+        `sum`, `result`
     of : expressions that it follows from
     shape : () for a number
     data : of a leaf its place, of a take the places, of a result the call and which of its results it is
@@ -76,6 +75,7 @@ class Noted(Traced):
     origin : names of the parameters that such a value follows from
     name, fallback : of the variable that held it in the law, if any; of the argument that it was
     diagonal : of a diagonal matrix the vector on it
+    rest : what rounding has left of it, where that is carried on
     """
 
     kind: str
@@ -88,6 +88,7 @@ class Noted(Traced):
     fallback: str = ""
     serial: int = 0
     diagonal: Noted | None = None
+    rest: Noted | None = None
 
     __array_priority__ = 1000.0
 
@@ -162,6 +163,12 @@ class Noted(Traced):
         from warmlink.controllers.export.program.algebra import apply
 
         return apply("erf", self)
+
+    def accumulated(self, change: Any) -> Noted:
+        """The sum with a change, and what rounding leaves of it if that is carried on."""
+        from warmlink.controllers.export.program.algebra import accumulated
+
+        return accumulated(self, change)
 
     def reshape(self, *shape: Any) -> Noted:
         """The same elements in another shape."""

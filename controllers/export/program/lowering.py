@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
+from warmlink.controllers.export.program.in_place import may_overwrite
 from warmlink.controllers.export.program.places import fitted, place_of
 from warmlink.controllers.export.program.ranges import never_negative, never_zero
 from warmlink.controllers.export.program.statements import (
+    SIDE,
     For,
     Index,
     Invoke,
@@ -49,8 +51,22 @@ class Lowering(Uses):
         used = [k < self.traced.kept or id(e) in read for k, e in enumerate(arguments)]
         given = [self.leaves[e.data] for k, e in enumerate(arguments) if used[k] and k >= self.traced.kept]
         results = [] if kept else [slot for _, slot in self._targets if slot.record == "result"]
-        name, about = self.traced.name, self.traced.about
-        return Routine(name, about, tidied(self.body), given, results, kept, self.locals, used)
+        name, about, body = self.traced.name, self.traced.about, tidied(self.body)
+        over = {} if kept else self._over(body)
+        body = [For(SIDE, 2, body)] if self.traced.paired else body
+        return Routine(name, about, body, given, results, kept, self.locals, used, over)
+
+    def _over(self, body: list[Statement]) -> dict[int, int]:
+        """Which arguments results may overwrite, both by place."""
+        found: dict[int, int] = {}
+        for k, (_, result) in enumerate(self._targets):
+            for j, argument in enumerate(self.traced.arguments):
+                slot = self.leaves[argument.data]
+                alike = (slot.shape, slot.paired) == (result.shape, result.paired) and slot.array
+                free = result.record == "result" and j not in found.values() and k not in found
+                if alike and free and slot is not result and may_overwrite(body, result, slot):
+                    found[k] = j
+        return found
 
     def _late(self, one: Noted, target: Slot) -> bool:
         """Whether a result that is changed in place is computed last, straight into its variable."""
@@ -105,7 +121,7 @@ class Lowering(Uses):
         taken: list[tuple[Slot, Read]] = []
         for k, slot in enumerate(routine.kept):
             of = results.get(k)
-            to = self._slot(of) if of is not None else self._spare(call.function.results[k])
+            to = self._slot(of) if of is not None else self._spare(slot)
             if self._place(call.given[k]) is not to:
                 self._compute(call.given[k], to)
             taken.append((slot, Read(to)))
@@ -120,14 +136,12 @@ class Lowering(Uses):
         elif not kept:
             for k, slot in zip(_own(call.function), routine.results, strict=True):
                 of = results.get(k)
-                taken.append(
-                    (slot, Read(self._slot(of) if of is not None else self._spare(call.function.results[k])))
-                )
+                taken.append((slot, Read(self._slot(of) if of is not None else self._spare(slot))))
         asked = None if call.asked is None else self.element(call.asked, ())
         self.body.append(Invoke(routine, given, taken, asked, not routine.kept and not routine.results))
 
-    def _spare(self, like: Noted) -> Slot:
-        made = Slot(self.names.fresh("unused"), like.shape, "local")
+    def _spare(self, like: Slot) -> Slot:
+        made = Slot(self.names.fresh("unused"), (like.size,) if like.array else (), "local")
         self.locals.append(made)
         return made
 
@@ -135,6 +149,7 @@ class Lowering(Uses):
         if not one.shape:
             return self.element(one, ())
         place = self._place(one)
+        place = None if place is not None and place.paired else place
         if place is None and one.kind == "constant":
             place = self.tables.of(one.data, one.name or one.fallback or "row")
         if place is None:  # elements of something else
@@ -146,11 +161,11 @@ class Lowering(Uses):
 
     def _compute(self, one: Noted, to: Slot) -> None:
         """Statements that give a variable its value."""
-        if one.kind == "stack" and self._place(one) in (None, to):
-            self._pieces(one, to)
+        if one.kind in ("stack", "weave") and self._place(one) in (None, to):
+            (self._pieces if one.kind == "stack" else self._strands)(one, to)
             return
         dims = LOOPS[: one.ndim]
-        at = None if not one.shape else place_of(one.shape, dims)
+        at = place_of(one.shape, dims) if to.array else None
         target = Read(to, at)
         if one.kind == "sum" and self._place(one) in (None, to):
             (inner,) = one.of
@@ -187,6 +202,19 @@ class Lowering(Uses):
                 self.body.append(For("i", size, [Set(at, inner)]))
             start += size
 
+    def _strands(self, one: Noted, to: Slot) -> None:
+        """Statements that write parts to where they belong among the others."""
+        start, places = 0, np.argsort(one.data)
+        for part in one.of:
+            own = places[start : start + part.size]
+            start += part.size
+            if part.size == 1:
+                value = self.element(part, (0,) * part.ndim)
+                self.body.append(Set(Read(to, Index(int(own[0]))), value))
+            else:
+                at = Read(to, fitted(own, ("i",), self.tables))
+                self.body.append(For("i", part.size, [Set(at, self.element(part, ("i",)))]))
+
     def element(self, one: Noted, dims: tuple[str | int, ...]) -> Value:
         """An element of an expression; of a number, itself."""
         dims = dims if one.shape else ()
@@ -194,7 +222,7 @@ class Lowering(Uses):
         if one.kind == "leaf" and place is None:
             place = self._settled(one)
         if place is not None:
-            return Read(place, place_of(one.shape, dims) if one.shape else None)
+            return Read(place, place_of(one.shape, dims) if place.array else None)
         if one.kind == "constant":
             if one.data.size == 1 or np.all(one.data == one.data.flat[0]):
                 return KnownNumber(float(one.data.flat[0]))
@@ -214,9 +242,10 @@ class Lowering(Uses):
     def _settled(self, one: Noted) -> Slot:
         """The variable of a constant that the design settles."""
         assert one.value is not None
-        name = self.tables.names.fresh(one.name or one.fallback or "settled")
+        origin = [self.leaves["design", name] for name in sorted(one.origin)]
+        name = self.tables.names.fresh(one.name or one.fallback or f"of_{origin[0].name}")
         values = np.atleast_1d(one.value).ravel()
-        about = f"follows from {', '.join(sorted(one.origin))}"
+        about = f"follows from {', '.join(map(_with_value, origin))}"
         slot = Slot(name, one.shape, "design", values=values, about=about)
         self.leaves[one.data] = slot
         return slot
@@ -236,6 +265,14 @@ class Lowering(Uses):
             return self.element(of, tuple(int(each) for each in inner))
         assert place is not None, of.kind
         return Read(place, index)
+
+
+def _with_value(parameter: Slot) -> str:
+    """A parameter's name with its unit, and its value if it is a number."""
+    unit = "" if parameter.unit == "1" else parameter.unit
+    if parameter.shape:
+        return f"{parameter.name} [{unit}]" if unit else parameter.name
+    return f"{parameter.name} = {float(parameter.values[0]):g} {unit}".strip()
 
 
 def _own(function: TracedFunction) -> list[int]:

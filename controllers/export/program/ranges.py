@@ -82,5 +82,6 @@ _RULES: dict[str, Callable[..., Bounds]] = {
     "erf": lambda one, a: (-1.0, 1.0),
     "take": lambda one, a: a,
     "stack": _several,
+    "weave": _several,
     "sum": _sum,
 }
