@@ -77,7 +77,15 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
         assert component.update is not None
         begin, begun = tracing.of_records(_started(component), u, p)
         update, updated = tracing.run(
-            "update", "The states after a sample.", component.update, x, u, p, time, p["sample_time"], states=True
+            "update",
+            "The states after a sample.",
+            component.update,
+            x,
+            u,
+            p,
+            time,
+            p["sample_time"],
+            states=True,
         )
         told, named = tracing.run("outputs", "What the law says.", component.observe, x, u, p, time)
         functions = tracing.functions()
