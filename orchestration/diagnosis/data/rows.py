@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.outliers import outliers
+from warmlink.orchestration.diagnosis.data.outliers import leap, outliers
 from warmlink.orchestration.scenarios.logged.cells import Column, Rows
 from warmlink.orchestration.scenarios.logged.sheet import Sheet
 from warmlink.orchestration.system.units import parse_unit
@@ -66,8 +66,7 @@ def without_slips(
     for column in columns:
         if column.variable in readings and (away := outliers(time, readings[column.variable], driven)).size:
             values = readings[column.variable]
-            near = np.interp(away, *_others(values, away))
-            by = float(np.max(np.abs(values[away] - near))) / parse_unit(column.unit).factor
+            by = leap(time, values, away) / parse_unit(column.unit).factor
             unit = {"degC": "K", "degF": "degF"}.get(column.unit, column.unit)
             values[away] = np.nan
             remarks.append(
@@ -80,12 +79,6 @@ def without_slips(
 def _leaps(values: Array) -> NDArray[np.bool_]:
     """Whether an input has another value than in the row before, shape (rows,)."""
     return np.append(False, np.diff(np.nan_to_num(values, nan=-1.0)) != 0)
-
-
-def _others(values: Array, away: Rows) -> tuple[Rows, Array]:
-    """Rows with a reading that are not among some, and their readings."""
-    rows = np.setdiff1d(np.flatnonzero(np.isfinite(values)), away)
-    return rows, values[rows]
 
 
 def _named(sheet: Sheet, rows: Rows) -> str:
