@@ -10,6 +10,7 @@ noise, offset, lag and steps; the room's reading is biased.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -171,12 +172,26 @@ class Machine:
         matrix = np.diag(self.capacity / STEP + room + piece) - self._inside
         return np.asarray(np.linalg.inv(matrix)), room, piece
 
-    def run(self, demands: list[Demand], seed: int, room: Room | None = None) -> Run:
-        """Temperatures and growth through demands, from a cold start in the room's air."""
+    def worn(self, **factors: float) -> Machine:
+        """The same machine with some of its parameters multiplied."""
+        other = copy(self)
+        other.p = {**self.p, **{name: self.p[name] * factor for name, factor in factors.items()}}
+        other._inside = other._conduction()
+        other._solver = lru_cache(maxsize=256)(other._solved)
+        return other
+
+    def run(
+        self, demands: list[Demand], seed: int, room: Room | None = None, since: Run | None = None
+    ) -> Run:
+        """Temperatures and growth through demands, from a cold start in the room's air or from the end of a run.
+
+        After a run its air goes on too: the last one's is followed by the course that `room` gives from there.
+        """
         draw = np.random.default_rng([seed, 46])
         rows = [each for each in demands for _ in range(max(1, round(each.duration / STEP)))]
-        air = (room or Room()).course(len(rows), draw)
-        p, temperature = self.p, np.full(self.size, air[0])
+        before = 0 if since is None else since.steps
+        air = (room or Room()).course(before + len(rows), draw)[before:]
+        p, temperature = self.p, np.full(self.size, air[0]) if since is None else since.history[-1]
         history = np.empty((len(rows) + 1, self.size))
         history[0] = temperature
         winding, rotor, gearbox, brake = (LUMPS.index(n) for n in ("winding", "rotor", "gearbox", "brake"))
@@ -193,7 +208,7 @@ class Machine:
             heat[brake] += p["brake_power"] * (speed > 0)
             temperature = inverse @ heat
             history[k + 1] = temperature
-        return Run(self, rows, air, history, draw)
+        return Run(self, rows, air, history, draw, before + len(rows))
 
     def growth(self, history: Array, torque: Array) -> Array:
         """Growth in m: of plate, gearbox and tool, by bending, and by play under load."""
@@ -209,13 +224,14 @@ class Machine:
 
 @dataclass(frozen=True)
 class Run:
-    """A run: the demand and the air of each step, temperatures in degC from the start on."""
+    """A run: the demand and the air of each step, temperatures in degC from the start on, and steps since then."""
 
     machine: Machine
     rows: list[Demand]
     air: Array
     history: Array
     draw: np.random.Generator
+    steps: int
 
     def log(self) -> pd.DataFrame:
         """What a logger would write each second; `growth` is the truth, `elongation` a probe's reading."""
@@ -234,7 +250,7 @@ class Run:
         air = np.interp(seconds, steps[1:], self.air)
         noise = self.draw.normal(0.0, 0.02, count)
         logged["ambient_temperature [degC]"] = (air + machine.air_bias + noise).round(3)
-        for i, (name, true) in enumerate(self._places().items()):
+        for i, (name, true) in enumerate(self.places().items()):
             share = np.exp(-1.0 / machine.lags[i])
             exact = np.interp(seconds, steps, true)
             late = lfilter([1 - share], [1, -share], exact, zi=[share * exact[0]])[0]
@@ -246,7 +262,7 @@ class Run:
         logged["elongation [um]"] = np.where(seconds % 60 == 1, probe.round(3), np.nan)
         return pd.DataFrame(logged)
 
-    def _places(self) -> dict[str, Array]:
+    def places(self) -> dict[str, Array]:
         plate = self.history[:, self.machine.cells].mean(axis=2)
         return {
             "shaft": self.history[:, LUMPS.index("rotor")],

@@ -37,6 +37,7 @@ class Cause(Table):
     each_run : whether every run has a value of its own
     covers : causes whose joint effect this one has, so that none of them is sought beside it
     covariate : input whose column the cause needs
+    at_work : whether it may change while a machine is at work, so that `watch` looks for it
     usual : whether a plain calibration of a machine, which looks for no cause, fits it
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
@@ -58,6 +59,7 @@ class Cause(Table):
     each_run: Annotated[bool, Flag()] = False
     covers: Annotated[tuple[str, ...], Names("coulomb_friction")] = ()
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
+    at_work: Annotated[bool, Flag()] = False
     usual: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"

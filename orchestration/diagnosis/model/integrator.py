@@ -125,7 +125,7 @@ class Integrator:
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses = NONE) -> None:
         z, p = np.array(z, dtype=float), np.array(p, dtype=float)
         library = equations.library()
-        kind = _OnCasadi if library is None else partial(_InC, library)
+        kind = OnCasadi if library is None else partial(_InC, library)
         self._fill = kind(equations, z, p, courses)
 
     def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array]:
@@ -145,7 +145,7 @@ class Integrator:
         return states, left, right
 
 
-class _OnCasadi:
+class OnCasadi:
     """Fills the tables of `Integrator` on CasADi's machine."""
 
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses) -> None:

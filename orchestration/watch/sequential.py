@@ -1,0 +1,209 @@
+"""The sequential test: sums that forget, one for each thing that may be wrong, against thresholds.
+
+Each sum collects how far the innovations lean one way, over some ten minutes, an hour and six hours: a score test
+with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abrupt Changes, Prentice-Hall 1993). Its
+thresholds come from the sound part alone: blocks of it are drawn anew into many made-up days, as many as it takes to
+see the stated rate of false alarms, and nothing is tuned. What a short sound part does not tell counts against an
+alarm: every made-up machine has weights of the blocks and a size of the noise of its own (D. B. Rubin, "The Bayesian
+bootstrap", Annals of Statistics 9, 1981).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.watch.ticks import TICK
+
+MEMORIES = (10, 60, 360)
+"""Ticks over which a sum forgets."""
+
+SETTLED = 30
+"""Ticks of a start, or after a gap, that are not judged: the filter does not know its states yet."""
+
+FEWEST = 120
+"""Ticks of a sound part below which nothing can be learnt."""
+
+_SOUND_FOR_MEMORY = 3
+"""Times a memory that the sound part has to last for it."""
+
+_BLOCK = (20, 120)
+"""Ticks in a block of the sound part, at least and at most."""
+
+_BLOCKS = 8
+"""Blocks that a short sound part is cut into, at least."""
+
+_CHAINS, _DAYS = 192, (600.0, 3000.0)
+"""Made-up machines, and days that are made up, at least and at most, of all of them together."""
+
+_SEEN = 20
+"""Alarms that are seen at the stated rate in the made-up days, where they last long enough."""
+
+DAY = 86400.0 / TICK
+"""Ticks of a day."""
+
+_LEAST_WEIGHT = 1e-12
+
+
+class Sums:
+    """Sums of leaning that forget, of one run or of many at once.
+
+    Parameters
+    ----------
+    memories : in ticks, shape (memories,)
+    shape : of a tick's leaning, (..., things)
+    """
+
+    def __init__(self, memories: Sequence[int], shape: tuple[int, ...]) -> None:
+        self._kept = np.exp(-1.0 / np.array(memories, dtype=float))[:, None]
+        self.lean = np.zeros((*shape[:-1], len(memories), shape[-1]))
+        self.weight = np.full_like(self.lean, _LEAST_WEIGHT)
+
+    def add(self, lean: Array, weight: Array) -> Array:
+        """Take a tick; give each sum in its standard deviations, were the innovations white, (..., memories, things)."""
+        self.lean *= self._kept
+        self.lean += lean[..., None, :]
+        self.weight *= self._kept**2
+        self.weight += weight[..., None, :]
+        return np.asarray(self.lean / np.sqrt(self.weight))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Thresholds that were worked out.
+
+    Attributes
+    ----------
+    memories : in ticks, of the sums that are judged
+    sizes : of each sum that is usual over a day, shape (memories, things)
+    threshold : multiple of it from which there is an alarm
+    rate : of false alarms for which it was worked out, in 1/day
+    blocks : of the sound part
+    days : that were made up
+    extrapolated : whether the rate is too small to have been seen in them
+    """
+
+    memories: tuple[int, ...]
+    sizes: Array
+    threshold: float
+    rate: float
+    blocks: int
+    days: float
+    extrapolated: bool
+
+    def told(self) -> str:
+        """What the thresholds rest on, in a sentence."""
+        seen = "by the tail of the largest sums" if self.extrapolated else "as they were seen"
+        short = ""
+        if self.blocks < 2 * _BLOCKS:
+            short = f"; the sound part has only {self.blocks} blocks, so that alarms wait for more evidence"
+        every = 1 / self.rate
+        return f"thresholds for one false alarm in {every:.3g} days, {seen} in {self.days:.0f} made-up days{short}"
+
+
+def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits:
+    """Thresholds for a rate of false alarms.
+
+    Parameters
+    ----------
+    lean, weight : of each tick of the sound part, settled, shape (ticks, things)
+    rate : of false alarms in 1/day, of all things and memories together
+    seed : of the made-up days
+    """
+    ticks, things = lean.shape
+    memories = tuple(m for m in MEMORIES if m * _SOUND_FOR_MEMORY <= ticks) or MEMORIES[:1]
+    length = int(np.clip(ticks // _BLOCKS, *_BLOCK))
+    blocks = max(ticks // length, 2)
+    days = float(np.clip(_SEEN / rate, *_DAYS))
+    draw = np.random.default_rng(seed)
+    per_chain = int(np.ceil(days * DAY / _CHAINS))
+    rows = _drawn(draw, ticks, length, blocks, per_chain)
+    factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _CHAINS))[:, None]
+    begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
+    tried = Sums(memories, (_CHAINS, things))
+    usual = _usual(Sums(memories, (_CHAINS, things)), lean, weight, rows[: 4 * begin], factor, begin)
+    highest = np.empty((per_chain, _CHAINS))
+    for k, row in enumerate(rows):
+        now = np.abs(tried.add(factor * lean[row], weight[row])) / usual
+        highest[k] = now.max(axis=(1, 2))
+    found = _peaks(highest[begin:], memories[-1])
+    days = highest[begin:].size / DAY
+    wanted = rate * days
+    order = np.sort(found)[::-1]
+    if wanted >= 5:
+        count = int(np.clip(wanted - np.sqrt(wanted), 1, order.size))
+        return Limits(memories, usual, float(order[count - 1]), rate, blocks, days, False)
+    return Limits(memories, usual, _beyond(order, wanted), rate, blocks, days, True)
+
+
+def _drawn(draw: np.random.Generator, ticks: int, length: int, blocks: int, steps: int) -> NDArray[np.int64]:
+    """Rows of the sound part for each made-up machine, shape (steps, machines): blocks after one another."""
+    share = draw.dirichlet(np.ones(blocks), _CHAINS)
+    count = -(-steps // length)
+    which = np.array([draw.choice(blocks, count, p=each) for each in share])
+    begin = which * (ticks / blocks) + draw.uniform(0, ticks / blocks, which.shape)
+    rows = (begin.astype(np.int64)[:, :, None] + np.arange(length)) % ticks
+    return np.ascontiguousarray(rows.reshape(_CHAINS, -1)[:, :steps].T)
+
+
+def _usual(
+    sums: Sums, lean: Array, weight: Array, rows: NDArray[np.int64], factor: Array, begin: int
+) -> Array:
+    """Root mean square of each sum, so that all are judged alike, shape (memories, things)."""
+    total, count = np.zeros(sums.lean.shape[-2:]), 0
+    for k, row in enumerate(rows):
+        now = sums.add(factor * lean[row], weight[row])
+        if k >= begin:
+            total += np.mean(now**2, axis=0)
+            count += 1
+    return np.sqrt(np.maximum(total / max(count, 1), 1e-6))
+
+
+def _peaks(highest: Array, apart: int) -> Array:
+    """Largest values of stretches of the longest memory, in which one fault would be one alarm, shape (stretches,)."""
+    stretches = max(highest.shape[0] // apart, 1)
+    cut = highest[: stretches * apart].reshape(stretches, -1, highest.shape[1])
+    return np.asarray(cut.max(axis=1).ravel())
+
+
+def _beyond(order: Array, wanted: float) -> float:
+    """Level that is passed less often than was seen: the number of peaks falls with the square of their height."""
+    low, high = order[min(60, order.size - 1)], order[min(10, order.size - 1)]
+    fall = np.log(60 / 10) / max(high**2 - low**2, 1e-9)
+    return float(np.sqrt(high**2 + np.log(10 / max(wanted, 1e-12)) / fall))
+
+
+@dataclass
+class Sequential:
+    """The test at work.
+
+    Parameters
+    ----------
+    limits : as worked out
+    things : that may be wrong, whose number `limits.sizes` has
+    """
+
+    limits: Limits
+    things: int
+    settled: int = 0
+    level: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        self.sums = Sums(self.limits.memories, (self.things,))
+        self.level = np.zeros(self.things)
+
+    def begin(self) -> None:
+        """Begin anew, as after a gap."""
+        self.settled = 0
+
+    def add(self, lean: Array, weight: Array) -> Array:
+        """Take a tick; give each thing's largest sum as a share of its threshold, shape (things,)."""
+        self.settled += 1
+        if self.settled > SETTLED:
+            now = np.abs(self.sums.add(lean, weight)) / self.limits.sizes / self.limits.threshold
+            self.level = now.max(axis=0)
+        return self.level

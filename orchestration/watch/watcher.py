@@ -1,0 +1,213 @@
+"""The twin: it learns from the sound part, judges what follows tick after tick, and names what it alarms of."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.watch.hypotheses import Watched
+from warmlink.orchestration.watch.learning import Learnt, learn, surprise_of
+from warmlink.orchestration.watch.naming import Naming, named
+from warmlink.orchestration.watch.sequential import FEWEST, SETTLED, Limits, Sequential, worked_out
+from warmlink.orchestration.watch.shadow import Innovation, Shadow
+from warmlink.orchestration.watch.ticks import TICK, Tick
+
+WINDOW, _SNAPSHOT = 720, 60
+"""Ticks that are kept to name an alarm by, and ticks from one kept filter to the next."""
+
+_AGAIN = (10, 30, 60, 120, 240, 480)
+"""Ticks after an alarm at which its name is sought again, with what was read since."""
+
+_QUIET, _QUIET_TICKS = 0.7, 60
+"""Share of the threshold below which all sums have to stay for so many ticks for an alarm to be over."""
+
+
+@dataclass
+class Standing:
+    """An alarm that is not over: when it began, ticks since, ticks that were quiet, and what it is put down to."""
+
+    time: float
+    ticks: int = 0
+    quiet: int = 0
+    causes: tuple[str, ...] = ()
+
+
+@dataclass
+class Watcher:
+    """Watches one machine.
+
+    Parameters
+    ----------
+    machine : what is watched
+    sound : s of the opening part that is declared sound
+    rate : of false alarms in 1/day
+
+    Attributes
+    ----------
+    learnt, limits : None until the sound part is over
+    levels : each thing's largest sum as a share of its threshold, shape (things,)
+    """
+
+    machine: Watched
+    sound: float
+    rate: float
+    progress: Progress = unseen
+    learnt: Learnt | None = None
+    limits: Limits | None = None
+    shadow: Shadow | None = None
+    test: Sequential | None = None
+    standing: Standing | None = None
+    opening: list[Tick] = field(default_factory=list)
+    recent: deque[Tick] = field(default_factory=deque)
+    snapshots: deque[tuple[int, Shadow]] = field(default_factory=deque)
+    judged: int = 0
+    last: Innovation | None = None
+
+    @property
+    def things(self) -> list[str]:
+        """Names of what is tested for, in the order of the levels; the last is that anything is wrong."""
+        return [each.name for each in self.machine.hypotheses if each.wears] + ["anything"]
+
+    @property
+    def levels(self) -> np.ndarray:
+        """Each thing's largest sum as a share of its threshold, shape (things,); 0 while nothing is judged."""
+        return np.zeros(len(self.things)) if self.test is None else self.test.level
+
+    def add(self, tick: Tick) -> Iterator[dict[str, Any]]:
+        """Take a tick; give what is to be told, mostly nothing."""
+        if self.test is None:
+            self.opening.append(tick)
+            if tick.end - self.opening[0].start >= self.sound:
+                yield self._begin()
+            return
+        yield from self._judge(tick)
+
+    def refuse_unlearnt(self) -> None:
+        """Raise InputError where the log has ended within its sound part."""
+        if self.test is None:
+            hours = (self.opening[-1].end - self.opening[0].start) / 3600 if self.opening else 0.0
+            raise InputError(
+                f"{argument('sound', f'{self.sound / 3600:.4g} h')}: the log ends after {hours:.4g} h, within the part "
+                "that is declared sound; nothing was judged, declare a shorter part"
+            )
+
+    def _begin(self) -> dict[str, Any]:
+        """Learn from the sound part, and work out the thresholds."""
+        if len(self.opening) < FEWEST + SETTLED:
+            least = (FEWEST + SETTLED) * TICK / 3600
+            raise InputError(
+                f"{argument('sound', f'{self.sound / 3600:.4g} h')}: holds only {len(self.opening)} min with rows; "
+                f"the noise and the thresholds need at least {least:.2g} h"
+            )
+        self.learnt = learn(self.machine, self.opening, self.progress)
+        lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise)
+        self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate)
+        self._restart(self.learnt, self.limits)
+        for each in self.opening[-WINDOW:]:
+            self._step(each)
+        end, self.opening = self.opening[-1].end, []
+        return {"time_s": end, "alarm": False, "watching": True, "told": self.limits.told()}
+
+    def _restart(self, learnt: Learnt, limits: Limits) -> None:
+        self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets)
+        self.test = Sequential(limits, len(self.things))
+
+    def _tested(self, lean: Any, weight: Any, surprise: Any) -> tuple[Any, Any]:
+        """Of what is watched for, and beside it how much is off at all."""
+        wears = np.array([each.wears for each in self.machine.hypotheses])
+        ones = np.ones_like(np.asarray(surprise)[..., None])
+        lean = np.concatenate([lean[..., wears], np.asarray(surprise)[..., None]], axis=-1)
+        return lean, np.concatenate([weight[..., wears], ones], axis=-1)
+
+    def _step(self, tick: Tick) -> None:
+        """Step filter and test by a tick, which is kept for naming."""
+        assert self.shadow is not None
+        assert self.test is not None
+        if tick.anew:
+            self.test.begin()
+        if self.judged % _SNAPSHOT == 0:
+            self.snapshots.append((self.judged, twin_of(self.shadow)))
+            while len(self.snapshots) > 1 + WINDOW // _SNAPSHOT:
+                self.snapshots.popleft()
+        self.recent.append(tick)
+        while len(self.recent) > self.judged - self.snapshots[0][0] + 1:
+            self.recent.popleft()
+        self.judged += 1
+        self.last, _ = self.shadow.step(tick)
+        self.test.add(*self._tested(self.last.lean, self.last.weight, surprise_of(self.last.white)))
+
+    def _judge(self, tick: Tick) -> Iterator[dict[str, Any]]:
+        self._step(tick)
+        level = float(self.levels.max())
+        if self.standing is None:
+            if level >= 1.0:
+                self.standing = Standing(tick.end)
+                yield self._told(tick.end)
+            return
+        self.standing.ticks += 1
+        self.standing.quiet = self.standing.quiet + 1 if level < _QUIET else 0
+        if self.standing.quiet >= _QUIET_TICKS:
+            began, self.standing = self.standing.time, None
+            told = "the readings are again what the model explains; what came before stays on the list"
+            yield {"time_s": tick.end, "alarm": False, "over": True, "began_s": began, "told": told}
+        elif self.standing.ticks in _AGAIN and self.standing.quiet == 0:
+            before = self.standing.causes
+            said = self._told(tick.end)
+            if self.standing.causes != before:
+                yield {**said, "again": True}
+
+    def named(self) -> Naming:
+        """What the last ticks are put down to."""
+        assert self.snapshots
+        first = self.judged - len(self.recent)
+        at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
+        return named(twin_of(shadow), list(self.recent)[at - first :])
+
+    def _told(self, time: float) -> dict[str, Any]:
+        """An alarm, with what it is put down to."""
+        assert self.standing is not None
+        found = self.named()
+        causes = found.set
+        self.standing.causes = tuple(each.name for each in causes)
+        best = self.things[int(np.argmax(self.levels))]
+        return {
+            "time_s": time,
+            "alarm": True,
+            "verdict": found.verdict if causes else "model",
+            "causes": [
+                {"name": e.name, "value": e.value, "std": e.std, "since_s": e.since, "evidence": e.evidence}
+                for e in causes
+            ],
+            "told": sentence(found, self.standing.time if time == self.standing.time else time, best),
+        }
+
+
+def sentence(found: Naming, time: float, first: str) -> str:
+    """What an alarm is put down to and on which evidence, in one sentence."""
+    causes = found.set
+    if not causes:
+        near = ", ".join(each.name for each in found.ranked[:3])
+        return f"the readings lean as {first} would make them, but no known cause explains them (nearest: {near})"
+    best = causes[0]
+    names = " or ".join(dict.fromkeys(each.name for each in causes))
+    minutes = max(time - best.since, 0.0) / 60
+    share = min(best.evidence / max(found.excess, best.evidence, 1e-9), 1.0)
+    return (
+        f"{names}: since about {minutes:.0f} min before, {best.hypothesis.variable} by {best.value:+.3g} "
+        f"(+- {best.std:.2g}) explains {100 * share:.0f} % of what the readings are off by"
+    )
+
+
+def twin_of(shadow: Shadow) -> Shadow:
+    """A filter of the same machine that goes on by itself."""
+    other = Shadow(shadow.machine, shadow.noise, shadow.values, shadow.offsets)
+    for name in ("x", "rest", "P", "directions"):
+        setattr(other, name, getattr(shadow, name).copy())
+    return other
