@@ -67,6 +67,7 @@ class Reader:
     headers : as in a CSV file, `tip_temperature [degC]`
     rig : the machine
     told : units and names of columns that the user gave
+    comma : whether the source writes a comma as decimal mark, unless the user says otherwise
 
     Attributes
     ----------
@@ -81,16 +82,16 @@ class Reader:
         A header does not fit, there is no time, or nothing is measured.
     """
 
-    def __init__(self, name: str, headers: Sequence[str], rig: Rig, told: Said) -> None:
+    def __init__(self, name: str, headers: Sequence[str], rig: Rig, told: Said, comma: bool = False) -> None:
         import pandas as pd
 
         own = [h for h in headers if _is_correction(h)]
         empty = pd.DataFrame({i: pd.Series(dtype=object) for i in range(len(headers))})
         sheet = Sheet(name, list(headers), [None] * len(headers), empty, told.decimal, bool(told.decimal), "")
-        named = {header: "" for header in own}
+        named = dict.fromkeys(own, "")
         assigned = Assignment(sheet, rig, told, named)
         self._name, self._clock = name, assigned.time()[0]
-        self._comma = told.decimal == "comma"
+        self._comma = told.decimal == "comma" or (comma and told.decimal != "point")
         self._seconds = self._time_unit(sheet)
         self._signals = [self._signal(sheet, place, rig) for place in assigned.signals()]
         self.inputs = tuple(s.variable for s in self._signals if s.variable in rig.externals)

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.watch.hypotheses import Watched
+from warmlink.orchestration.watch.hypotheses import CLOCK, MODEL, THERMOMETER, Watched
 from warmlink.orchestration.watch.learning import Learnt, learn, surprise_of
 from warmlink.orchestration.watch.naming import Naming, named
 from warmlink.orchestration.watch.sequential import FEWEST, SETTLED, Limits, Sequential, worked_out
-from warmlink.orchestration.watch.shadow import Innovation, Shadow
+from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import TICK, Tick
+
+SHOWN = 360
+"""Ticks that a page shows."""
 
 WINDOW, _SNAPSHOT = 720, 60
 """Ticks that are kept to name an alarm by, and ticks from one kept filter to the next."""
@@ -37,6 +41,16 @@ class Standing:
     ticks: int = 0
     quiet: int = 0
     causes: tuple[str, ...] = ()
+
+
+class Moment(NamedTuple):
+    """A tick as a page shows it: time in s, levels by verdict, readings, expected ones and their 1 sigma in SI."""
+
+    time: float
+    levels: dict[str, float]
+    readings: Array
+    expected: Array
+    sigma: Array
 
 
 @dataclass
@@ -68,7 +82,12 @@ class Watcher:
     recent: deque[Tick] = field(default_factory=deque)
     snapshots: deque[tuple[int, Shadow]] = field(default_factory=deque)
     judged: int = 0
-    last: Innovation | None = None
+    moments: deque[Moment] = field(default_factory=lambda: deque(maxlen=SHOWN))
+
+    KEPT: ClassVar[tuple[str, ...]] = (
+        *("learnt", "limits", "standing", "opening", "recent", "judged", "moments"),
+    )
+    """What a restart needs of it, beside filter and test."""
 
     @property
     def things(self) -> list[str]:
@@ -76,7 +95,7 @@ class Watcher:
         return [each.name for each in self.machine.hypotheses if each.wears] + ["anything"]
 
     @property
-    def levels(self) -> np.ndarray:
+    def levels(self) -> Array:
         """Each thing's largest sum as a share of its threshold, shape (things,); 0 while nothing is judged."""
         return np.zeros(len(self.things)) if self.test is None else self.test.level
 
@@ -109,13 +128,15 @@ class Watcher:
         self.learnt = learn(self.machine, self.opening, self.progress)
         lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise)
         self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate)
-        self._restart(self.learnt, self.limits)
+        self.learnt = replace(self.learnt, lean=lean[:0], weight=weight[:0], surprise=lean[:0, 0])
+        self.restart(self.learnt, self.limits)
         for each in self.opening[-WINDOW:]:
             self._step(each)
         end, self.opening = self.opening[-1].end, []
         return {"time_s": end, "alarm": False, "watching": True, "told": self.limits.told()}
 
-    def _restart(self, learnt: Learnt, limits: Limits) -> None:
+    def restart(self, learnt: Learnt, limits: Limits) -> None:
+        """Begin to judge, with what was learnt and the thresholds."""
         self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets)
         self.test = Sequential(limits, len(self.things))
 
@@ -140,8 +161,17 @@ class Watcher:
         while len(self.recent) > self.judged - self.snapshots[0][0] + 1:
             self.recent.popleft()
         self.judged += 1
-        self.last, _ = self.shadow.step(tick)
-        self.test.add(*self._tested(self.last.lean, self.last.weight, surprise_of(self.last.white)))
+        said, _ = self.shadow.step(tick)
+        self.test.add(*self._tested(said.lean, said.weight, surprise_of(said.white)))
+        self.moments.append(Moment(tick.end, self.by_verdict(), tick.readings, said.expected, said.sigma))
+
+    def by_verdict(self) -> dict[str, float]:
+        """Largest level of each verdict; that anything is wrong counts as the model's."""
+        found = {MODEL: 0.0, THERMOMETER: 0.0, CLOCK: 0.0}
+        verdicts = [each.verdict for each in self.machine.hypotheses if each.wears] + [MODEL]
+        for verdict, level in zip(verdicts, self.levels.tolist(), strict=True):
+            found[verdict] = max(found[verdict], level)
+        return found
 
     def _judge(self, tick: Tick) -> Iterator[dict[str, Any]]:
         self._step(tick)

@@ -1,0 +1,93 @@
+"""`warmlink watch`: the twin beside a running machine."""
+
+from __future__ import annotations
+
+import json as as_json
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.safe_text import printable
+from warmlink.orchestration.command_line.arguments import settings_given
+from warmlink.orchestration.console import answer, remark
+
+COMMANDS = ("watch",)
+
+
+def watch(
+    source: str,
+    *,
+    sound: str = "3 h",
+    alarms: str = "1 per 30 days",
+    scenario: str | None = None,
+    set_: list[str] | None = None,
+    unit: list[str] | None = None,
+    map_: list[str] | None = None,
+    decimal: str = "",
+    until_end: bool = False,
+    speed: float = 0.0,
+    serve: str = "",
+    out: Path = Path("out/watch"),
+    json: bool = False,
+) -> None:
+    """Watch a running machine: say when its model, a thermometer or a clock no longer fits, and why.
+
+    The model runs beside the machine as a filter. The opening part of the log, which you declare sound,
+    calibrates it and tells how large its errors are; then both are frozen. An alarm comes when the readings
+    lean one way for longer than they do in so many sound days by chance. Writes alarms.jsonl, watch.html, a
+    page that renews itself, and watch.state, from which the same command goes on after a restart. Nothing is
+    ever written to the machine. Ctrl-C ends it.
+
+    Examples: `warmlink watch cell.csv --sound "24 h"`, `tail -F cell.csv | warmlink watch -`
+
+    Parameters
+    ----------
+    source : A log that grows (CSV), or - for standard input.
+    sound : How long the opening part lasts that you declare sound. The longer it is and the more of your work it
+        holds, the less evidence an alarm needs.
+    alarms : How often a false alarm is bearable.
+    scenario : Scenario file (TOML) of your machine, with its [parameters]. Default: the warm-up cell.
+    set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800 mm".
+        Repeatable.
+    unit : Unit that is missing from a header: --unit "T_base=degC". Repeatable.
+    map_ : Which variable a column holds, for example --map "T_base=base_temperature". Repeatable.
+    decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
+    until_end : End where the log ends, rather than wait for more.
+    speed : Replay the log so many times faster than it was recorded, for example --speed 60. Default: as fast as it
+        comes.
+    serve : Serve the page, read only, at HOST:PORT, for example --serve 127.0.0.1:8080.
+    out : Folder for the files.
+    json : Print events as JSON, one object a line, for other programs.
+    """
+    from warmlink.orchestration.products.watch import watching
+
+    told: dict[str, Any] = {"units": unit or [], "names": map_ or [], "decimal": decimal}
+    options: dict[str, Any] = {
+        "sound": sound,
+        "alarms": alarms,
+        "scenario": scenario,
+        "parameters": settings_given(set_),
+    }
+    with watching(source, out, told, until_end=until_end, speed=speed, serve=serve, **options) as work:
+        try:
+            for event in work.run():
+                if json:
+                    print(as_json.dumps(event), flush=True)
+                else:
+                    answer(_in_words(event))
+        except KeyboardInterrupt:
+            work.write()
+            remark(f"ended; {work.rows} rows were read, and the same command goes on from here")
+        for each in work.remarks():
+            remark(each)
+    count = len(work.alarms)
+    if not json:
+        answer(f"{count} alarm{'s' * (count != 1)} in {work.rows} rows    page  {out / 'watch.html'}")
+
+
+def _in_words(event: dict[str, Any]) -> str:
+    """An event as a line."""
+    from warmlink.orchestration.report.watch import when
+
+    at = f"{when(event['time_s'])}  " if "time_s" in event else ""
+    kind = f"ALARM ({event['verdict']}): " if event["alarm"] else ""
+    return printable(f"{at}{kind}{event['told']}")

@@ -1,0 +1,127 @@
+"""The twin beside a running machine: opened in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from warmlink.fmus.arguments import argument
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.console import Answer
+from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, said
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.files import locked_folder
+from warmlink.orchestration.machine import DEFAULT
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.progress import spinner
+from warmlink.orchestration.report.watch import write_watch
+from warmlink.orchestration.scenarios.overrides import start_value
+from warmlink.orchestration.watch.sources.opening import opened
+from warmlink.orchestration.watch.watching import Asked, Watching, rate_of
+from warmlink.orchestration.written.quantities import positive
+
+
+class Watched(Answer):
+    """What a watch of a log told."""
+
+    def __init__(self, events: list[dict[str, Any]], remarks: list[str]) -> None:
+        self.events, self.remarks = events, remarks
+
+    @property
+    def alarms(self) -> list[dict[str, Any]]:
+        """Alarms with time in s, verdict and causes, without those that name one anew."""
+        return [each for each in self.events if each["alarm"] and "again" not in each]
+
+    def summary(self) -> str:
+        """A line for each alarm."""
+        lines = [f"{each['time_s']:.0f} s: {each['verdict']}: {each['told']}" for each in self.alarms]
+        return "\n".join(lines or ["no alarm"])
+
+
+def watch(
+    source: str | Path,
+    *,
+    sound: str = "3 h",
+    alarms: str = "1 per 30 days",
+    scenario: str | Path | None = None,
+    parameters: Mapping[str, str] = MappingProxyType({}),
+    out: str | Path = "out/watch",
+) -> Watched:
+    """Watch a log to its end: when does the model, a thermometer or a clock no longer fit, and why.
+
+    Parameters
+    ----------
+    source : the log, as `diagnose` takes it
+    sound : how long the opening part lasts that is declared sound
+    alarms : how often a false alarm is bearable
+    scenario : a scenario (TOML) of the machine, which need not be a warm-up cell
+    parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
+    out : folder for the state and the page; a second call with the same goes on from there
+
+    Raises
+    ------
+    InputError
+        The log cannot be used, or is over before its sound part is.
+
+    Examples
+    --------
+    >>> found = wl.watch("cell.csv", sound="24 h")
+    >>> print(found)
+    """
+    options: dict[str, Any] = {"scenario": scenario, "parameters": parameters}
+    with watching(str(source), Path(out), {}, until_end=True, sound=sound, alarms=alarms, **options) as work:
+        for _ in work.run():
+            pass
+        return Watched(work.events, work.remarks())
+
+
+@contextmanager
+def watching(
+    source: str,
+    folder: Path,
+    told: Mapping[str, Any],
+    *,
+    sound: str,
+    alarms: str,
+    scenario: str | Path | None,
+    parameters: Mapping[str, str],
+    until_end: bool = False,
+    speed: float = 0.0,
+    serve: str = "",
+) -> Iterator[Watching]:
+    """A watch with its source open and its folder locked; what an earlier one knew is taken up.
+
+    Raises
+    ------
+    InputError
+        Something that was given cannot be used.
+    """
+    lasting = positive(sound, "s", argument("sound"))
+    if not 0 <= speed < 1e9:
+        raise InputError(f"{argument('speed', speed)}: is no speed; give how many times faster, or 0")
+    rate = rate_of(alarms, argument("alarms"))
+    machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
+    columns = replace(said(**told), machine=machine) if told else replace(NOTHING_SAID, machine=machine)
+    rig = rig_of(machine)
+    known = {
+        name: start_value(name, text, rig.components, argument("parameters"))
+        for name, text in {**of_machine, **parameters}.items()
+    }
+    with ExitStack() as stack:
+        stack.enter_context(locked_folder(folder))
+        show = stack.enter_context(spinner("Watching"))
+        rows = opened(source, not until_end, Watching.begin_of(folder))
+        stack.callback(rows.close)
+        work = Watching(
+            rows, Asked(rig, known, columns, lasting, rate, until_end, speed), folder, write_watch, show
+        )
+        work.restore()
+        if serve:
+            from warmlink.orchestration.watch.serving import served
+
+            stack.enter_context(served(serve, folder))
+        yield work

@@ -1,0 +1,34 @@
+"""What every source is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+from warmlink.orchestration.watch.rows import Cells
+
+
+class Source(Protocol):
+    """Rows of cells under headers, which are known once the source is open.
+
+    Attributes
+    ----------
+    name : for sentences
+    headers : as in a CSV file, `tip_temperature [degC]`
+    comma : whether a comma is the decimal mark
+    told : what is to be said of the source, as that it was rotated or is connected again; whoever says it empties it
+    """
+
+    name: str
+    headers: Sequence[str]
+    comma: bool
+    told: list[str]
+
+    def rows(self) -> Iterator[Cells | None]:
+        """Rows as they come; None where there is nothing new for the moment. It ends where the source does."""
+
+    def place(self) -> int:
+        """Where a restart may go on: bytes of a file that whole rows were read from; 0 if it cannot go back."""
+
+    def close(self) -> None:
+        """Let go of files and connections."""
