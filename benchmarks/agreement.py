@@ -13,10 +13,10 @@ from benchmarks.command import start
 from warmlink.orchestration.command_line.arguments import listed
 from warmlink.orchestration.console import answer, answer_json, remark
 from warmlink.orchestration.progress import progress_bar
-from warmlink.orchestration.studies.at_work import Means, at_work
 from warmlink.orchestration.studies.case import COMPARED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison
 from warmlink.orchestration.studies.processes import LocalWorkers
+from warmlink.orchestration.studies.session import Means, open_study
 from warmlink.orchestration.studies.workers import tried
 
 
@@ -58,7 +58,7 @@ def agreement(
         If there is none of a name.
     """
     plan = plan_on(controllers=controllers, duty_cycles=duties, mismatches=mismatches)
-    with at_work(plan.scenarios, plan.mismatches, Means(jobs=jobs)) as work:
+    with open_study(plan.scenarios, plan.mismatches, Means(jobs=jobs)) as work:
         told = tried(plan.scenarios, plan.mismatches, work.fmus, remark)
         with progress_bar("joined") as progress:
             joined = run_comparison(plan.cases, work.workers, progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Annotated
 
@@ -15,12 +15,22 @@ from benchmarks.command import positive_share, start
 from benchmarks.fault_kinds import UNTOLD, Kind, kinds
 from benchmarks.law_trials import mismatched
 from benchmarks.rollout import demand_table, library
-from benchmarks.told import Rig, Told, bare_cell, truth
+from benchmarks.told import STEP, Rig, Told, bare_cell, truth
+from warmlink.controllers.design.regression import SENSORS
+from warmlink.controllers.interface import SENSED
+from warmlink.controllers.learning.learnt import learn
+from warmlink.controllers.learning.logs import Log
+from warmlink.controllers.learning.observers import taught
+from warmlink.controllers.start_values import by_scalar
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.console import answer, answer_json
 from warmlink.orchestration.progress import progress_bar
 
 LAWS = ("observer", "observer_drift")
+LEARNT_LAWS = ("regression", *LAWS)
+TRAINING = "shift_with_breaks"
+"""Duty cycle of the machine itself whose log teaches them, with a probe each minute that is off by 0.5 um."""
+
 WATCHED = ("observer_drift",)
 """Laws that a camera tells what thermometers do not."""
 
@@ -63,6 +73,7 @@ def bench_faults(
     jobs: int = 1,
     progress: Callable[[float], None] = lambda share: None,
     laws: Sequence[str] = LAWS,
+    learnt: bool = False,
 ) -> list[FaultTrial]:
     """Run every kind of fault in so many duty cycles, in turns with the model right and wrong.
 
@@ -73,6 +84,7 @@ def bench_faults(
     seed : of all random choices; another one gives fresh runs
     jobs : processes
     progress : told the share that is done
+    learnt : whether laws were learnt from a log of the machine, and are not those that ship
     """
     draw = np.random.default_rng(seed)
     duties = [duty.name for duty in library()]
@@ -82,7 +94,7 @@ def bench_faults(
         for i, duty in enumerate(draw.permutation(np.resize(duties, max(each, len(duties))))[:each]):
             plant = wrong + i // 2 % 4 if (place + i) % 2 else 0
             runs.setdefault((str(duty), plant), []).append((kind, int(draw.integers(2**30))))
-    tasks = [(law, *key, part) for key, part in runs.items() for law in laws]
+    tasks = [(law, *key, part, learnt) for key, part in runs.items() for law in laws]
     found: list[FaultTrial] = []
     if jobs == 1:
         for task in tasks:
@@ -96,14 +108,16 @@ def bench_faults(
     return found
 
 
-def _trials(task: tuple[str, str, int, list[tuple[str, int]]]) -> list[FaultTrial]:
-    law, duty, plant, runs = task
-    return [trial(law, _kinds()[kind], duty, plant, seed) for kind, seed in runs]
+def _trials(task: tuple[str, str, int, list[tuple[str, int]], bool]) -> list[FaultTrial]:
+    law, duty, plant, runs, learnt = task
+    return [trial(law, _kinds()[kind], duty, plant, seed, learnt) for kind, seed in runs]
 
 
-def trial(law: str, kind: Kind, duty: str, plant: int, seed: int) -> FaultTrial:
+def trial(law: str, kind: Kind, duty: str, plant: int, seed: int, learnt: bool = False) -> FaultTrial:
     """One run of a law with a fault, in a duty cycle of the library and a plant (0: as designed for)."""
     told = kind.apply(truth_of(duty, plant), np.random.default_rng(seed))
+    if learnt:
+        told = replace(told, parameters=learnt_values(law, plant))
     outcome = rig(law).run(told)
     ready = float(np.mean(outcome.ready > 0))
     wrong = outcome.ready_wrong(ALLOWED)
@@ -113,6 +127,17 @@ def trial(law: str, kind: Kind, duty: str, plant: int, seed: int) -> FaultTrial:
 @cache
 def _kinds() -> Mapping[str, Kind]:
     return {kind.name: kind for kind in kinds()}
+
+
+@cache
+def learnt_values(law: str, plant: int) -> Mapping[str, float]:
+    """Parameter set of a law that was learnt from a log of a plant, by scalar."""
+    told, draw = truth_of(TRAINING, plant), np.random.default_rng([plant, 45])
+    growth = told["elongation"] + 5e-7 * draw.normal(size=len(told.rows))
+    seconds = np.arange(len(told.rows)) * np.float64(STEP)
+    temperature = np.column_stack([told[name] for name in SENSED])
+    found = learn([Log(TRAINING, seconds, temperature, np.where(seconds % 60 == 0, growth, np.nan))], SENSORS)
+    return by_scalar(found.values if law == "regression" else taught(law, found, STEP))
 
 
 @cache
@@ -136,7 +161,8 @@ def truth_of(duty: str, plant: int) -> Told:
 
 def faults_table(trials: Sequence[FaultTrial], full: bool = False) -> str:
     """For each law the worst kinds of fault, by what they cost and by how often `ready` was wrong."""
-    return "\n".join(line for law in LAWS for line in _law_lines(law, trials, full))
+    laws = dict.fromkeys(trial.law for trial in trials)
+    return "\n".join(line for law in laws for line in _law_lines(law, trials, full))
 
 
 def _law_lines(law: str, trials: Sequence[FaultTrial], full: bool) -> Iterator[str]:
@@ -187,6 +213,7 @@ def main(
     full: Annotated[
         bool, typer.Option(help="List every kind, not only those beyond what is allowed.")
     ] = False,
+    learnt: Annotated[bool, typer.Option(help="Laws that a log of the machine taught.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Try every kind of fault of thermometers, duty, ambient, camera and supply on both observers."""
@@ -194,7 +221,8 @@ def main(
     count = max(1, round(positive_share(share) * len(names)))
     chosen = np.random.default_rng([seed, 7]).permutation(names)[:count]
     with progress_bar("Faults") as progress:
-        trials = bench_faults([str(name) for name in chosen], each, seed, jobs, progress)
+        laws, kinds_of = LEARNT_LAWS if learnt else LAWS, [str(name) for name in chosen]
+        trials = bench_faults(kinds_of, each, seed, jobs, progress, laws, learnt)
     if json:
         answer_json([asdict(trial) for trial in trials])
         return

@@ -24,7 +24,7 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.console import answer, remark
-from warmlink.orchestration.studies.at_work import FILE
+from warmlink.orchestration.studies.session import FILE
 from warmlink.orchestration.studies.storage import default_url
 
 STUDIES = {

@@ -109,6 +109,7 @@ def _tasks(counts: Counts, seed: int) -> Iterator[tuple[str, str, int, int]]:
 
 def _trial(task: tuple[str, str, int, int]) -> Trial:
     from benchmarks.law_trials import (
+        FILTER_ALONE,
         coverage,
         fault_runs,
         instruments,
@@ -125,7 +126,8 @@ def _trial(task: tuple[str, str, int, int]) -> Trial:
     duty = duties[place % len(duties)]
     if kind == "whiteness":
         return Trial(name, kind, seed, duty.name, white=_white(cell, duty, seed))
-    record = cell.run(demand_table(duty, cell.step), {**instruments(seed), **_plant(kind, seed)})
+    values = {**instruments(seed), **_plant(kind, seed), "compensator": dict(FILTER_ALONE)}
+    record = cell.run(demand_table(duty, cell.step), values)
     return Trial(
         name,
         kind,

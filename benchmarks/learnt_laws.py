@@ -1,4 +1,4 @@
-"""Laws on machines of other structure, learnt from a training log and judged on other logs.
+"""Laws on machines of other structure, learnt from a training log or as they ship, judged on other logs.
 
 Beside them stands a ridge of five lines on base and tip. Logs are those of the bench's own machines, or of a
 folder with files NAME_training.parquet and NAME_WHAT.parquet.
@@ -78,13 +78,15 @@ def main(
     seeds: Annotated[str, typer.Option(help="Machines of the bench, by their seeds.")] = "1,2,3",
     minutes: Annotated[float, typer.Option(help="Minutes of the training log; 0: all.")] = 0.0,
     laws: Annotated[str, typer.Option(help="Controllers.")] = LAWS,
+    shipped: Annotated[bool, typer.Option(help="Laws as they ship: they learn nothing.")] = False,
 ) -> None:
     """Print the figures of each law over all logs of all machines."""
     found: defaultdict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
     for name, runs in machines(logs, [int(seed) for seed in seeds.split(",")]):
         training = runs.pop("training")
         training = training[training["time [s]"] <= 60 * minutes] if minutes else training
-        result = replayed(list(runs.values()), laws.split(","), learn=[training])
+        learn = [] if shipped else [training]
+        result = replayed(list(runs.values()), laws.split(","), learn=learn)
         for law in result.controllers:
             for log in result.logs:
                 for figure in FIGURES:

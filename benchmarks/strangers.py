@@ -23,7 +23,7 @@ from warmlink.orchestration.scenarios.duties import duty_files
 
 
 @dataclass(frozen=True)
-class Said:
+class ReadOptions:
     """What was said of one run: the verdict in a word of the table, the sets of causes, and figures.
 
     `foreseen` has the largest error in um of the uncorrected and of the named model by unseen duty cycle.
@@ -38,7 +38,7 @@ class Said:
     foreseen: tuple[tuple[float, float], ...]
 
 
-def trial(task: tuple[str, int, int]) -> Said:
+def trial(task: tuple[str, int, int]) -> ReadOptions:
     """Make a run and diagnose it, given its line, the seed and its number in the line."""
     from warmlink.orchestration.diagnosis.data.experiment import read_experiment
     from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
@@ -65,7 +65,7 @@ def trial(task: tuple[str, int, int]) -> Said:
     foreseen = (
         tuple(_errors(claim, hidden.truth) for claim in found.claims) if found.verdict == "named" else ()
     )
-    return Said(line, word, " or ".join(hidden.names), sets, (before, after), seconds, foreseen)
+    return ReadOptions(line, word, " or ".join(hidden.names), sets, (before, after), seconds, foreseen)
 
 
 def _errors(claim: Claim, truth: Truth) -> tuple[float, float]:

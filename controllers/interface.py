@@ -68,6 +68,9 @@ SAMPLE_TIME = sample_time_parameter("time between two corrections")
 HOTTEST = 1e4
 """K, which no thermometer reads: the square of much more is beyond what single precision holds."""
 
+SQUARE_MICROMETRE = 1e-12
+"""m^2; covariances of growth per kelvin are in (um/K)^2."""
+
 SIGMAS = 2.0
 """Standard deviations of the correction's error that must fit into the tolerance, for 95 %."""
 

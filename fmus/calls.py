@@ -1,4 +1,8 @@
-"""Functions that the generated C contains once and calls, rather than written out at each use."""
+"""Functions that the generated C contains once and calls, rather than written out at each use.
+
+They keep long laws short in C: written out, the native observer's step takes 4.9 us, not 1.3, and its FMU has
+640 kB, not 370.
+"""
 
 from collections.abc import Callable
 from functools import cache, partial, wraps
@@ -6,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from warmlink.fmus.component.arithmetic import beside, side
+from warmlink.fmus.component.arithmetic import Traced, beside, side
 
 Called = TypeVar("Called", bound=Callable[..., Any])
 
@@ -30,6 +34,8 @@ def kept_whole(function: Called, idle: bool = False) -> Called:
         while isinstance(first, tuple):
             first = first[0]
         if not _is_graph(first):
+            if isinstance(first, Traced):
+                return first.whole(function, given, idle)
             skipped = idle and isinstance(given[-1], float) and given[-1] == 0
             return given[0] if skipped else function(*given)
         given = _mapped(given, _as_graph)
@@ -64,7 +70,7 @@ def side_by_side(one: Called, paired: int) -> Called:
         others = iter(_leaves(found[1]))
         return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
-    both.__dict__["paired"] = paired
+    both.__dict__.update(paired=paired, one=one)
     return kept_whole(cast(Called, both))
 
 

@@ -10,7 +10,7 @@ import hashlib
 import importlib
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -24,8 +24,11 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
+from warmlink.fmus.heat_term.component import STORED as STORED_TERM
+from warmlink.fmus.heat_term.component import heat_term
+from warmlink.fmus.heat_term.component import read_stored as read_stored_term
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import whole
+from warmlink.fmus.packaging.cache import undamaged
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, read_stored
 from warmlink.orchestration.text_files import is_file
@@ -68,7 +71,7 @@ class Controller:
             return {}
         name, own = self.component.name, Path("own") / self.digest
         path = store.file(own / f"{name}.fmu")
-        return {name: path if whole(path) else self._built(store, store.folder / own)}
+        return {name: path if undamaged(path) else self._built(store, store.folder / own)}
 
     def _built(self, store: FmuStore, folder: Path) -> Path:
         try:
@@ -102,6 +105,15 @@ def reduced_link_in(fmu: Path) -> Component | None:
         with zipfile.ZipFile(fmu) as archive:
             return reduced_link(fmu.stem, read_stored(archive.read(STORED)))
     except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile):
+        return None
+
+
+def heat_term_in(fmu: Path) -> Component | None:
+    """Declaration of the term that an FMU is, from the term that it holds; None for another FMU."""
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            return heat_term(read_stored_term(archive.read(STORED_TERM)))
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
         return None
 
 
@@ -161,7 +173,7 @@ def load_own_law(place: str) -> Controller:
 
 def _import(package: str, source: bytes, attribute: str, place: str) -> None:
     """Import the file inside a package of its own, whose name no other module has."""
-    folder = _own_laws()
+    folder = _own_modules()
     home = folder / package
     home.mkdir()
     (home / "__init__.py").write_bytes(b"")
@@ -186,9 +198,27 @@ def _import(package: str, source: bytes, attribute: str, place: str) -> None:
         sys.path.remove(str(folder))
 
 
+def made_module(package: str, files: Mapping[str, str]) -> str:
+    """Package of files, by their names, under a name that nothing else has; gives that name again."""
+    folder = _own_modules()
+    if not (folder / package).is_dir():
+        (folder / package).mkdir()
+        for name, text in {"__init__.py": "", **files}.items():
+            (folder / package / name).write_text(text, encoding="utf-8")
+    sys.path.insert(0, str(folder))
+    try:
+        importlib.invalidate_caches()
+        for name in files:
+            if name.endswith(".py"):
+                importlib.import_module(f"{package}.{name.removesuffix('.py')}")
+    finally:
+        sys.path.remove(str(folder))
+    return package
+
+
 @cache
-def _own_laws() -> Path:
-    """Folder for the modules of laws that are not warmlink's, which goes with the process."""
+def _own_modules() -> Path:
+    """Folder for modules that are not warmlink's, of laws and terms, which goes with the process."""
     held = ExitStack()
     atexit.register(held.close)
     return held.enter_context(scratch_folder())

@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.variables import Input, Local, Output, Parameter
 from warmlink.fmus.errors import InputError
@@ -88,7 +89,7 @@ class Description(Answer):
         return asdict(self)
 
 
-def describe(what: str | Path) -> Description:
+def describe(what: str | Path, *, variant: str | None = None) -> Description:
     """Say what can be set and read of a component, a controller, a system, an FMU or an SSP.
 
     Parameters
@@ -96,10 +97,12 @@ def describe(what: str | Path) -> Description:
     what : a component, controller or system that `warmlink list` shows, as `ThermalLink`; a law of one's
         own, as `my_law.py:MyLaw`; or an .fmu or .ssp file from any tool
 
+    variant : which system, of several in one SSP, by default `SystemStructure`
+
     Raises
     ------
     InputError
-        If there is no such thing, or the file cannot be read.
+        If there is no such thing or variant, or the file cannot be read.
 
     Examples
     --------
@@ -107,13 +110,16 @@ def describe(what: str | Path) -> Description:
     >>> wl.describe("WarmupCell").to_frame()
     """
     path = Path(what)
+    if path.suffix == ".ssp":
+        return _of_system(path, variant)
+    if variant is not None:
+        told = f"{path.name} has no variants, being no SSP; leave this out"
+        raise InputError(f"{argument('variant', variant)}: {told}")
     if path.suffix == ".fmu":
         info = read_description(path)
         rows = [_row(each, each.name, each.causality, each.start) for each in info.variables.values()]
         about = info.description or info.model_name
         return Description(path.name, about, _merged(rows), _facts_of_fmu(info, rows))
-    if path.suffix == ".ssp":
-        return _of_system(path)
     found = _component_named(str(what))
     return Description(str(what), found.description, tuple(_of_component(found)))
 
@@ -146,19 +152,26 @@ def _of_component(component: Component) -> Iterator[VariableRow]:
             yield VariableRow(role, *facts(each))
 
 
-def _of_system(path: Path) -> Description:
+def _of_system(path: Path, variant: str | None) -> Description:
     from warmlink.orchestration.files import temporary_folder
-    from warmlink.orchestration.system.assemble import read_system
+    from warmlink.orchestration.system.assemble import read_system, variants
 
     with temporary_folder() as work:
-        system = read_system(path, work)
+        system = read_system(path, work, variant)
         rows = [row for name in system.components for row in _of_instance(system, name)]
         parts = {
             f"component {name}": f"{info.model_name}, FMI {info.fmi_version}, {_platforms(info.path)}"
             for name, held in system.components.items()
             for info in [read_description(held.fmu)]
         }
-    found = {"connections": str(len(system.connections)), **_experiment(system.default_experiment), **parts}
+    named = variants(path)
+    about = {"variants": ", ".join(named)} if len(named) > 1 else {}
+    found = {
+        **about,
+        "connections": str(len(system.connections)),
+        **_experiment(system.default_experiment),
+        **parts,
+    }
     return Description(path.name, system.summary(), _merged(rows), found)
 
 

@@ -18,11 +18,11 @@ from warmlink.fmus.packaging.cache import (
     CACHE_VARIABLE,
     cache_folder,
     source_digest,
+    undamaged,
     unfit,
     used,
     vouch,
     wanted_cache_folder,
-    whole,
 )
 from warmlink.fmus.packaging.trust import others_may_write
 from warmlink.orchestration.catalogue import Entry, entries
@@ -81,7 +81,7 @@ class FmuStore:
     def file(self, name: str | Path) -> Path:
         """Where a file is, or is to be made."""
         held = self._shared / name
-        return held if whole(held) else self.folder / name
+        return held if undamaged(held) else self.folder / name
 
     def files(self, names: Iterable[str], remark: Remark | None = None) -> dict[str, Path]:
         """File of each component by name; what is missing is built first.
@@ -92,7 +92,7 @@ class FmuStore:
         wanted = {name: self.file(_place(entries()[name])) for name in names}
         used(self.folder)
         # A computer that loses its power may leave files without their content, a disk flips bits.
-        missing = [entries()[name] for name, path in wanted.items() if not whole(path)]
+        missing = [entries()[name] for name, path in wanted.items() if not undamaged(path)]
         if missing and remark is not None:
             if self.folder != self._shared and self._shared.is_dir():
                 remark(_elsewhere())
@@ -182,7 +182,7 @@ def _kept(native: FmuStore, entry: Entry) -> Path:
     contents = b"".join([described, *files_beside(entry).values()])
     place = Path("own") / hashlib.sha256(contents).hexdigest()[:16]
     path = native.file(place / name)
-    return path if whole(path) else native.build([entry], native.folder / place)[0]
+    return path if undamaged(path) else native.build([entry], native.folder / place)[0]
 
 
 def kind_named(name: str | None) -> FmuKind | None:

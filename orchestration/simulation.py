@@ -43,6 +43,7 @@ def simulate(
     stop: str | float | None = None,
     step: str | float | None = None,
     *,
+    variant: str | None = None,
     parameters: Mapping[str, Written] | str | Path = MappingProxyType({}),
     master: str = DEFAULT_MASTER,
     record: Sequence[str] | None = None,
@@ -56,6 +57,7 @@ def simulate(
     parameters : start values by full name, as `link.length`, in the variable's own unit or as `"400 mm"`; or
         the path of a parameter set (SSV)
     stop, step : stop time and communication step size, `"1 h"` or in s; what the system proposes by default
+    variant : which system, of several in one SSP, by default `SystemStructure`
     master : name of the algorithm
     record : variables to keep, as `link.elongation`; every output by default
     fmu_tolerance : relative tolerance of the solvers inside the FMUs; what each FMU proposes by default
@@ -74,7 +76,7 @@ def simulate(
     """
     chosen = algorithm(master)
     with temporary_folder() as work:
-        read = system if isinstance(system, System) else read_system(Path(system), work)
+        read = system if isinstance(system, System) else read_system(Path(system), work, variant)
         read = with_parameters(read, parameters)
         for told in read.remarks:
             remark(told)
@@ -116,7 +118,7 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
     """Stop time and communication step size in s: what is given, or what the system proposes.
 
     Without a step, FMUs that take steps of one size alone are stepped so, up to the last such point.
-    InputError if there is no stop time, or a time is none.
+    InputError if there is no stop time, or what is given is not a time.
     """
     proposed = system.default_experiment
     stop_time = proposed.stop_time if stop is None else positive(stop, "s", argument("stop"))

@@ -21,7 +21,7 @@ from warmlink.orchestration.master.recording.checkpoint import FILE, LongRun
 from warmlink.orchestration.master.recording.recorder import VALUES
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError
-from warmlink.orchestration.studies import at_work as ledger
+from warmlink.orchestration.studies import session as ledger
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.system.model import FmuPart, System
 

@@ -13,6 +13,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from warmlink.controllers.export.c_files import header, source
 from warmlink.controllers.export.core import Core, Precision
 from warmlink.fmus.errors import InputError
 
@@ -50,17 +51,11 @@ def missing_tools() -> str | None:
 
 def built(core: Core, target: Target, folder: Path) -> int:
     """Compile the core for a target as `folder/law.elf`, and give its code and constants in bytes."""
-    (folder / f"{core.name}.h").write_text(core.header(), encoding="utf-8")
-    (folder / f"{core.name}.c").write_text(core.source(), encoding="utf-8")
+    (folder / f"{core.name}.h").write_text(header(core), encoding="utf-8")
+    (folder / f"{core.name}.c").write_text(source(core), encoding="utf-8")
     compiler = (COMPILER, *FLAGS, *target.flags)
     _called((*compiler, "-c", f"{core.name}.c", "-o", "law.o"), folder)
-    recalls = ", 0, 0" if "recalled_for" in core.component.p.index else ""
-    names = {
-        "LAW": core.name,
-        "INPUTS": core.component.u.size,
-        "OUTPUTS": core.component.y.size,
-        "RECALLS": recalls,
-    }
+    names = {"LAW": core.name, "RECALLS": ", NULL, 0" if core.goes_on else ""}
     _called(
         (
             *compiler,

@@ -1,12 +1,13 @@
 /* The law as the controller: takes inputs from one pipe, gives outputs and what a step cost to another.
 
-   Compiled with LAW (the law's name), INPUTS and OUTPUTS (their counts), and its header included. */
+   Compiled with LAW (the law's name) and its header included. */
 #include <stddef.h>
 #include "target.h"
 
 #define JOINED(a, b) a##b
 #define NAMED(a, b) JOINED(a, b)
-typedef NAMED(LAW, _real) real;
+typedef NAMED(LAW, _inputs) inputs_of_law;
+typedef NAMED(LAW, _outputs) outputs_of_law;
 
 /* SysTick counts down 24 bits of the processor's clock. */
 static volatile uint32_t *const control = (uint32_t *)0xE000E010, *const reload = (uint32_t *)0xE000E014,
@@ -14,10 +15,10 @@ static volatile uint32_t *const control = (uint32_t *)0xE000E010, *const reload 
 
 static struct {
     int32_t begins;
-    real inputs[INPUTS];
+    inputs_of_law inputs;
 } asked;
 static struct {
-    real outputs[OUTPUTS];
+    outputs_of_law outputs;
     uint32_t ticks, calibration, stack, memory;
 } answer;
 
@@ -55,7 +56,6 @@ int main(void)
 {
     const long inputs = opened("inputs", 6, 1), outputs = opened("outputs", 7, 5);
     uint32_t before;
-    size_t i;
     *reload = 0xFFFFFF;
     *ticks = 0;
     *control = 5; /* on, by the processor's clock, without an interrupt */
@@ -64,12 +64,11 @@ int main(void)
     while (passed(SYS_READ, inputs, &asked, sizeof asked)) {
         before = *ticks;
         if (asked.begins)
-            NAMED(LAW, _init)(&law, asked.inputs RECALLS);
+            NAMED(LAW, _init)(&law, &asked.inputs RECALLS);
         else
-            NAMED(LAW, _step)(&law, asked.inputs);
+            NAMED(LAW, _step)(&law, &asked.inputs);
         answer.ticks = (before - *ticks) & 0xFFFFFF;
-        for (i = 0; i < OUTPUTS; i++)
-            answer.outputs[i] = law.outputs[i];
+        answer.outputs = law.outputs;
         answer.stack = stack_used();
         if (!passed(SYS_WRITE, outputs, &answer, sizeof answer))
             return 1;

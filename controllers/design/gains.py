@@ -18,6 +18,7 @@ from warmlink.controllers.design.plant import (
     plant_model,
 )
 from warmlink.controllers.design.reduction import ReducedPlant, reduce_plant
+from warmlink.controllers.design.structure import structure_spread
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import LOSSES, MODES
@@ -132,6 +133,10 @@ def design_controller(
         # The camera's zero is where the run starts, so there is no offset yet.
         "disturbance_start": [1.0, 1.0, 1.0, 0.0][: len(lasting)],
         "quiet_share": unknown.quiet_share,
+        "mean_temperature": [no_growth(plant)] * len(SENSED),
+        "coefficient_spread": structure_spread(
+            growth_by_sensors(reduced, stds), stds, reduced.elongation_per_kelvin
+        ),
     }
     if law == "observer_drift":
         camera = CAMERA.p.read(limits.checked(CAMERA, "camera", {})[0])
@@ -208,6 +213,20 @@ def plant_parameters(reduced: ReducedPlant, plant: Plant) -> dict[str, float | l
 def uniform_profile(reduced: ReducedPlant) -> Array:
     """The modes of everything being 1 K warmer: what surroundings 1 K warmer lead to at standstill."""
     return -reduced.B[:, INPUTS.index("ambient_temperature")] / reduced.rate
+
+
+def growth_by_sensors(reduced: ReducedPlant, stds: Sequence[float]) -> Array:
+    """Growth in m/K by each thermometer over cells left warm and cells warm throughout, shape (len(SENSED),).
+
+    0 for a thermometer without a standard deviation, which is not in use.
+    """
+    used, found = np.flatnonzero(stds), np.zeros(len(SENSED))
+    profile = uniform_profile(reduced)
+    spread = 100.0 * (warm_spread(reduced) + np.outer(profile, profile))
+    rows = reduced.C[[OUTPUTS.index(SENSED[i]) for i in used]]
+    noisy = rows @ spread @ rows.T + np.diag(np.square(stds)[used])
+    found[used] = np.linalg.solve(noisy, rows @ spread @ reduced.C[OUTPUTS.index("elongation")])
+    return found
 
 
 def warm_spread(reduced: ReducedPlant, time: float = 1800.0) -> Array:

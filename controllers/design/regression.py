@@ -9,6 +9,8 @@ from scipy import signal
 
 from warmlink.controllers.design.gains import sensor_stds
 from warmlink.controllers.design.plant import INPUTS, OUTPUTS, Plant, cell_plant, plant_model
+from warmlink.controllers.design.structure import ALONG, structure_spread
+from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import upper
 from warmlink.controllers.observer.model import TrustedDuty
 from warmlink.fmus.component import limits
@@ -73,9 +75,18 @@ def fit_regression(
         "sensor_std": stds,
         "coefficients": coefficients.tolist(),
         "moments": upper(moments).tolist(),
+        "coefficient_spread": structure_spread(coefficients, stds, _per_kelvin(rises, growth)),
         "memory_time": MEMORY_TIME,
         "residual_std": _residual(rises[:, used], growth, np.array(stds)[used]),
     }
+
+
+def _per_kelvin(rises: Array, growth: Array) -> float:
+    """Growth in m/K of an evenly warm link, by thermometers on it, or by all if a run has none of them."""
+    varied = np.ptp(rises, axis=0) > 0
+    along = varied & np.isin(SENSED, list(ALONG))
+    chosen = along if along.any() else varied
+    return float(np.linalg.lstsq(rises[:, chosen], growth, rcond=None)[0].sum())
 
 
 def second_moments(rises: Array) -> Array:

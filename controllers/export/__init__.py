@@ -1,1 +1,1 @@
-"""A law as plain C for a controller: no heap, no input or output, no variables of its own."""
+"""A law in a controller's own language: C with no heap, no input or output, no variables of its own."""

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.controllers.design.regression import MEMORY_TIME, TrainingRun, second_moments
-from warmlink.controllers.interface import SENSED
-from warmlink.controllers.learning.line import ALONG, GrowthLine, Held, Learner, doubt
+from warmlink.controllers.design.structure import ALONG
+from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE
+from warmlink.controllers.learning.line import GrowthLine, Held, Learner, doubt
 from warmlink.controllers.learning.logs import WINDOW, Examples, Log, examples_of
 from warmlink.controllers.matrices import upper
-from warmlink.controllers.regression.law import SQUARE_MICROMETRE
 from warmlink.controllers.start_values import Values
 from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
@@ -79,6 +79,12 @@ class LearntMap:
     def mean_rise(self) -> Array:
         """Mean of `rises` in K, shape (len(SENSED),)."""
         return self.rises.mean(axis=0)
+
+    @cached_property
+    def growth_noise(self) -> float:
+        """Noise in m of the readings of the growth, by their second differences."""
+        rows = self.examples
+        return _noise_of(rows.growth[rows.log == i] for i in np.unique(rows.log))
 
     @property
     def intercept(self) -> float:
@@ -181,7 +187,7 @@ def _readings_for(used: Sequence[int]) -> int:
 
 
 def _noise_of(signals: Iterable[Array]) -> float:
-    """Noise in K, 1 sigma, by second differences, of which a slow temperature has next to none.
+    """Noise, 1 sigma, by second differences, of which a slow signal has next to none.
 
     White noise of variance s^2 makes their mean square 6 s^2; changes beyond four sigma are left out.
     """

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from warmlink.controllers.design.regression import TrainingRun
-from warmlink.controllers.interface import SENSED
+from warmlink.controllers.design.structure import nearest_shares
 from warmlink.controllers.learning.logs import Examples
 
 Array = NDArray[np.float64]
@@ -31,9 +31,6 @@ RIDGES = tuple(10.0**k for k in np.arange(-3.0, 1.6, 0.5))
 
 FORWARD = (0.5,)
 """Shares of the readings from which the rest is foretold."""
-
-ALONG = {"base_temperature": 0.0, "middle_temperature": 0.5, "tip_temperature": 1.0}
-"""Places along the link."""
 
 MODEL_RIDGE = 0.01
 """K2; the noise of thermometers, which a run of a model does not have."""
@@ -101,16 +98,6 @@ class Held:
     def rms(self) -> float:
         """Rms of all errors in m, those of later readings foretold too."""
         return float(np.sqrt(np.mean(self.error**2)))
-
-
-def nearest_shares(used: Sequence[int]) -> Array:
-    """Share of the link's length to which each thermometer in use is the nearest, 0 for one not on it."""
-    places = {k: ALONG[SENSED[i]] for k, i in enumerate(used) if SENSED[i] in ALONG}
-    along, shares = (np.arange(1000) + 0.5) / 1000, np.zeros(len(used))
-    if places:
-        nearest = np.argmin(np.abs(along[:, None] - np.array(list(places.values()))), axis=1)
-        shares[list(places)] = np.bincount(nearest, minlength=len(places)) / along.size
-    return shares
 
 
 class Learner:

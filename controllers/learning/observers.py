@@ -23,6 +23,9 @@ PROFILE = 0.3
 MODEL_SHARE, RECEIVED_SHARE = 1.0, 0.2
 """Shares of the link's losses, and of the motor's heat, that may enter or leave the link unknown."""
 
+EXPANSION, OFFSET = 0.01, 1e-6
+"""Share of the growth, and growth in m, by which what a log taught may be off: a camera shows them."""
+
 SMOOTHING_TIME = 15.0
 """s; as of the regression."""
 
@@ -42,11 +45,12 @@ def taught(
     learnt : from logs of the machine
     sample_time : in s
     plant : a model of the machine; the nominal cell by default
-    camera_std : noise of the camera in m; that of the DriftCamera component by default
+    camera_std : noise of the camera in m; by default that with which the logs read the growth
     """
     sensors = {name: float(std) for name, std in zip(SENSED, learnt.sensor_std, strict=True) if std > 0}
-    unknown = Unknown(profile=PROFILE, quiet_share=1.0)
-    design = design_controller(law, list(sensors), sensors, sample_time, plant, unknown, camera_std)
+    unknown = Unknown(profile=PROFILE, quiet_share=1.0, expansion=EXPANSION, offset=OFFSET)
+    noise = learnt.growth_noise or None if camera_std is None else camera_std
+    design = design_controller(law, list(sensors), sensors, sample_time, plant, unknown, noise)
     values = dict(design.parameters)
     rows = np.array(values["sensor_rows"]).reshape(len(SENSED), -1)
     by_all = float(learnt.coefficients.sum())
@@ -62,4 +66,5 @@ def taught(
         "received_share": RECEIVED_SHARE,
         "smoothing_time": SMOOTHING_TIME,
         "learnt": 1.0,
+        "relative_std": 0.0,
     }

@@ -61,9 +61,9 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
         Parameter(
             "relative_std",
             "1",
-            0,
-            "relative uncertainty of the elongation, for example of the expansion coefficient; "
-            "affects only correction_std",
+            0.015,
+            "relative uncertainty of the elongation, as of the expansion coefficient; "
+            "affects only correction_std, while no camera is followed",
             minimum=0,
             nominal=0.01,
         ),
@@ -71,7 +71,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             "learnt",
             "1",
             0,
-            "1: the growth by the temperatures was learnt from a log of the machine; affects only ready",
+            "1: growth by temperatures was learnt from a log of the machine; affects only correction_std",
             minimum=0,
             maximum=1,
         ),
@@ -79,7 +79,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             "mean_temperature",
             "K",
             0,
-            "mean temperature at each sensor in the log; affects only correction_std",
+            "temperature at each sensor from which coefficient_spread counts; affects only correction_std",
             size=len(SENSED),
             minimum=0,
             nominal=NOMINAL_TEMPERATURE,
@@ -88,7 +88,7 @@ def _parameters(disturbances: int) -> tuple[Parameter, ...]:
             "coefficient_spread",
             "1",
             0,
-            "covariance of the learnt growth per kelvin of each sensor in (um/K)2, upper triangle's rows; "
+            "covariance of the growth per kelvin of each sensor in (um/K)2, upper triangle's rows; "
             "affects only correction_std",
             size=packed_size(len(SENSED)),
             nominal=0.01,

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
-from warmlink.controllers.interface import ready, sensed
+from warmlink.controllers.interface import SQUARE_MICROMETRE, sensed
 from warmlink.controllers.kalman import variance_along
 from warmlink.controllers.observer import offset, retained, witnesses
 from warmlink.controllers.observer.contradiction import Examined, examined, reconciled
@@ -41,6 +41,7 @@ from warmlink.controllers.observer.model import (
 )
 from warmlink.controllers.observer.prediction import predict
 from warmlink.controllers.observer.readings import compared
+from warmlink.fmus.calls import kept_whole
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -246,24 +247,33 @@ def reported(
 
     By how much a bound holds the correction off that elongation, it may be wrong.
 
-    While a camera watches (1) it shows what thermometers are off by, and so has a log that taught the growth;
-    else (0) what they may be off by counts.
+    While a camera is followed (1) it shows what no thermometer does; else (0) that counts too.
     """
-    watched = maximum(watched, p.learnt)
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
-    variance = variance + p.model_std**2 + (p.relative_std * x.elongation) ** 2
-    variance = variance + (estimate - x.elongation) ** 2
-    away = temperatures(filters.quiet.mean[:MODES], p) - p.mean_temperature
-    variance = variance + 1e-12 * variance_along(p.coefficient_spread, away)
+    variance = variance + p.model_std**2 + (estimate - x.elongation) ** 2
+    variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p)
     told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
-    off = (1.0 - watched) * p.elongation_per_kelvin * x.unexplained
-    expanded = (1.0 - watched) * p.expansion_error * absolute(x.elongation)
-    sure = minimum(
-        ready((told["correction_std"] ** 2 + off**2) ** 0.5, p.tolerance),
-        ready(told["correction_std"], p.tolerance - expanded),
-    )
     return told | {
         "retained": retained.kept(x, filters.quiet.mean),
-        "ready": where(x.doubt > 0, 0.0, sure),
+        "ready": where(x.doubt > 0, 0.0, told["ready"]),
         "warning": where(x.doubt > 1.5, 1.0, told["warning"]),
     }
+
+
+@kept_whole
+def _unseen(x: Record, mean: Number, p: Record) -> Number:
+    """Variance in m2 of the growth that thermometers in use do not show.
+
+    What heat makes beyond the model counts as far as thermometers contradict the model, which they do on a
+    machine of other structure. Of what the surroundings make no thermometer tells: that counts in full, as it
+    does of a law that was learnt from a log, where offsets do not.
+    """
+    measured = temperatures(mean[:MODES], p)
+    around = x.believed_ambient - p.mean_temperature
+    by_heat, by_room, learnt = (
+        variance_along(p.coefficient_spread, each)
+        for each in (measured - x.believed_ambient, around, measured - p.mean_temperature)
+    )
+    other = where(p.learnt > 0, learnt, offset.contradicted(x) * by_heat + by_room)
+    off = (1.0 - p.learnt) * (p.elongation_per_kelvin * x.unexplained) ** 2
+    return SQUARE_MICROMETRE * other + off + (p.relative_std * x.elongation) ** 2

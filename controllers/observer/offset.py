@@ -10,12 +10,15 @@ the prior that the parameters state, tells them apart. It does so twice with the
 which shows what the thermometers have in common, and for the contrast of the innermost thermometer with the
 outermost, which shows what one of them has alone. g is what lies above the surroundings; to it counts heat
 from the shaft that no model's error explains, as a heating pad's.
-The law is ready only where b and its uncertainty, and all that s and s_1 leave of y, fit into the tolerance.
+b, or what s and s_1 leave of y where that is larger, is two standard deviations of the law's error, beside
+the uncertainty of b. A machine of another structure than the model's has s and s_1 of its own: by their size,
+growth counts that no thermometer shows.
 """
 
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
+from warmlink.controllers.interface import SIGMAS
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
 from warmlink.controllers.observer.model import MODES, SENSORS, Told, temperatures
@@ -23,7 +26,17 @@ from warmlink.controllers.observer.readings import Compared
 from warmlink.controllers.observer.witnesses import Verdict
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Parameter, Record, State
-from warmlink.fmus.component.arithmetic import Number, absolute, finite, maximum, stack, total, truth, where
+from warmlink.fmus.component.arithmetic import (
+    Number,
+    absolute,
+    finite,
+    maximum,
+    minimum,
+    stack,
+    total,
+    truth,
+    where,
+)
 
 DELAY = 1000.0
 """s of the first-order delay of what a wrong model gets wrong in time."""
@@ -44,18 +57,16 @@ LEFT = 0.5
 LATE = 20.0
 """s that such heat has flowed before it is noticed."""
 
+OTHER = 0.2
+"""Size of s and s_1, of growth and contrast, from which on a machine has another structure than the model."""
+
 LOOK = 10.0
 """s between two looks at the difference."""
 
-_OFFSET = "error that the thermometers may have in common at the start (1 sigma); affects only ready"
-_WANDER = "by how much that error may wander in an hour (1 sigma); affects only ready"
-_EXPANSION = (
-    "largest relative error of the expansion coefficient; affects only ready, while no camera watches"
-)
-
+_OFFSET = "error that the thermometers may have in common at the start (1 sigma); affects only correction_std"
+_WANDER = "by how much that error may wander in an hour (1 sigma); affects only correction_std"
 PARAMETERS = (
     Parameter("offset_std", "K", 0.15, _OFFSET, minimum=0, nominal=0.1),
-    Parameter("expansion_error", "1", 0.03, _EXPANSION, minimum=0, nominal=0.01),
     Parameter("offset_per_hour", "K", 0.05, _WANDER, minimum=0, nominal=0.1),
 )
 
@@ -115,8 +126,14 @@ def first_states(
         "delayed_growth": delayed,
         "shares": shares,
         "shares_spread": spread,
-        "unexplained": (left**2 + spread[5]) ** 0.5,
+        "unexplained": ((left / SIGMAS) ** 2 + spread[5]) ** 0.5,
     }
+
+
+def contradicted(x: Record) -> Number:
+    """How far thermometers contradict the model's structure, squared: from 0 to 1."""
+    shares = stack(x.shares[:2], x.shares[3:5])
+    return minimum(dot(shares, shares) / OTHER**2, 1.0)
 
 
 def compared(
@@ -246,7 +263,7 @@ def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
         left = maximum(left, maximum(absolute(found[2]), absolute(rest)))
         learnt.append(found)
     spread = upper(spread - outer(gain, across))
-    return Learnt(delayed, stack(*learnt), spread, (left**2 + spread[5]) ** 0.5)
+    return Learnt(delayed, stack(*learnt), spread, ((left / SIGMAS) ** 2 + spread[5]) ** 0.5)
 
 
 def _prior(p: Record) -> Number:

@@ -50,6 +50,10 @@ SHOWN_TIME = 50.0
 WARM_TIME = 240.0
 """s after a start in which readings may show that the cell was left warm: later it warms itself."""
 
+MARGIN, LEARNT_MARGIN = 0.5, 2.0
+"""Tolerances by which a witness may be off, and how many more if a log taught the growth: then thermometers
+know better than the model, which may be of another structure."""
+
 DUTY_SHARE, UNSURE_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 """Share by which the elongation may exceed what the duty tells, the same while a thermometer is left out or
 it is unknown how warm the cell is, and what the thermometers tell."""
@@ -188,7 +192,7 @@ def _weighed(
     told = by_duty + where(x.known_for < KNOWN_TIME, shown, 0.0) * (estimate - by_duty)
 
     # Heat that no input tells of is believed where it looks like heat: from the shaft outwards.
-    margin = 0.5 * p.tolerance
+    margin = (MARGIN + LEARNT_MARGIN * p.learnt) * p.tolerance
     only_one = truth(total(used) < 1.5)
     heat = known * maximum(only_one, where(count > 1.5, shape.falls, 0.0))
     unsure = total(sensors.there - sensors.trusted) + 1.0 - known

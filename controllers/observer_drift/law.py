@@ -123,7 +123,8 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     filters, camera = filters_of(x), Camera(*(getattr(x, f"camera_{name}") for name in Camera._fields))
     mean = filters.quiet.mean
     row = elongation_row(mean, p)
-    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, watching(camera, p))
+    followed = watching(camera, p) * (1.0 - camera.out)
+    return observer.reported(x, filters, elongation(mean, p), row, p, camera.evidence, followed)
 
 
 def update_from_camera(

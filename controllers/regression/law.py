@@ -11,9 +11,9 @@ G. A. F. Seber and A. J. Lee, *Linear Regression Analysis*, 2nd ed., Wiley 2003,
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
-from warmlink.controllers.interface import SENSED, sensed
-from warmlink.controllers.kalman import Belief, carried_over, corrected, variance_along
-from warmlink.controllers.matrices import diagonal, dot
+from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE, sensed
+from warmlink.controllers.kalman import Sight, carried_over, counted, variance_along
+from warmlink.controllers.matrices import diagonal, dot, outer, symmetric, upper
 from warmlink.fmus.calls import idle_at_zero, kept_whole
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
@@ -22,9 +22,6 @@ SENSORS = len(SENSED)
 
 LARGEST_GROWTH = 2e-3
 """m; an estimate beyond it is none: the correction is held, and the estimate begins again."""
-
-SQUARE_MICROMETRE = 1e-12
-"""m^2; the coefficients' covariance is in (um/K)^2."""
 
 
 class Estimate(NamedTuple):
@@ -106,7 +103,8 @@ def sense(
         used = truth(p.sensor_std[i] > 0)
         memory = fail_safe.Memory(trust.mean[i], trust.calm_for[i], trust.out[i])
         rise = readings[i] - p.reference_temperature - p.mean_rise[i]
-        belief, memory = _taken((belief, memory), i, rise, p.sensor_std[i], news[i], gates, step, used)
+        row = placed(1.0, i, SENSORS)
+        belief, memory = _taken((belief, memory), row, rise, p.sensor_std[i], news[i], gates, step, used)
         memories.append(memory)
     mean, calm, out = (stack(*each) for each in zip(*memories, strict=True))
     return belief, trust._replace(mean=mean, calm_for=calm, out=out)
@@ -116,7 +114,7 @@ def sense(
 @kept_whole
 def _taken(
     before: tuple[Estimate, fail_safe.Memory],
-    sensor: int,
+    row: Number,
     rise: Number,
     std: Number,
     news: Number,
@@ -124,16 +122,20 @@ def _taken(
     step: Number,
     used: Number,
 ) -> tuple[Estimate, fail_safe.Memory]:
-    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean."""
+    """Estimate, and memory of a sensor's innovations, after its reading in K above its mean.
+
+    The row is 1 for that sensor, and 0 for all others.
+    """
     estimate, memory = before
-    belief = Belief(*estimate, estimate.spread)
     noise = where(std > 0, std**2, 1.0)
-    row = placed(1.0, sensor, SENSORS)
-    innovation = rise - belief.mean[sensor]
-    variance = variance_along(belief.spread, row) + noise
+    innovation = rise - dot(row, estimate.mean)
+    across = symmetric(estimate.spread, SENSORS) @ row
+    variance = maximum(dot(row, across), 0.0) + noise
     use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
-    belief = corrected(belief, row, innovation, noise, use)
-    return Estimate(*belief[:2]), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
+    counts = counted(row, Sight(across, across), innovation, noise, use)
+    mean = estimate.mean + across * counts.times
+    spread = estimate.spread - upper(outer(across * counts.share, across))
+    return Estimate(mean, spread), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
 
 
 def _named(

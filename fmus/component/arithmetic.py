@@ -6,6 +6,7 @@ carried in the imaginary part passes through them unchanged.
 """
 
 import math
+from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
@@ -13,6 +14,28 @@ import numpy as np
 
 Number = Any
 """A float, a complex number, an array of either, or a CasADi expression."""
+
+
+class Traced:
+    """An expression that remembers how it is computed, and follows NumPy's protocols for arrays.
+
+    Equations that are run with such expressions leave behind what is printed as a law's export: vectors stay
+    vectors, and functions that are kept whole stay functions.
+    """
+
+    __slots__ = ()
+
+    def erf(self) -> "Traced":
+        """The error function of it, which NumPy has not."""
+        raise NotImplementedError
+
+    def __getitem__(self, key: Any) -> "Traced":
+        raise NotImplementedError
+
+    def whole(self, function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
+        """A call of a function that is kept whole, as `fmus.calls` says, with arguments like this one."""
+        raise NotImplementedError
+
 
 LARGEST = 1e300
 """Beyond this a number is taken for not finite; IEEE comparisons with NaN are false."""
@@ -45,7 +68,7 @@ def where(condition: Number, then: Number, otherwise: Number) -> Number:
         import casadi
 
         return casadi.if_else(condition, then, otherwise)
-    if getattr(condition, "ndim", 0) == 0:
+    if getattr(condition, "ndim", 0) == 0 and not isinstance(condition, Traced):
         return then if condition else otherwise
     return np.where(condition, then, otherwise)
 
@@ -120,6 +143,8 @@ def erf(value: Number) -> Number:
     """
     if symbolic(value):
         return alike("erf", value)
+    if isinstance(value, Traced):
+        return value.erf()
     a = np.real(value)
     result: Number = math.erf(a) if np.ndim(a) == 0 else np.array([math.erf(each) for each in a])
     if np.iscomplexobj(value):
@@ -134,8 +159,13 @@ def stack(*parts: Number) -> Number:
 
         return casadi.vertcat(*parts)
     # `ndim` of an array is quicker to ask for than `numpy.ndim`, which makes an array of a number.
-    whole = [part if getattr(part, "ndim", 0) else (part,) for part in parts]
+    whole = [part if getattr(part, "ndim", 0) else _single(part) for part in parts]
     return np.concatenate(whole) if whole else np.zeros(0)
+
+
+def _single(value: Number) -> Number:
+    """A number as a vector of one."""
+    return value[None] if isinstance(value, Traced) else (value,)
 
 
 def beside(one: Number, other: Number) -> Number:
@@ -154,6 +184,8 @@ def side(which: int, both: Number) -> Number:
 
 def placed(value: Number, index: int, size: int) -> Number:
     """Vector of a size that is zero but for one element."""
+    if isinstance(value, Traced):
+        return stack(*[0.0] * index, value, *[0.0] * (size - index - 1))
     if symbolic(value):
         result: Number = type(value).zeros(size)
     else:

@@ -16,8 +16,6 @@ from warmlink.fmus.errors import InputError
 if TYPE_CHECKING:
     import casadi
 
-    from warmlink.fmus.component.join import Joint
-
 
 @dataclass(frozen=True)
 class Dependencies:
@@ -116,15 +114,18 @@ def sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> 
 
 
 def evaluation_order(
-    joint: Joint, direct: Mapping[str, Mapping[str, Sequence[str]]]
+    parts: Mapping[str, Component],
+    wires: Mapping[str, str],
+    direct: Mapping[str, Mapping[str, Sequence[str]]],
 ) -> list[tuple[str, list[str]]]:
     """Which parts to evaluate in which order, and which of their outputs are right by then.
 
     A part comes more than once where some of its outputs feed others that its remaining ones wait for,
-    as the link's temperature feeds the motor, whose heat flow the link waits for.
+    as the link's temperature feeds the motor, whose heat flow the link waits for. `wires` has the output
+    behind each input that one feeds, `direct` the inputs that each output of a part depends on at once.
     """
     needs = {
-        f"{key}.{output}": {joint.wires[f"{key}.{n}"] for n in known if f"{key}.{n}" in joint.wires}
+        f"{key}.{output}": {wires[f"{key}.{n}"] for n in known if f"{key}.{n}" in wires}
         for key, of in direct.items()
         for output, known in of.items()
     }
@@ -132,7 +133,7 @@ def evaluation_order(
     known: set[str] = set()
     while len(known) < len(needs):
         before = len(known)
-        for key, part in joint.parts.items():
+        for key, part in parts.items():
             names = [n for n in part.y.names if f"{key}.{n}" not in known]
             ready = [n for n in names if needs[f"{key}.{n}"] <= known]
             if ready:

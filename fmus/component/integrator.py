@@ -4,6 +4,9 @@ ROS2 of J. G. Verwer, E. J. Spee, J. G. Blom and W. Hundsdorfer, "A second-order
 to photochemical dispersion problems", SIAM J. Sci. Comput. 20 (1999) 1456-1480: two stages, one matrix,
 L-stable for gamma = 1 - 1/sqrt(2), and of order 2 whatever matrix stands in for the Jacobian, so that
 inputs may vary within a step.
+
+The step stands here once: Python FMUs take it as it is, and the C of native FMUs and of joined runs is
+generated from it. `python -m benchmarks.cores` times what is written in C besides.
 """
 
 import math

@@ -46,7 +46,7 @@ def join(
     name : name of the joined component, as `WarmupCell`
     parts : components by instance name, each used as often as wanted
     wires : from outputs to inputs
-    description : one line; made up from the parts where there is none
+    description : one line; made up from the parts if there is none
     """
     flat: dict[str, Component] = {}
     every = list(wires)
@@ -100,10 +100,11 @@ class Joint:
         # Whatever rows a table has: what was found for one is not found again for another.
         found = {key: dependencies(replace(part, tables=())) for key, part in parts.items()}
         self._direct = {key: each.outputs for key, each in found.items()}
-        self._running = evaluation_order(self, self._direct)
+        self._running = evaluation_order(self.parts, self.wires, self._direct)
         self._moving = self._before(key for key, part in parts.items() if part.rates is not None)
         self._sampling = {key: self._before([key]) for key, part in parts.items() if part.sampled}
-        self._starting = evaluation_order(self, {key: each.initial for key, each in found.items()})
+        initial = {key: each.initial for key, each in found.items()}
+        self._starting = evaluation_order(self.parts, self.wires, initial)
 
     @property
     def starting(self) -> list[str]:

@@ -39,6 +39,9 @@ _QUANTITIES = {
     "s": "Time",
 }
 
+SI_UNITS = tuple(_QUANTITIES)
+"""SI units of quantities that have a name."""
+
 
 def quantity(variable: Variable) -> str | None:
     """Name of what a variable measures, as Modelica.Units.SI calls it; None for what has no name there."""

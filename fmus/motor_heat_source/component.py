@@ -27,6 +27,8 @@ _INPUTS = (
     _AMBIENT_TEMPERATURE,
     temperature_input("link_base_temperature", "temperature of the link at base position"),
     temperature_input("neighbour_temperature", "temperature of the neighbouring joint"),
+    Input("added_shaft_heat", "W", "heat into the shaft that nothing else here makes", nominal=5),
+    Input("added_winding_heat", "W", "heat into the winding that nothing else here makes", nominal=5),
 )
 
 _WINDING = Band(

@@ -1,7 +1,7 @@
 """Two lumps, winding and shaft, the losses that heat them, and the paths by which heat leaves.
 
-    C_w dT_w/dt = P_cu + P_fe - G_ws (T_w - T_s)
-    C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_standby - G_sh (T_s - T_a) - Q - Q_n
+    C_w dT_w/dt = P_cu + P_fe + P_w - G_ws (T_w - T_s)
+    C_s dT_s/dt = G_ws (T_w - T_s) + P_fr + P_pad + P_standby + P_s - G_sh (T_s - T_a) - Q - Q_n
 
 The usual two-node thermal model of a servo motor: copper loss by Joule's law with a resistance linear in
 temperature, iron loss with the square of speed, Coulomb and viscous friction. A lubricant thins exponentially
@@ -25,12 +25,14 @@ PAD_POWER, PAD_TEMPERATURE = 1, 2
 def rates(x: Record, u: Record, p: Record, time: Number) -> Values:
     """Time derivatives of the states: temperatures in K/s, heat delivered in W."""
     flows, to_link = heat_flows(x, u, p, time), heat_flow(x.shaft_temperature, u, p)
-    into_winding = flows["copper_loss"] + flows["iron_loss"] - flows["winding_heat_flow"]
+    made = flows["copper_loss"] + flows["iron_loss"] + u.added_winding_heat
+    into_winding = made - flows["winding_heat_flow"]
     into_shaft = (
         flows["winding_heat_flow"]
         + flows["friction_loss"]
         + flows["pad_heat_flow"]
         + p.standby_power
+        + u.added_shaft_heat
         - flows["housing_heat_flow"]
         - to_link
         - neighbour_heat_flow(x.shaft_temperature, u, p)

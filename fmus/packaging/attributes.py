@@ -73,7 +73,7 @@ def value_attributes(scalar: Scalar, whole: bool = False) -> Attributes:
 
 
 def typed(variable: Variable, value: float | None) -> float | None:
-    """A value as a number of the variable's type; None where there is none."""
+    """A value as a number of the variable's type; None if there is none."""
     return None if value is None else {"Real": float, "Integer": int, "Boolean": bool}[variable.type](value)
 
 

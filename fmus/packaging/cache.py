@@ -107,12 +107,12 @@ def kept_before(folder: str, made_from: object) -> bytes | None:
 
 
 def vouch(file: Path) -> None:
-    """Keep the digest of a file that is whole beside it, by which `whole` tells whether it still is."""
+    """Keep the digest of a complete file beside it, by which `undamaged` tells whether it still is."""
     with whole_file(_digest_of(file)) as scratch:
         scratch.write_text(file_digest(file), encoding="ascii")
 
 
-def whole(file: Path) -> bool:
+def undamaged(file: Path) -> bool:
     """Whether a file in the cache is what was written there, bit for bit, and nobody else may change it.
 
     It is read once in a process, as long as it does not change.

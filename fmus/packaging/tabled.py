@@ -10,7 +10,7 @@ from warmlink.fmus.component.table import RecordedTable
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import file_digest, write_archive
 from warmlink.fmus.packaging.beside import FOLDER, STEPS, reference_files, table_files
-from warmlink.fmus.packaging.cache import cache_folder, used, vouch, whole
+from warmlink.fmus.packaging.cache import cache_folder, undamaged, used, vouch
 from warmlink.fmus.recorded_duty.component import COMPONENT, playing
 
 
@@ -23,7 +23,7 @@ def with_table(fmu: Path, table: RecordedTable) -> Path:
     files = table_files(component)
     place = hashlib.sha256(f"{file_digest(fmu)} {table.digest}".encode()).hexdigest()[:32]
     path = cache_folder() / "tables" / place / fmu.name
-    if whole(path):
+    if undamaged(path):
         used(path.parent)
         return path
     with zipfile.ZipFile(fmu) as archive:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import listed
 from warmlink.orchestration.check.fmu import TIME_LIMIT, CheckResult, check_fmu, validity_problems
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import temporary_folder
@@ -16,7 +17,7 @@ from warmlink.orchestration.master.slaves.slave import SlaveError
 from warmlink.orchestration.progress import Progress, spinner
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.simulation import simulate
-from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.assemble import read_system, refuse_variant, variants
 from warmlink.orchestration.text_files import is_folder
 from warmlink.orchestration.written.quantities import positive
 
@@ -52,18 +53,19 @@ class Checked(Answer):
         return [asdict(each) for each in self.results]
 
 
-def check(file: str | Path, *, time_limit: str | float = TIME_LIMIT) -> Checked:
+def check(file: str | Path, *, variant: str | None = None, time_limit: str | float = TIME_LIMIT) -> Checked:
     """Check an FMU or a system from any tool as its user would check it.
 
     Parameters
     ----------
     file : an .fmu or .ssp file
+    variant : which system, of several in one SSP, by default `SystemStructure`
     time_limit : longest time that one check of an FMU may take, `"30 s"` or in s
 
     Raises
     ------
     InputError
-        If the file cannot be read, or is a folder.
+        If the file cannot be read, or is a folder, or there is no such variant.
 
     Examples
     --------
@@ -73,8 +75,11 @@ def check(file: str | Path, *, time_limit: str | float = TIME_LIMIT) -> Checked:
     if is_folder(path):
         raise InputError(_folder(path))
     with spinner(f"Checking {path.name}") as progress:
-        system = path.suffix == ".ssp"
-        found = _check_system(path, progress) if system else check_fmu(path, limit, progress=progress)
+        if path.suffix == ".ssp":
+            found = _check_system(path, variant, progress)
+        else:
+            refuse_variant(path, variant)
+            found = check_fmu(path, limit, progress=progress)
     return Checked(str(path), found)
 
 
@@ -95,11 +100,14 @@ def _folder(folder: Path) -> str:
     return f"{folder}: is a folder, which holds {names}{more}; check one of them: {one}"
 
 
-def _check_system(path: Path, progress: Progress) -> list[CheckResult]:
+def _check_system(path: Path, variant: str | None, progress: Progress) -> list[CheckResult]:
     """Check a system: that it reads, that each FMU is valid, and that it runs its default experiment."""
     with temporary_folder() as work:
-        system = read_system(path, work)
+        system = read_system(path, work, variant)
         detail = f"{len(system.components)} components, {len(system.connections)} connections"
+        named = variants(path)
+        if len(named) > 1:
+            detail += f"; variants: {listed(named)}"
         results = [CheckResult("reads and fits together", "pass", detail)]
         for k, (name, held) in enumerate(system.components.items()):
             progress(f"{name} is valid", k / (1 + len(system.components)))

@@ -32,8 +32,8 @@ _COUNTED_FROM = "reference_temperature"
 _NO_PART_OF_A_DESIGN = {"sample_time", "tolerance"}
 
 
-def judged(scenario: Scenario) -> tuple[str | None, bool]:
-    """Judge whether a scenario's controller was designed for its system.
+def design_check(scenario: Scenario) -> tuple[str | None, bool]:
+    """Whether a scenario's controller was designed for its system.
 
     The first is a sentence with the command that designs the law anew, None if the law suits the system; the
     second whether the law runs in exactly the cell that it was designed for, with thermometers without
@@ -47,7 +47,7 @@ def judged(scenario: Scenario) -> tuple[str | None, bool]:
         return told, False
     if machine.designs is not None:
         return None, False
-    return _Judged(scenario).advice()
+    return _DesignCheck(scenario).advice()
 
 
 def _learnt(scenario: Scenario) -> bool:
@@ -57,7 +57,7 @@ def _learnt(scenario: Scenario) -> bool:
     return any(name.startswith(marks) for name in scenario.as_believed.parameters)
 
 
-class _Judged:
+class _DesignCheck:
     """A scenario with a shipped law, and what of it differs from what its components declare."""
 
     def __init__(self, scenario: Scenario) -> None:
@@ -73,7 +73,7 @@ class _Judged:
         self._usual = theirs == ours
 
     def advice(self) -> tuple[str | None, bool]:
-        """As `judged` gives it."""
+        """As `design_check` gives it."""
         law, known = self._scenario.controller.name, self._known
         changed = [name for name in known if name.startswith(self._plant)]
         own = {name.rpartition(".")[2] for name in known if name.startswith(self._laws)}

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.machine.read import NamedMachine, RolesTable, machine_in
@@ -23,6 +24,7 @@ from warmlink.orchestration.scenarios.duties.duty import Duty, Recorded
 from warmlink.orchestration.scenarios.duties.duty_files import DutyTables
 from warmlink.orchestration.scenarios.scenario import Scenario, Settings
 from warmlink.orchestration.shell import command
+from warmlink.orchestration.system.assemble import path_and_variant
 from warmlink.orchestration.text_files import absent, is_file, read_text, tables_of
 from warmlink.orchestration.written.entries import Names, OneOf, Quantity, Text
 from warmlink.orchestration.written.tables import read_table
@@ -86,19 +88,20 @@ def _shipped() -> dict[str, Path]:
     return {path.stem: path for path in LIBRARY.rglob("*.toml")}
 
 
-def load_scenario(name: str) -> Scenario:
+def load_scenario(name: str, variant: str | None = None) -> Scenario:
     """Load a shipped scenario by its name, or a scenario from a TOML or CSV file by its path.
 
-    Raises InputError if no scenario has that name, or the file contains no scenario.
+    A `variant` is the system to take of several in the SSP that the file names. Raises InputError if no
+    scenario has that name, the file contains no scenario, or its system has no variants.
     """
     path, shipped = Path(name), _shipped()
+    if variant is not None and path.suffix != ".toml":
+        raise InputError(f"{argument('variant', variant)}: {name} names no SSP; leave this out")
     if name in shipped:
         return read_scenario(name, read_text(shipped[name], ""))
     if path.suffix == ".toml":
-        read = read_scenario(
-            path.stem, read_text(path, "give an existing .toml, .csv or .parquet"), path.parent
-        )
-        return replace(read, file=path)
+        tables = tables_of(read_text(path, "give an existing .toml, .csv or .parquet"), path.stem)
+        return replace(of_tables(path.stem, _in_variant(tables, variant), path.parent), file=path)
     if path.suffix in duty_files.RECORDED_IN or name in duty_files.names():
         duty = duty_files.load(name)
         return Scenario(duty.name, duty.title, duty.reason, duty)
@@ -107,6 +110,17 @@ def load_scenario(name: str) -> Scenario:
         raise InputError(f"{name}: is no scenario; it is {what}: {command('warmlink', *words, path)}")
     known_names = instead(name, scenario_names(), "or give a TOML or CSV file")
     raise absent(path, known_names, "scenario")
+
+
+def _in_variant(tables: Mapping[str, Any], variant: str | None) -> Mapping[str, Any]:
+    """The tables of a scenario with another variant of its system; InputError if that is no SSP."""
+    if variant is None:
+        return tables
+    path, _ = path_and_variant(str(tables.get("system", "")))
+    if not path.lower().endswith(".ssp"):
+        told = "the scenario's system is no SSP; leave this out"
+        raise InputError(f"{argument('variant', variant)}: {told}")
+    return {**tables, "system": f"{path}#{variant}"}
 
 
 def driven(cell: Scenario, duty: Scenario) -> Scenario:

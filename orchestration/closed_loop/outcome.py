@@ -15,7 +15,7 @@ import numpy as np
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.names import several
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import (
     Conduct,
@@ -28,7 +28,7 @@ from warmlink.orchestration.closed_loop.metrics import (
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import FmuKind, FmuStore, store
-from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
 from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.error_budget import attempted
 from warmlink.orchestration.master.recording.result import RecordTable, Result
@@ -235,7 +235,7 @@ def run_scenario(
     """
     began = time.perf_counter()
     system, plant = scenario.system(scenario.files(fmus)), scenario.machine.roles.plant
-    told, ideal = judged(scenario)
+    told, ideal = design_check(scenario)
     most, ran = scenario.coupling_tolerance, scenario
     if most is not None:
         ran = replace(scenario, step_size=largest_step(system, scenario.stop_time, scenario.step_size))
@@ -247,7 +247,7 @@ def run_scenario(
         turns = in_turns(whole, partial(half, check_stability=False), progress)
         found = attempted(chosen, {} if most is None else dict.fromkeys(plant, most), plant, turns)
     if found.algorithm is not chosen:
-        ran = replace(ran, master=FOLLOWING)
+        ran = replace(ran, master=ERROR_CONTROLLED)
     known = Declared(scenario.declared, scenario.machine.fed, scenario.values())
     found = found.looked_at(lambda result: within_bands(result, known))
     largest, took = max(found.bounds.values(), default=np.inf), time.perf_counter() - began

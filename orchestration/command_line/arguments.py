@@ -4,8 +4,9 @@ Parameters before the `*` of a signature are told by their places, those after i
 `--time-limit`, `set_` by `--set`. A Boolean is a flag; one that is not False by default has a `--no-report`
 too. The section Parameters of the docstring explains them; what it leaves out is in `options`.
 
-Typer and what it imports take longer than the simulation of an hour. Arguments of the simplest kind, nearly
-all, are therefore read without it; whatever is unusual, wrong, or asks for help goes to typer.
+Typer and what it imports take a tenth of the processor time of `warmlink run`, more than the simulation of an
+hour takes. Arguments of the simplest kind, nearly all, are therefore read without it; whatever is unusual,
+wrong, or asks for help goes to typer.
 """
 
 from __future__ import annotations
@@ -43,6 +44,8 @@ EXPLAINED = {
     "study": "A study file (TOML), or the name of a shipped study: `lag_law`.",
     "set_": 'Change a start value, for example --set "motor.joint_conductance=2 W/K". Repeatable.',
     "parameters": "A parameter set (SSV) written by `design`, `tune` or `diagnose`. Repeatable.",
+    "variant": "Which system, of several in one SSP (`warmlink list FILE` names them). "
+    "Default: SystemStructure.",
     "replace": "An FMU of your own in place of a part, as --replace link=My.fmu. Repeatable.",
     "map_": "What the FMU that replaces a part calls a variable, as --map link.heat_flow=Q. Repeatable.",
     "fmus": "`native` (C) or `python` FMUs. Default: native if there is a C compiler.",
@@ -70,6 +73,7 @@ OPTIONS: dict[str | tuple[str, type], str] = {
     "replaced": "--replace",
     "sensor_points": "--sensor",
     "solver": "--with",
+    "terms": "--term",
     "tool_faces": "--tool-face",
     "units": "--unit",
 }
@@ -245,9 +249,9 @@ def listed(text: str | None) -> list[str] | None:
 
 def advise(scenario: Scenario) -> None:
     """Remark where a scenario's controller was not designed for its system."""
-    from warmlink.orchestration.closed_loop.belief import judged
+    from warmlink.orchestration.closed_loop.belief import design_check
 
-    advice, _ = judged(scenario)
+    advice, _ = design_check(scenario)
     if advice is not None:
         remark(advice)
 

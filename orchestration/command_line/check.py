@@ -16,7 +16,9 @@ _SIGNS = {
 }
 
 
-def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> None:
+def check(
+    file: Path, *, variant: str | None = None, time_limit: str | None = None, json: bool = False
+) -> None:
     """Check an FMU or a system as its user would check it; the exit code is 1 if a check fails.
 
     Parameters
@@ -29,7 +31,7 @@ def check(file: Path, *, time_limit: str | None = None, json: bool = False) -> N
     from warmlink.orchestration.check.checked import check as check_file
     from warmlink.orchestration.check.fmu import TIME_LIMIT
 
-    found = check_file(file, time_limit=time_limit or TIME_LIMIT)
+    found = check_file(file, variant=variant, time_limit=time_limit or TIME_LIMIT)
     if json:
         answer_json(found.to_dict())
     else:

@@ -35,6 +35,7 @@ def diagnose(
     decimal: str = "",
     replace: list[str] | None = None,
     calibrate_only: bool = False,
+    discover: bool = False,
     check: bool = False,
     out: Path | None = None,
     json: bool = False,
@@ -64,12 +65,14 @@ def diagnose(
         column; --map link.heat_flow=Q what a replaced link calls its variable. Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     calibrate_only : Fit what the experiment calibrates, and look for no causes.
+    discover : Look for an equation of the heat that the model lacks, if causes do not explain the run, or not
+        simply: where it enters, its terms with units and intervals; or that none earns its place.
     check : Show how the files are understood, without a diagnosis.
     out : Folder for results. Default: out/RUN/diagnose, or out/RUN+NEXT/diagnose for two runs.
     """
     from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file
     from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.columns import read_options
     from warmlink.orchestration.diagnosis.data.experiment import calibrating
     from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
     from warmlink.orchestration.diagnosis.diagnose import read
@@ -84,7 +87,9 @@ def diagnose(
         run = f"{whole_arm[0]}: a run of the whole arm"
         if len(data) > 1:
             raise InputError(f"{run} cannot be combined with others; diagnose it by itself")
-        if any((assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace)):
+        if any(
+            (assume, set_, scenario, noise, accuracy, unit, map_, decimal, calibrate_only, replace, discover)
+        ):
             raise InputError(
                 f"{run} has every input and is compared with the shipped arm; "
                 "leave out all options but --out, --check and --json"
@@ -97,7 +102,7 @@ def diagnose(
         parts = tuple(f"{each.partition('=')[0].strip()}." for each in replace or ())
         own = [name for name in map_ or () if parts and name.startswith(parts)]
         columns = [name for name in map_ or () if name not in own]
-        told = said(unit or [], columns, decimal, Replacements.given(replace, own), machine)
+        told = read_options(unit or [], columns, decimal, Replacements.given(replace, own), machine)
         experiment = with_noise(read(data, assume or [], given, told), settings_given(noise, "--noise"))
         experiment = with_accuracy(experiment, accuracy or [])
         return calibrating(experiment) if calibrate_only else experiment
@@ -109,7 +114,7 @@ def diagnose(
         if whole_arm:
             _diagnose_arm(data[0], folder, json)
         else:
-            _diagnose_cell(data, measured, folder, json)
+            _diagnose_cell(data, measured, folder, json, discover)
 
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
@@ -147,12 +152,13 @@ def _in_words(run: dict[str, Any]) -> str:
     return f"{run['name']}: {run['form']}\n{run['rows']} rows over {over}{held_out}"
 
 
-def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool) -> None:
-    from warmlink.orchestration.diagnosis.answer.entries import json_content
+def _diagnose_cell(
+    paths: list[Path], measured: Callable[[], Experiment], folder: Path, json: bool, discover: bool
+) -> None:
     from warmlink.orchestration.diagnosis.answer.extension import kinds_needed
     from warmlink.orchestration.diagnosis.answer.ladder import table_of
-    from warmlink.orchestration.diagnosis.answer.words import summary
     from warmlink.orchestration.diagnosis.diagnose import SCENARIO, diagnose_experiment, work_out
+    from warmlink.orchestration.diagnosis.terms.words import content_with, discovered, summary_with
     from warmlink.orchestration.fmu_store import store
     from warmlink.orchestration.report.diagnosis import JSON, PAGE, SSP, extended_files, write_diagnosis
 
@@ -160,27 +166,34 @@ def _diagnose_cell(paths: list[Path], measured: Callable[[], Experiment], folder
         progress("reading")
         found = diagnose_experiment(measured(), progress)
         work_out(found, progress)
+        equation = discovered(found, progress) if discover else None
     for each in found.remarks:
         remark(each)
     with _answered(
         json,
-        lambda: json_content(found, *extended_files(found, as_system=True)),
-        lambda: summary(found),
+        lambda: content_with(found, equation, *extended_files(found, True, equation)),
+        lambda: summary_with(found, equation),
         folder,
     ):
         needed = kinds_needed(found.experiment.rig)
         with spinner("Writing the report"):
-            files = write_diagnosis(found, folder, store(None, needed, remark))
+            files = write_diagnosis(found, folder, store(None, needed, remark), equation)
     if not json:
         headings, rows = table_of(found)
         if rows:
             print_table("", headings, rows, texts=1, width=160)
         word = {"uncorrected": "unchanged", "calibrated": "calibrated"}.get(found.delivered, "extended")
+        word = "extended" if equation is not None and equation.extends else word
         model = f"    {word} model  {files[SSP]}" if SSP in files else "    no extended model"
         answer(f"report  {folder / PAGE}    figures  {folder / JSON}{model}")
+        if equation is None and found.verdict in ("empirical", "unknown"):
+            answer(
+                f"terms   {command('warmlink', 'diagnose', *map(str, paths), '--discover')} seeks an equation"
+            )
         if following := files.get(SCENARIO):
-            words = ("hide", "EFFECT", "--duty") if found.experiment.rig.system is None else ("run",)
-            answer(f"next    {following}    practise it: {command('warmlink', *words, following)}")
+            option = "--duty" if found.experiment.rig.system is None else "--scenario"
+            told = command("warmlink", "hide", "EFFECT", option, following)
+            answer(f"next    {following}    practise it: {told}")
 
 
 def _diagnose_arm(path: Path, folder: Path, json: bool) -> None:
@@ -222,52 +235,65 @@ def hide(
     effects: list[str] | None = None,
     *,
     duty: str | None = None,
+    scenario: str | None = None,
     out: Path = Path("run.csv"),
     seed: int = 0,
     noise: str = "white",
     with_: str = "grid",
     axis: int | None = None,
+    term: list[str] | None = None,
 ) -> None:
     """Make up a measured run that contains hidden effects, to practise `warmlink diagnose` on.
 
-    The run is computed by another solver than the one that `diagnose` uses.
+    The run is computed by another solver than the one that `diagnose` uses; that of your own machine by its
+    FMUs.
 
     Parameters
     ----------
     effects : Effects to hide (`warmlink list`), for example radiation, joint_resistance=0.3 (a strength in SI
-        units) or sensor_lag:tip_temperature.
-    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work.
+        units) or sensor_lag:tip_temperature. In your own machine joint_resistance:x_motor if it has several
+        motors, or any parameter with its value in SI units: spindle.friction=3.
+    duty : Duty cycle (CSV) or scenario (TOML), as for `warmlink run`. Default: two hours of varied work, or
+        that of --scenario.
+    scenario : Scenario file (TOML) of your machine: the run is of this machine, with its [parameters].
     out : CSV file to write.
     seed : Seed of the noise.
     noise : `white` noise, or `real`: correlated, rounded and with spikes.
     with_ : Solver that computes the run: `grid` (a rod) or `fea` (3-D finite elements).
     axis : Hide the effects in this axis of the six-axis arm, and record the whole arm.
+    term : Heat by an equation: the place that it enters (shaft, winding, base or tip), the heat in W, and its
+        parameters, for example --term "shaft: a * max(speed - b, 0)**1.5; a = 0.3; b = 0.5 rad/s".
+        Repeatable.
     """
-    from warmlink.orchestration.diagnosis.made_up import hide_effects
+    from warmlink.orchestration.diagnosis.made_up import hide_effects, strengths_of
     from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
     from warmlink.orchestration.diagnosis.practice.hide import write_csv
 
     if out.suffix != ".csv":
         raise InputError(f"--out {out}: not a CSV file; give a name that ends in .csv")
-    strengths = dict(map(_strength, effects or ()))
-    made = hide_effects(strengths, duty, seed=seed, noise=noise, solver=with_, axis=axis)
+    machine = scenario if axis is None else None
+    strengths = strengths_of(dict(map(_strength, effects or ())), machine)
+    made = hide_effects(
+        strengths, duty, scenario=scenario, seed=seed, noise=noise, solver=with_, axis=axis, terms=term or ()
+    )
     write_csv({name: made[name].to_numpy() for name in made}, out)
-    hidden = ", ".join(f"{name} = {size:g}" for name, size in strengths.items()) or "nothing"
+    sizes = [f"{name} = {size:g}" for name, size in strengths.items()]
+    hidden = ", ".join([*sizes, *(term or ())]) or "nothing"
     if axis is not None:
         answer(f"{out}: the six-axis arm with {hidden} hidden in axis {axis} (SI units, seed {seed})")
         return
     hours = made["time [s]"].iloc[-1] / 3600
     answer(f"{out}: {hours:.3g} h with {hidden} hidden (SI units, seed {seed})")
+    if scenario is not None:
+        answer(f"next     {command('warmlink', 'diagnose', out, '--scenario', scenario)}")
+        return
     answer(f"effects  {len(EFFECTS)} can be hidden; warmlink list names them")
 
 
-def _strength(given: str) -> tuple[str, float]:
-    """Name of an effect, and its strength in SI units; the usual strength if none is given."""
-    from warmlink.orchestration.diagnosis.practice.effects import effect_of
-
+def _strength(given: str) -> tuple[str, float | None]:
+    """Name of an effect, and its strength in SI units; None if none is given."""
     name, equals, size = given.partition("=")
-    usual = effect_of(name).size
     try:
-        return name, float(size) if equals else usual
+        return name, float(size) if equals else None
     except ValueError:
         raise InputError(f"{given}: {size!r} is not a number; give the strength in SI units") from None

@@ -96,7 +96,7 @@ _READ_INTO = {
     "duty": "scenarios.duties.duty_files:DutyFile",
     "study": "studies.study:StudyFile",
     "mismatch": "scenarios.mismatch:MismatchFile",
-    "experiment": "diagnosis.data.experiment:ExperimentFile",
+    "experiment": "diagnosis.data.experiment_file:ExperimentFile",
     "causes": "diagnosis.causes.declared:CausesFile",
 }
 """Where the class is that each kind of file is read into."""
@@ -126,7 +126,7 @@ def kinds() -> dict[str, type[Any]]:
     return {kind: loaded(place) for kind, place in _READ_INTO.items()}
 
 
-def list_(what: list[str] | None = None, *, json: bool = False) -> None:
+def list_(what: list[str] | None = None, *, variant: str | None = None, json: bool = False) -> None:
     """List what there is by name; of one thing, what can be set and read, with units, defaults and ranges.
 
     Without a name it lists the scenarios, controllers, systems, components, mismatches, studies, effects and
@@ -140,8 +140,10 @@ def list_(what: list[str] | None = None, *, json: bool = False) -> None:
         an FMU in place of a component may be asked for.
     """
     if what and len(what) == 1:
-        _describe(what[0], json)
+        _describe(what[0], variant, json)
         return
+    if variant is not None:
+        raise InputError(f"--variant {variant}: is for one SSP; name it")
     found = _interface(what) if what else _all_names()
     if json:
         answer_json(found)
@@ -150,7 +152,7 @@ def list_(what: list[str] | None = None, *, json: bool = False) -> None:
         print_table(kind, (), entries.items())
 
 
-def info(file: Path, *, json: bool = False) -> None:
+def info(file: Path, *, variant: str | None = None, json: bool = False) -> None:
     """Say what an FMU or a system (SSP) is: versions, platforms, what it can do, its parts.
 
     Example: `warmlink info dist/WarmupCell.ssp`; `warmlink list FILE` says what can be set in it.
@@ -163,7 +165,7 @@ def info(file: Path, *, json: bool = False) -> None:
 
     if file.suffix.lower() not in (".fmu", ".ssp"):
         raise InputError(f"{file}: is neither FMU nor SSP; give a file that ends in .fmu or .ssp")
-    found = describe(file)
+    found = describe(file, variant=variant)
     if json:
         answer_json({"name": found.name, "about": found.about, **found.facts})
         return
@@ -171,14 +173,16 @@ def info(file: Path, *, json: bool = False) -> None:
     answer(f"what can be set  {command('warmlink', 'list', file)}")
 
 
-def _describe(what: str, json: bool) -> None:
+def _describe(what: str, variant: str | None, json: bool) -> None:
     from warmlink.orchestration.describe import HEADINGS, describe
 
-    found = describe(what)
+    found = describe(what, variant=variant)
     if json:
         answer_json(found.to_dict())
     else:
         print_table(f"{found.name}: {found.about}", HEADINGS, map(astuple, found.variables), width=WIDE)
+        if "variants" in found.facts:
+            answer(f"variants  {found.facts['variants']}")
 
 
 def _interface(what: list[str]) -> dict[str, dict[str, str]]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.command_line.arguments import listed, settings_given
 from warmlink.orchestration.console import answer, answer_json
@@ -157,28 +158,70 @@ def _names(sensors: str | None) -> list[str] | None:
 def export(
     law: str,
     *,
+    to: Literal["c", "st", "table"] = "c",
     design: Path | None = None,
-    precision: Literal["double", "single"] = "double",
+    precision: Literal["double", "single"] | None = None,
+    duty: list[str] | None = None,
+    thermometer: str | None = None,
+    unit: str | None = None,
+    temperature: str | None = None,
     out: Path | None = None,
 ) -> None:
-    """Write a controller's law as C99 for a robot's or machine's own controller.
+    """Write a controller's law for a robot's or machine's own controller: C, Structured Text, or a table.
 
-    The folder contains the core (a struct, `init` and `step`; no heap, no files, no variables of its own), a
-    program that tests it, and a README with its sample time, memory and number of operations.
+    --to c: C99, a struct, `init` and `step`, without heap, files or variables of its own, and a program that
+    tests it. --to st: Structured Text of IEC 61131-3, one function block that a task calls each sample time,
+    its constants with names and units, what a restart must keep as RETAIN; the same as PLCopen XML. Both are
+    printed from the same statements and compute the same numbers.
 
-    Example: `warmlink export observer --design observer.ssv --precision single --out plc`
+    --to table: for a CNC that computes no law: offset, coefficient and position by one temperature, as CSV;
+    the closest line; a regression as one formula. How far they are off the law is stated by duty cycle.
+
+    A README beside them says what goes in and comes out, what is needed, and what is not known.
+
+    Examples: `warmlink export observer --design observer.ssv --precision single --out plc`,
+    `warmlink export regression --to st`, `warmlink export regression --to table --duty stop_and_go --unit mm`
 
     Parameters
     ----------
     law : Controller, as `observer`, or a law of your own, as `my_law.py:MyLaw`.
+    to : What to write: `c`, `st` or `table`.
     design : Parameter set (SSV) from `warmlink design`. Default: the design that ships.
-    precision : Of the arithmetic.
+    precision : Of the arithmetic: double (LREAL) or single (REAL). Default: double.
+    duty : With --to table: scenario, by name or file, in which the table is close to the law. Repeatable.
+        Default: every one that ships for the cell.
+    thermometer : With --to table: temperature that it goes by, as `tip_temperature`. Default: the one
+        that tells most.
+    unit : With --to table: unit of lengths, as `um` or `mm`. Default: um.
+    temperature : With --to table: unit of temperatures, as `degC` or `K`. Default: degC.
     out : Folder to write. Default: LAW.
     """
+    given = {"duty": duty, "thermometer": thermometer, "unit": unit, "temperature": temperature}
+    given = {"precision": precision} if to == "table" else given
+    for name, value in given.items():
+        if value is not None:
+            shown = value[0] if isinstance(value, list) else value
+            fit = "--to c or --to st" if to == "table" else "--to table"
+            raise InputError(f"{argument(name, shown)}: is for {fit}; leave it out with --to {to}")
+    if to == "table":
+        from warmlink.orchestration.products.cnc import cnc_table
+
+        table = cnc_table(
+            law,
+            design,
+            duties=duty or (),
+            thermometer=thermometer,
+            unit=unit or "um",
+            temperature=temperature or "degC",
+        )
+        folder = out or Path(table.name)
+        table.write(folder)
+        answer(f"table  {folder / table.name}.csv    {table.summary().partition(': ')[2]}")
+        return
     from warmlink.orchestration.products.export import export as export_law
 
-    found = export_law(law, design, precision=precision)
+    found = export_law(law, design, to=to, precision=precision or "double")
     folder = out or Path(found.name)
     found.write(folder)
     step = f"{found.core.operations()} operations in a step of {found.core.period:g} s"
-    answer(f"core  {folder / found.name}.c    {step}")
+    answer(f"law  {folder / next(iter(found.files))}    {step}")

@@ -26,7 +26,7 @@ def learn(
     json: bool,
 ) -> None:
     """Learn a law, write its parameters and page, and answer; `stds` of a thermometer and the camera."""
-    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.columns import read_options
     from warmlink.orchestration.machine import DEFAULT
     from warmlink.orchestration.replay.learn import LearntLaw
     from warmlink.orchestration.studies.design import design
@@ -42,7 +42,7 @@ def learn(
             sample_time=sample_time,
             parameters=settings,
             data=[*logs],
-            told=said(units, names, decimal),
+            options=read_options(units, names, decimal),
         )
         assert isinstance(found, LearntLaw)
         told = found.summary()

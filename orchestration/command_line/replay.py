@@ -38,7 +38,7 @@ def judge(
     json: bool,
 ) -> None:
     """Judge laws, write the table and the page, and answer; `columns` are units, names and decimal mark."""
-    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.columns import read_options
     from warmlink.orchestration.replay.compare import replayed
     from warmlink.orchestration.scenarios.overrides import reached_controllers
 
@@ -47,7 +47,7 @@ def judge(
             *(logs, controllers, sets),
             learn=learn,
             tolerance=tolerance,
-            told=said(*columns),
+            options=read_options(*columns),
             progress=progress,
         )
         found.write_csv(target / "logs.csv")

@@ -27,6 +27,7 @@ def run(
     scenario: str = "warm_up",
     *,
     controller: str | None = None,
+    variant: str | None = None,
     fmus: str | None = None,
     out: Path | None = None,
     set_: list[str] | None = None,
@@ -72,12 +73,12 @@ def run(
 
     given, wrong, kind = arguments.values_given(parameters, set_), mismatch or (), kind_named(fmus)
     how = {"step": step, "stop": stop, "master": master, "tolerance": tolerance}
-    own = with_replaced(load_scenario(scenario), Replacements.given(replace, map_))
+    own = with_replaced(load_scenario(scenario, variant), Replacements.given(replace, map_))
     asked = None
     if report:
         from warmlink.orchestration.report.live.content import Asked
 
-        options = {f"--{name}": told for name, told in how.items() if told}
+        options = {f"--{name}": told for name, told in {**how, "variant": variant}.items() if told}
         typed, files = arguments.values_given(None, set_), [str(each) for each in parameters or ()]
         asked = Asked(scenario, typed, wrong, options, files)
     written = arguments.listed(record) or ()

@@ -37,7 +37,7 @@ MOST_SHOWN = 12
 def simulate(
     system: Path,
     *,
-    structure: str | None = None,
+    variant: str | None = None,
     set_: list[str] | None = None,
     parameters: list[Path] | None = None,
     stop: str | None = None,
@@ -71,7 +71,6 @@ def simulate(
     Parameters
     ----------
     system : An .ssp or .fmu file from any tool.
-    structure : Which description of a system, of several in one SSP. Default: SystemStructure.ssd.
     set_ : Change a start value, for example --set "link.length=400 mm", or as a number in the variable's own
         unit. Repeatable.
     parameters : A parameter set (SSV) with full names, or a single FMU's own. Repeatable.
@@ -94,7 +93,7 @@ def simulate(
         every output.
     quiet : Print no table.
     """
-    from warmlink.orchestration.master.algorithms import FOLLOWING
+    from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
     from warmlink.orchestration.master.algorithms.named import algorithm
     from warmlink.orchestration.master.compiled.loop import stepping_named
     from warmlink.orchestration.master.error_budget import Attempt, attempted
@@ -132,7 +131,7 @@ def simulate(
             "--real-time"
         )
     with temporary_folder() as work, locked_folder(folder):
-        read = Replacements.given(replace, map_).in_system(read_system(system, work, structure))
+        read = Replacements.given(replace, map_).in_system(read_system(system, work, variant))
         for path in parameters or ():
             read = with_parameters(read, path)
         read = with_parameters(read, arguments.settings_given(set_))
@@ -184,9 +183,9 @@ def simulate(
                 found = Attempt(chosen, alone)
             known = declared_in(read)
             found = found.looked_at(lambda result: within_bands(result, known))
-            found = found.told(*_beyond(found), *_late(read, found.unseen))
+            found = found.with_remarks(*_beyond(found), *_late(read, found.unseen))
             result = found.result
-            master = master if found.algorithm is chosen else FOLLOWING
+            master = master if found.algorithm is chosen else ERROR_CONTROLLED
             with interruption():  # a Ctrl-C now does not cost what was computed
                 earlier = bool(results_in(folder, "simulate"))
                 lost = write_files(target, series_writers(result.table, written, csv), earlier)

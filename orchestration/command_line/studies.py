@@ -24,8 +24,8 @@ from warmlink.orchestration.results import refuse_others, results_folder
 from warmlink.orchestration.shell import command
 
 if TYPE_CHECKING:
-    from warmlink.orchestration.studies.at_work import Means
     from warmlink.orchestration.studies.points import Searched
+    from warmlink.orchestration.studies.session import Means
     from warmlink.orchestration.studies.tune import Tuned
 
 COMMANDS = ("tune", "sweep")
@@ -143,7 +143,7 @@ def sweep(
 def run_options(fmus: str | None, jobs: int, scheduler: str | None, exact: bool) -> Means:
     """How the runs of a study are carried out, by the command's options."""
     from warmlink.orchestration.fmu_store import kind_named
-    from warmlink.orchestration.studies.at_work import Means
+    from warmlink.orchestration.studies.session import Means
 
     return Means(kind_named(fmus), jobs, scheduler, exact)
 

@@ -14,7 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.answer.doubtful import doubts
 from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment import Experiment, read_runs
 from warmlink.orchestration.diagnosis.data.inputs import with_inputs, with_nominal
 from warmlink.orchestration.diagnosis.fit.problem import Problem
@@ -50,7 +50,7 @@ def read(
     sources: Sequence[Path | str | pd.DataFrame],
     assumed: Sequence[str] = (),
     settings: Mapping[str, str] = MappingProxyType({}),
-    told: Said = NOTHING_SAID,
+    options: ReadOptions = DEFAULT_OPTIONS,
 ) -> Experiment:
     """What a diagnosis works on, of measured runs together or of an experiment.
 
@@ -59,14 +59,14 @@ def read(
     sources : an experiment file (TOML), or files or DataFrames measured on one warm-up cell
     assumed : `NAME=VALUE` of inputs that were not logged
     settings : values with units of parameters by which the system differs from the nominal one
-    told : units and names of columns that the user gave
+    options : units and names of columns that the user gave
 
     Raises
     ------
     InputError
         A file, or something in it, cannot be used.
     """
-    experiment = read_runs([Path(each) if isinstance(each, str) else each for each in sources], told)
+    experiment = read_runs([Path(each) if isinstance(each, str) else each for each in sources], options)
     return with_inputs(with_nominal(experiment, settings), assumed)
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import fmu_files as fmu_files
     from warmlink.orchestration.paper.reproduce import reproduce as reproduce
     from warmlink.orchestration.products.build import build as build
+    from warmlink.orchestration.products.cnc import cnc_table as cnc_table
     from warmlink.orchestration.products.compare import compare as compare
     from warmlink.orchestration.products.diagnose import diagnose as diagnose
     from warmlink.orchestration.products.export import export as export
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
     from warmlink.orchestration.products.reduce import reduce as reduce
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
-    from warmlink.orchestration.studies.at_work import Means as Means
     from warmlink.orchestration.studies.design import design as design
+    from warmlink.orchestration.studies.session import Means as Means
     from warmlink.orchestration.studies.sweep import sweep_study
     from warmlink.orchestration.studies.tune import tune_study
     from warmlink.orchestration.system.assemble import assemble as assemble
@@ -51,13 +52,14 @@ _PLACES = {
     "Input": "fmus.component:Input",
     "InputError": "fmus.errors:InputError",
     "Law": "controllers.own:Law",
-    "Means": "orchestration.studies.at_work:Means",
+    "Means": "orchestration.studies.session:Means",
     "Output": "fmus.component:Output",
     "Parameter": "fmus.component:Parameter",
     "State": "fmus.component:State",
     "assemble": "orchestration.system.assemble:assemble",
     "build": "orchestration.products.build:build",
     "check": "orchestration.check.checked:check",
+    "cnc_table": "orchestration.products.cnc:cnc_table",
     "compare": "orchestration.products.compare:compare",
     "describe": "orchestration.describe:describe",
     "design": "orchestration.studies.design:design",

@@ -36,13 +36,16 @@ def rig_of(
     """Rig of a system that an experiment names: a shipped one, or an .ssp file in a folder.
 
     With heat paths that causes may add, or FMUs in place of its parts; `looped` as of `rig_in`.
-    InputError is raised where there is no such system, or something does not fit it.
+    InputError is raised if there is no such system, or something does not fit it.
     """
     changed = replaced or NOTHING_REPLACED
     named = NamedMachine(name, None, name, folder).followed()
     if named.path is None and not (paths or looped or changed.fmus):
         return rig(named.system)
-    base = built_system(rig(named.system).machine) if named.path is None else read_system(named.path)
+    if named.path is None:
+        base = built_system(rig(named.system).machine)
+    else:
+        base = read_system(named.path, variant=named.variant)
     for told in base.remarks:
         remark_once(told)
     return rig_in(changed.in_system(base), paths, looped, named)
@@ -70,7 +73,7 @@ def rig_in(
     for name, part in system.components.items():
         info, kind, given = read_description(part.fmu), machine.parts[name], part.values.items()
         if kind in machine.foreign:
-            foreign[name] = machine.reduced.get(kind) or _declaration(info)
+            foreign[name] = machine.reduced.get(kind) or machine.terms.get(kind) or _declaration(info)
         nominal[name] = {k: v if isinstance(v, str) else _to_si(info, k)(float(v)) for k, v in given}
     return Rig(
         replace(machine, nominal=nominal),
@@ -121,15 +124,15 @@ def _declaration(info: ModelInfo) -> Component:
 
 
 def with_paths(base: System, paths: Paths) -> tuple[System, dict[str, str]]:
-    """A system with the heat paths that causes may add, and the new name of each input that one came before.
+    """A system with heat paths that causes may add, and terms; and the new name of each input behind one.
 
     InputError where one does not fit.
     """
     system, moved = base, dict[str, str]()
     if paths:
-        fmu = store(None, {HEAT_PATH.name}, remark).files({HEAT_PATH.name})[HEAT_PATH.name]
+        built = store(None, {HEAT_PATH.name}, remark)
         for name, path in paths.items():
-            system = _with_path(system, name, path, fmu, moved)
+            system = _with_path(system, name, path, path.fmu(built), moved)
     return system, moved
 
 
@@ -141,21 +144,21 @@ def _with_path(system: System, name: str, path: HeatPath, fmu: Path, moved: dict
     parts = {**system.components, name: component(name, fmu)}
     links = {each.target: each for each in system.connections}
     for end, target in path.totals.items():
-        part, info, variable = _located(system, target, where)
-        unit, taken = _to_si(info, variable), f"{end}_heat_flow"
+        unit, taken = unit_of(system, target), f"{end}_heat_flow"
         if target in links:
             led = links[target]
             whole = Conversion(led.factor, led.offset).then(unit.factor, unit.offset)
             links[f"{name}.{taken}"] = Connection(*led.ends[0], name, taken, whole.factor, whole.offset)
         else:
-            value = parts[part].values.get(variable, info.variables[variable].start)
-            parts[name].values[taken] = unit(float(value or 0.0))
+            parts[name].values[taken] = value_of(system, target)
         (links[target],) = connected(parts, [(f"{name}.total_{taken}", target)])
         moved.setdefault(target, f"{name}.{taken}")
     for end, source in path.sources.items():
         # A signal may be named by the input that it feeds.
         fed = links[source].source if source in links else source
         _, info, variable = _located(system, fed, where)
+        if info.variables[variable].causality == "input" and not path.parameter:
+            continue  # whoever feeds the one input feeds the term's too
         if info.variables[variable].causality == "input":
             raise InputError(
                 f"{where}: {fed}: is an input that nothing feeds in {system.name}, so that "
@@ -171,7 +174,11 @@ def extended(rig: Rig, values: Mapping[str, float], built: FmuStore) -> System:
     What a shipped machine lacks of FMUs is built into a store.
     """
     base = rig.base or built_system(rig.machine, built)
-    used = {name: path for name, path in rig.paths.items() if values.get(f"{name}.{path.parameter}")}
+    used = {
+        name: path
+        for name, path in rig.paths.items()
+        if not path.parameter or values.get(f"{name}.{path.parameter}")
+    }
     bare, moved = with_paths(base, used)
     back = {path: end for end, path in rig.moved.items()}
     ends = {back.get(name, name): value for name, value in values.items()}
@@ -192,6 +199,13 @@ def with_values(system: System, values: Mapping[str, float]) -> System:
             given: Value = bool(own) if kind == "Boolean" else own if kind == "Real" else round(own)
             parts[part] = replace(held, values={**held.values, key: given})
     return replace(system, components=parts)
+
+
+def value_of(system: System, name: str) -> float:
+    """Start value of a variable in SI, by its full name: that of the system, or what its FMU declares."""
+    part, info, variable = _located(system, name, system.name)
+    given = system.components[part].values.get(variable, info.variables[variable].start)
+    return _to_si(info, variable)(float(given or 0.0))
 
 
 def unit_of(system: System, name: str) -> Conversion:

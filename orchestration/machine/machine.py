@@ -162,16 +162,22 @@ class Machine:
         found = {kind: catalogue.reduced_link_in(path) for kind, path in self.foreign.items()}
         return {kind: each for kind, each in found.items() if each is not None}
 
+    @cached_property
+    def terms(self) -> Mapping[str, Component]:
+        """Terms, whose FMUs hold their equations, among the FMUs that came with the machine."""
+        found = {kind: catalogue.heat_term_in(path) for kind, path in self.foreign.items()}
+        return {kind: each for kind, each in found.items() if each is not None}
+
     @property
     def never_joined(self) -> str:
         """Why the machine cannot be one component; empty where it can."""
-        if self.foreign:
-            return f"contains foreign FMUs ({', '.join(self.foreign)}), whose equations are not known"
+        if unknown := [kind for kind in self.foreign if kind not in self.terms]:
+            return f"contains foreign FMUs ({', '.join(unknown)}), whose equations are not known"
         return f"a connection scales what it carries ({', '.join(self.scaled)})" if self.scaled else ""
 
     def declared(self, law: Component) -> dict[str, Component]:
         """Declaration of each instance that is a component of warmlink, with the controllers' law."""
-        known = {**catalogue.components(), **self.reduced, law.name: law}
+        known = {**catalogue.components(), **self.reduced, **self.terms, law.name: law}
         kinds = self.parts_with(law.name)
         return {name: self._playing(name, known[kind]) for name, kind in kinds.items() if kind in known}
 
@@ -245,13 +251,16 @@ class Machine:
             raise InputError(f"{self.name}: {self.controllers[0]} is a controller's place; name a controller")
         if self.never_joined:
             raise InputError(f"{self.name}: {self.never_joined}; run it with a master instead")
-        kinds = catalogue.components() | ({} if controller is None else {"": controller})
+        kinds = {**catalogue.components(), **self.terms, **({} if controller is None else {"": controller})}
         parts = {name: self._playing(name, kinds[kind]) for name, kind in self.parts.items()}
         joined = join(self.name, parts, self.wires, self.about)
-        every = self.with_nominal(values or {}).items()
-        given = {f"{key}.{name}": float(v) for key, of in every for name, v in of.items()}
+        chosen = self.with_nominal(values or {}).items()
+        every = ((f"{key}.{name}", v) for key, of in chosen for name, v in of.items())
+        given = {name: float(v) for name, v in every if name not in self.fed}
+        inputs = tuple(replace(each, start=given.pop(each.name, each.start)) for each in joined.inputs)
         return replace(
             joined,
+            inputs=inputs,
             parameters=with_scalars(joined.parameters, given),
             default_stop_time=self.stop_time,
             default_step_size=self.step_size,

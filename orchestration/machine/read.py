@@ -7,6 +7,7 @@ score = "link1.elongation + link2.elongation - compensator.correction"
 controller = "compensator"                     # the instance, or a list of them, that a controller replaces
 ```
 
+Of several systems in one SSP, `system = "chain.ssp#VarB"` takes that of `VarB.ssd`.
 The table stands in a scenario beside `system = "chain.ssp"`, or both stand in a file of their own, which
 scenarios and experiments name as `system = "chain.toml"`.
 """
@@ -30,7 +31,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, DUTY, PLAYER, Machine
 from warmlink.orchestration.machine.roles import Roles
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.system.assemble import connected, read_system
+from warmlink.orchestration.system.assemble import connected, path_and_variant, read_system
 from warmlink.orchestration.system.check import variable_of
 from warmlink.orchestration.system.description import read_description
 from warmlink.orchestration.system.model import System
@@ -79,7 +80,13 @@ class NamedMachine:
     @property
     def path(self) -> Path | None:
         """Path of the SSP; None if the machine is shipped."""
-        return self.folder / self.system if self.system.lower().endswith(SYSTEMS) else None
+        path, _ = path_and_variant(self.system)
+        return self.folder / path if path.lower().endswith(SYSTEMS) else None
+
+    @property
+    def variant(self) -> str | None:
+        """Which system in the SSP, as `VarB` of `chain.ssp#VarB`; None for the one that is run by default."""
+        return path_and_variant(self.system)[1]
 
     def followed(self) -> NamedMachine:
         """What a file names whose path this is: one with the entries `system` and `roles`, as a scenario's.
@@ -106,7 +113,7 @@ def machine_in(named: NamedMachine) -> Machine:
         if found.roles is None:
             where = f"{found.where}: roles is missing"
             raise InputError(f"{where}; write [roles] and below it score = {Scored.example!r}")
-        system = read_system(found.path)
+        system = read_system(found.path, variant=found.variant)
         for told in system.remarks:
             remark_once(told)
         return with_roles(system, found.roles, f"{found.where}: roles", f"system of {found.path.name}")

@@ -9,19 +9,23 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.component import Component, Input, Parameter, Scalar
 from warmlink.fmus.component.join import join
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
+from warmlink.fmus.heat_term.component import is_term
 from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.model import System, Value
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.fmu_store import FmuStore
 
 AT_SENSOR = {"base_temperature": 1, "tip_temperature": 3}
 """Elements of a link's `sensor_temperature`, counted from 1, that are outputs of their own as well."""
@@ -43,7 +47,7 @@ class HeatPath(Protocol):
 
     @property
     def parameter(self) -> str:
-        """Name of its parameter that is 0 until the cause acts."""
+        """Name of its parameter that is 0 until the cause acts; empty if it always carries heat."""
 
     @property
     def sources(self) -> Mapping[str, str]:
@@ -52,6 +56,9 @@ class HeatPath(Protocol):
     @property
     def totals(self) -> Mapping[str, str]:
         """The heat flow behind each of its ends that it changes."""
+
+    def fmu(self, store: FmuStore) -> Path:
+        """Its FMU, from a store, built where it is missing."""
 
 
 Paths = Mapping[str, HeatPath]
@@ -95,7 +102,8 @@ class Rig:
     @property
     def in_loop(self) -> bool:
         """Whether FMUs are simulated in a loop, as equations of a part are not known."""
-        return self.looped or any(part.rates is None for part in self.foreign.values())
+        unknown = (part for part in self.foreign.values() if not is_term(part))
+        return self.looped or any(part.rates is None for part in unknown)
 
     @cached_property
     def components(self) -> Mapping[str, Component]:
@@ -280,7 +288,7 @@ class Rig:
 
 @cache
 def rig(name: str, cells: int = CELLS) -> Rig:
-    """Rig of a shipped machine by name; raises InputError where there is none, or it has no single plant."""
+    """Rig of a shipped machine by name; raises InputError if there is none, or it has no single plant."""
     if name not in machines() or machine_named(name).program:
         known = [each for each in machines() if not machine_named(each).program]
         raise InputError(f"system: {name!r} is not one that can be diagnosed; {instead(name, known)}")

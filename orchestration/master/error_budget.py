@@ -78,7 +78,7 @@ class Attempt:
             return replace(self, result=result)
         return replace(self, result=result, bounds=dict.fromkeys(self.bounds, np.inf), broken=None, missed=())
 
-    def told(self, *remarks: str) -> Attempt:
+    def with_remarks(self, *remarks: str) -> Attempt:
         """Give the same with more remarks on the result."""
         return replace(self, result=replace(self.result, remarks=(*self.result.remarks, *remarks)))
 
@@ -107,7 +107,7 @@ def attempted(
             except InputError as fault:  # the slaves cannot do it
                 if not found:
                     raise
-                return found[-1].told(f"no smaller steps were tried: {fault}")
+                return found[-1].with_remarks(f"no smaller steps were tried: {fault}")
             if found and result.stopped and not found[-1].result.stopped:
                 if result.error is not None:
                     continue

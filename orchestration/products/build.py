@@ -14,7 +14,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, several
 from warmlink.fmus.packaging.native.fmu import FmiVersion
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.files import fresh_folder, temporary_folder
@@ -87,7 +87,7 @@ def build(
 
     out = Path(out)
     own = None if scenario is None else load_scenario(str(scenario))
-    if own is not None and (advice := judged(own)[0]) is not None:
+    if own is not None and (advice := design_check(own)[0]) is not None:
         remark(advice)
     chosen, versions = _chosen(named), [_VERSIONS[version]] if version else [*_VERSIONS.values()]
     with fresh_folder(out) as fresh:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, replayed
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
-from warmlink.orchestration.studies.at_work import USUAL, Means
 from warmlink.orchestration.studies.compare import Comparison, compared, plan_on
+from warmlink.orchestration.studies.session import USUAL, Means
 
 if TYPE_CHECKING:
     import pandas
@@ -81,13 +81,13 @@ def compare(
     for name, one in given.items():
         if one is not None:
             raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
-    told = Said(units, names=names, decimal=decimal)
+    options = ReadOptions(units, names=names, decimal=decimal)
     with spinner("Replaying"):
         return replayed(
             *(_several(data), controllers, sets),
             learn=_several(learn),
             tolerance=TOLERANCE if tolerance is None else tolerance,
-            told=told,
+            options=options,
         )
 
 

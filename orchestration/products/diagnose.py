@@ -12,13 +12,13 @@ import pandas as pd
 
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
-from warmlink.orchestration.diagnosis.answer.entries import cause_entry, json_content
+from warmlink.orchestration.diagnosis.answer.entries import cause_entry
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, kinds_needed
-from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.data.accuracy import with_accuracy
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario, with_noise
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read, work_out
+from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, discovered, summary_with
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
@@ -30,6 +30,7 @@ class Found(Answer):
     """What a simulation gets wrong, and why."""
 
     diagnosis: Diagnosis
+    equation: Equation | None = None
 
     @property
     def verdict(self) -> str:
@@ -47,12 +48,12 @@ class Found(Answer):
         return extended_values(self.diagnosis.assessment.problem, self.diagnosis.adopted.fit)
 
     def summary(self) -> str:
-        """At most ten lines of plain words."""
-        return summary(self.diagnosis)
+        """At most ten lines of plain words, and what was found of an equation if one was looked for."""
+        return summary_with(self.diagnosis, self.equation)
 
     def to_dict(self) -> dict[str, Any]:
         """What stands in `diagnosis.json`."""
-        return json_content(self.diagnosis)
+        return content_with(self.diagnosis, self.equation)
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each parameter of the causes found: value, unit and 95 % interval."""
@@ -82,7 +83,7 @@ class Found(Answer):
             If the folder holds another command's results, or cannot be written.
         """
         needed = kinds_needed(self.diagnosis.experiment.rig)
-        return write_diagnosis(self.diagnosis, Path(folder), store(None, needed, remark))
+        return write_diagnosis(self.diagnosis, Path(folder), store(None, needed, remark), self.equation)
 
 
 def diagnose(
@@ -95,6 +96,7 @@ def diagnose(
     units: Mapping[str, str] = MappingProxyType({}),
     names: Mapping[str, str] = MappingProxyType({}),
     decimal: str = "",
+    discover: bool = False,
 ) -> Found:
     """Show what the simulation gets wrong and name the cause.
 
@@ -111,6 +113,7 @@ def diagnose(
     units : those that headers lack, `"degC"` under `T_base`
     names : what columns are, `"base_temperature"` under `T_base`; "" leaves the column out
     decimal : decimal mark, "point" or "comma", if a file could be read either way
+    discover : look for an equation of the heat that the model lacks, in `equation` of what is returned
 
     Raises
     ------
@@ -127,11 +130,12 @@ def diagnose(
     assumed = [f"{name}={value}" for name, value in assume.items()]
     with spinner("Diagnosing") as progress:
         progress("reading")
-        told = Said(units, names=names, decimal=decimal, machine=machine)
-        experiment = with_noise(read(sources, assumed, {**known, **parameters}, told), noise)
+        options = ReadOptions(units, names=names, decimal=decimal, machine=machine)
+        experiment = with_noise(read(sources, assumed, {**known, **parameters}, options), noise)
         wanted = [accuracy] if isinstance(accuracy, str) else [f"{n}={v}" for n, v in accuracy.items()]
-        found = Found(diagnose_experiment(with_accuracy(experiment, wanted), progress))
-        work_out(found.diagnosis, progress)
+        diagnosis = diagnose_experiment(with_accuracy(experiment, wanted), progress)
+        work_out(diagnosis, progress)
+        found = Found(diagnosis, discovered(diagnosis, progress) if discover else None)
     for each in found.diagnosis.remarks:
         remark(each)
     return found

@@ -1,26 +1,37 @@
-"""A law as C for a robot's or machine's own controller."""
+"""A law for a robot's or machine's own controller: as C, or as Structured Text."""
 
 from __future__ import annotations
 
+import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Literal, get_args
 
-from warmlink.controllers.export.core import Core, Precision, designed, export_files
+from warmlink.controllers.export.c_files import export_files, readme
+from warmlink.controllers.export.core import Core, Precision, designed
+from warmlink.controllers.export.program.words import RESERVED
+from warmlink.controllers.export.st_files import st_files
 from warmlink.fmus.arguments import argument
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
+from warmlink.fmus.safe_text import printable
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder
 from warmlink.orchestration.machine.machine import COMPENSATOR
+from warmlink.orchestration.products.measured import measured
 from warmlink.orchestration.scenarios.overrides import given_values, start_values
+
+Language = Literal["c", "st"]
+"""What a law is written in: C99, or Structured Text of IEC 61131-3."""
 
 
 @dataclass(frozen=True, repr=False)
 class Exported(Answer):
-    """A law's C: the core, a program that tests it, and a README, as texts by the name of their files."""
+    """A law in a controller's language, with a README, as texts by the name of their files."""
 
     core: Core
     files: Mapping[str, str]
@@ -46,27 +57,53 @@ def export(
     law: str,
     design: str | Path | Mapping[str, str | float] | None = None,
     *,
+    to: Language = "c",
     precision: Precision = "double",
 ) -> Exported:
-    """Give a controller's law as C99 for a robot's or machine's own controller.
+    """Give a controller's law in the language of a robot's or machine's own controller.
 
     Parameters
     ----------
     law : controller, as `observer`, or a law of one's own, as `my_law.py:MyLaw`
     design : parameter set (SSV) from `design`, or its values by name; the design that ships by default
-    precision : of the arithmetic, double or single
+    to : `c` for C99; `st` for Structured Text of IEC 61131-3, one function block, also as PLCopen XML
+    precision : of the arithmetic, double (LREAL) or single (REAL)
 
     Raises
     ------
     InputError
-        If there is no such law, it computes nothing at a sample, or the design is not for it.
+        If there is no such law, it computes nothing at a sample, or in a way that cannot be written down, or
+        the design is not for it.
 
     Examples
     --------
     >>> wl.export("observer", "observer.ssv", precision="single").write("plc")
+    >>> wl.export("regression", to="st").write("plc")
+    """
+    name, component, source = law_of(law, design)
+    name = re.sub(r"\W+", "_", name)
+    name = f"law_{name}" if name.lower() in RESERVED or not name.isidentifier() else name
+    for argued, given, known in (("precision", precision, Precision), ("to", to, Language)):
+        if given not in get_args(known):
+            what = "no such arithmetic" if argued == "precision" else "no such language"
+            raise InputError(f"{argument(argued, given)}: {what}; {instead(str(given), get_args(known))}")
+    core = Core(component, name, precision, source)
+    try:
+        files = export_files(core) if to == "c" else st_files(core)
+        if to == "c":
+            files["README.md"] = readme(core, measured(core, files))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    return Exported(core, files)
+
+
+def law_of(law: str, design: str | Path | Mapping[str, str | float] | None) -> tuple[str, Component, str]:
+    """A law's name, its component with the values of a design, and what that design is called.
+
+    Raises InputError if there is no such law, it computes nothing at a sample, or the design is not for it.
     """
     found = controller_named(law)
-    name, component = found.name, found.component
+    name, component, source = found.name, found.component, "the one that ships"
     if not component.states:
         raise InputError(f"{name}: has nothing to compute at a sample; export another controller")
     if design is not None:
@@ -77,8 +114,8 @@ def export(
             raise InputError(f"{where}: holds nothing for a {COMPENSATOR}; give the values of a design")
         values = start_values(given, {COMPENSATOR: component}, where)[COMPENSATOR]
         component = designed(component, {each: float(value) for each, value in values.items()})
-    if precision not in get_args(Precision):
-        told = instead(str(precision), get_args(Precision))
-        raise InputError(f"{argument('precision', precision)}: no such arithmetic; {told}")
-    core = Core(component, name, precision)
-    return Exported(core, export_files(core))
+        source = "values given by name"
+        if isinstance(design, (str, Path)):
+            mark = hashlib.sha256(Path(design).read_bytes()).hexdigest()[:16]
+            source = f"{printable(Path(design).name)} (SHA-256 {mark})"
+    return name, component, source

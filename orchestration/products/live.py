@@ -11,7 +11,7 @@ from types import MappingProxyType
 from warmlink.fmus.names import several
 from warmlink.fmus.packaging.native.compile import BROWSER, compilers
 from warmlink.orchestration.catalogue import controller_named
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.files import fresh_file
@@ -80,7 +80,7 @@ def live(
     with spinner("Compiling for the browser") as progress:
         html = live_page(asked, laws, Asked(scenario, typed, parameters=[*map(str, files)]), progress)
     for law in laws:
-        advice, _ = judged(replace(asked, controller=law))
+        advice, _ = design_check(replace(asked, controller=law))
         if advice is not None:
             remark(advice)
     return LivePage(asked.name, html)

@@ -102,7 +102,7 @@ class Range:
 def range_of(material: str, conductivity: tuple[float, float] | None = None, **rest: Any) -> Range:
     """Range about a material by its name; the conductivity is 25 % about the material's where none is given.
 
-    InputError where there is no such material.
+    InputError if there is no such material.
     """
     if material not in materials():
         raise InputError(

@@ -80,7 +80,7 @@ class Solid:
     def chosen(self, texts: Sequence[str], name: str) -> list[Face]:
         """Faces by `#NUMBER`, by name, or by a point `x, y, z UNIT` that they are nearest to.
 
-        InputError where there is no such face; `name` is that of the argument.
+        InputError if there is no such face; `name` is that of the argument.
         """
         found: list[Face] = []
         for text in map(str.strip, texts):

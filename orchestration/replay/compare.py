@@ -27,7 +27,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.learn import LEARNS, Sources, learnt_law
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
@@ -90,7 +90,7 @@ COLUMNS = ("controller", "log", *(each.name for each in fields(ReplayFigures)))
 """Columns of `logs.csv`."""
 
 
-def judged(law: Component, log: MeasuredLog, tolerance: float) -> ReplayFigures:
+def replay_figures(law: Component, log: MeasuredLog, tolerance: float) -> ReplayFigures:
     """Run a law over a log; raises InputError where the law refuses a parameter.
 
     A law samples no faster than the log has rows: a reading that repeats itself is none to it.
@@ -105,18 +105,18 @@ def judged(law: Component, log: MeasuredLog, tolerance: float) -> ReplayFigures:
     if step > period(law) and "sample_time" in law.p.index:
         law = replace(law, parameters=with_scalars(law.parameters, {"sample_time": step}))
     inputs, measured, acting = log.inputs_of(law, step)
-    told = replay(law, inputs, measured)
-    growth = log.judged_by
+    outputs = replay(law, inputs, measured)
+    growth = log.reference_growth
     known = np.flatnonzero(np.isfinite(growth) & (log.time - log.time[0] > SETTLING))
     if known.size < 2:
         raise InputError(
             f"{log.name}: the growth was measured {known.size} times after the first 2 min; give a longer log"
         )
     time, at = log.time[known], acting[known]
-    error = growth[known] - told.correction[at]
+    error = growth[known] - outputs.correction[at]
     figures = error_metrics(time, error, tolerance)
-    said = conduct(time, error, [told.ready[at]], [], tolerance)
-    moved = conduct(log.time, np.zeros(log.time.size), [], [told.correction[acting]], tolerance)
+    said = conduct(time, error, [outputs.ready[at]], [], tolerance)
+    moved = conduct(log.time, np.zeros(log.time.size), [], [outputs.correction[acting]], tolerance)
     most = 1e6 * float(np.max(np.abs(growth[known])))
     spans = np.diff(time, append=time[-1])
     return ReplayFigures(
@@ -186,7 +186,7 @@ def replayed(
     *,
     learn: Sources = (),
     tolerance: str | float = TOLERANCE,
-    told: Said = NOTHING_SAID,
+    options: ReadOptions = DEFAULT_OPTIONS,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Replayed:
     """Judge laws on measured logs.
@@ -198,8 +198,8 @@ def replayed(
     sets : start values, later ones outdo earlier ones; a law takes those of its own parameters
     learn : logs from which the laws that can learn do so; give others than in `data`
     tolerance : error that production allows, as `"5 um"`, or in m
-    told : units and names of columns
-    progress : told the share that is done
+    options : units and names of columns
+    progress : called with the share that is done
 
     Raises
     ------
@@ -211,18 +211,18 @@ def replayed(
     found = {name: controller_named(name) for name in dict.fromkeys(names)}
     laws = {law.name: law.component for law in found.values()}
     if learn:
-        taught = learnt_law(learn, told=told)
+        taught = learnt_law(learn, options=options)
         for name in (each for each in LEARNS if each in laws):
             given = replace(taught, law=name).parameters
             laws[name] = _with(laws[name], {k.removeprefix(f"{COMPENSATOR}."): v for k, v in given.items()})
     for name, values in assigned(sets, laws).items():
         own = start_values(values, {COMPENSATOR: laws[name]}, name).get(COMPENSATOR, {})
         laws[name] = _with(laws[name], {"tolerance": allowed, **{k: float(v) for k, v in own.items()}})
-    logs = read_logs(data, told)
+    logs = read_logs(data, options)
     rows: dict[tuple[str, str], ReplayFigures] = {}
     for name, law in laws.items():
         for log in logs:
-            rows[name, log.name] = judged(law, log, allowed)
+            rows[name, log.name] = replay_figures(law, log, allowed)
             progress(len(rows) / (len(laws) * len(logs)))
     return Replayed(tuple(laws), tuple(log.name for log in logs), rows, 1e6 * allowed)
 

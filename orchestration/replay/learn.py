@@ -21,7 +21,7 @@ from warmlink.fmus.component.quantities import ROOM_TEMPERATURE
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
 from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
 from warmlink.orchestration.written.quantities import positive
@@ -204,7 +204,7 @@ def learnt_law(
     sample_time: str | float = 1.0,
     camera_std: float | None = None,
     plant: Plant | None = None,
-    told: Said = NOTHING_SAID,
+    options: ReadOptions = DEFAULT_OPTIONS,
 ) -> LearntLaw:
     """Learn a law from logs.
 
@@ -217,7 +217,7 @@ def learnt_law(
     sample_time : time between two corrections, in s
     camera_std : noise of the camera in m, for a law that uses it
     plant : a model of the machine that helps where little was measured
-    told : units and names of columns
+    options : units and names of columns
 
     Raises
     ------
@@ -227,7 +227,7 @@ def learnt_law(
     if law not in LEARNS:
         raise InputError(f"{argument('law', law)}: is not learnt from a log; {instead(law, LEARNS)}")
     period = positive(sample_time, "s", argument("sample_time"))
-    logs = read_logs(sources, told)
+    logs = read_logs(sources, options)
     model: TrainingRun | None = None if plant is None else training_run(plant)
     names = None if sensors is None else [_full(name) for name in sensors]
     found = learn([each.learnt_from for each in logs], names, model, sensor_std)

@@ -21,7 +21,7 @@ from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
@@ -60,7 +60,7 @@ class MeasuredLog:
     truth: Array | None = None
 
     @property
-    def judged_by(self) -> Array:
+    def reference_growth(self) -> Array:
         """Growth in m that errors count from, NaN where it is not known, shape (n,)."""
         return self.measured if self.truth is None else self.truth
 
@@ -117,7 +117,9 @@ class MeasuredLog:
         return np.asarray(inputs), measured, acting
 
 
-def read_logs(sources: Sequence[str | Path | pd.DataFrame], told: Said = NOTHING_SAID) -> list[MeasuredLog]:
+def read_logs(
+    sources: Sequence[str | Path | pd.DataFrame], options: ReadOptions = DEFAULT_OPTIONS
+) -> list[MeasuredLog]:
     """Read logs of one machine, of which each has a name of its own.
 
     Raises
@@ -130,7 +132,7 @@ def read_logs(sources: Sequence[str | Path | pd.DataFrame], told: Said = NOTHING
         place = Path(source) if isinstance(source, str) else source
         if isinstance(place, Path) and place.suffix.lower() == ".toml":
             raise InputError(f"{place}: is no log; give a file of measurements (CSV, text, Parquet, Excel)")
-        found.append(_log(place, rig, told))
+        found.append(_log(place, rig, options))
     names = [each.name for each in found]
     return [
         each if names.count(each.name) == 1 else replace(each, name=f"{each.name} ({i})")
@@ -138,8 +140,8 @@ def read_logs(sources: Sequence[str | Path | pd.DataFrame], told: Said = NOTHING
     ]
 
 
-def _log(source: Path | pd.DataFrame, rig: Rig, told: Said) -> MeasuredLog:
-    run = read_run(source, rig, told=told)
+def _log(source: Path | pd.DataFrame, rig: Rig, options: ReadOptions) -> MeasuredLog:
+    run = read_run(source, rig, options=options)
     for each in run.remarks:
         remark(each)
     size = run.time.size
@@ -150,16 +152,16 @@ def _log(source: Path | pd.DataFrame, rig: Rig, told: Said) -> MeasuredLog:
         for name in (*SENSED, *DUTY)
     }
     measured = np.asarray(run.readings.get(rig.columns[MEASURED], np.full(size, np.nan)))
-    return MeasuredLog(run.name, run.time, signals, measured, _truth(source, rig, told, run))
+    return MeasuredLog(run.name, run.time, signals, measured, _truth(source, rig, options, run))
 
 
-def _truth(source: Path | pd.DataFrame, rig: Rig, told: Said, run: Run) -> Array | None:
+def _truth(source: Path | pd.DataFrame, rig: Rig, options: ReadOptions, run: Run) -> Array | None:
     """The growth in m in every row, if the log has a column of that name."""
     headers = [each for each in run.unused if plain(name_and_unit(each)[0]) == TRUTH]
     if not headers:
         return None
     names = {headers[0]: MEASURED}
     names |= {c.header: "" for c in run.columns if c.variable == rig.columns[MEASURED]}
-    whole = read_run(source, rig, told=replace(told, names={**told.names, **names}))
+    whole = read_run(source, rig, options=replace(options, names={**options.names, **names}))
     growth = whole.readings[rig.columns[MEASURED]]
     return np.asarray(np.interp(run.time, whole.time, growth))

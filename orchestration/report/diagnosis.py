@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,6 @@ from warmlink.orchestration.diagnosis.answer.entries import (
     cause_entry,
     errors_by_run,
     errors_in_noise,
-    json_content,
     wrong_entries,
 )
 from warmlink.orchestration.diagnosis.answer.extension import extended_values, write_ssp_of
@@ -26,12 +25,17 @@ from warmlink.orchestration.diagnosis.answer.profile import (
     met_bounds,
     profiles_of,
 )
-from warmlink.orchestration.diagnosis.answer.words import summary
 from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
-from warmlink.orchestration.report.diagnosis_figures import heat_sections, profile_figure, run_sections
+from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
+from warmlink.orchestration.report.diagnosis_figures import (
+    equation_sections,
+    heat_sections,
+    profile_figure,
+    run_sections,
+)
 from warmlink.orchestration.report.ladder import ladder_sections
 from warmlink.orchestration.report.page import PageTable, Section, write_page
 from warmlink.orchestration.results import ASKED, results_folder
@@ -49,14 +53,15 @@ _RANKED, _FEWEST = 10, 6
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
 
 
-def write_report(diagnosis: Diagnosis, path: Path) -> None:
+def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = None) -> None:
     """Write the page; it opens from disk without a network."""
-    title, lead, *lines = summary(diagnosis).splitlines()
+    title, lead, *lines = summary_with(diagnosis, equation).splitlines()
     remarks = "\n".join(diagnosis.remarks)
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
-        *ladder_sections(diagnosis),
+        *([] if equation is None else equation_sections(equation)),
+        *_ladder(diagnosis, equation),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
@@ -79,7 +84,7 @@ def write_report(diagnosis: Diagnosis, path: Path) -> None:
             "a physical bound is rejected, however well it fits.",
             _ranking(diagnosis),
         ),
-        *([] if diagnosis.proposed is None else [_next(diagnosis.proposed)]),
+        *([] if (proposed := _proposed(diagnosis, equation)) is None else [_next(proposed)]),
         Section("The improvement", _gain_text(diagnosis), _gain_table(diagnosis)),
         *_beyond(diagnosis),
     ]
@@ -166,6 +171,19 @@ def _worse(more: float) -> str:
     return "no better than chance would make it with as many causes"
 
 
+def _ladder(diagnosis: Diagnosis, equation: Equation | None) -> list[Section]:
+    """How well models predict; beside an equation that extends the model they are those without it."""
+    sections = ladder_sections(diagnosis)
+    if equation is None or not equation.extends:
+        return sections
+    return [replace(each, heading=f"{each.heading}, without the equation") for each in sections]
+
+
+def _proposed(diagnosis: Diagnosis, equation: Equation | None) -> Proposed | None:
+    """The next experiment: that of a set of equations if there is one, else that of the causes."""
+    return diagnosis.proposed if equation is None else equation.proposed or diagnosis.proposed
+
+
 def _next(proposed: Proposed) -> Section:
     cycle, times = proposed.cycle
     rows = []
@@ -239,30 +257,39 @@ def _gain_table(diagnosis: Diagnosis) -> PageTable:
     return PageTable(("RMSE (95 % interval)", "before", "after"), rows)
 
 
-def write_diagnosis(diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None) -> dict[str, Path]:
+def write_diagnosis(
+    diagnosis: Diagnosis, folder: Path, store: FmuStore | None = None, equation: Equation | None = None
+) -> dict[str, Path]:
     """Write `diagnosis.json`, the page, the extended model, and the next experiment where one is proposed.
 
     Without FMUs from a `store` the extended model is the `.ssv` alone. A model that is only the nominal one,
-    as nothing explains the run, is not written. Returns the paths by name of the file.
+    as nothing explains the run, is not written. With an `equation` that was found the extended model is the
+    one with it. Returns the paths by name of the file.
     """
-    values = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
-    ssv, ssp = extended_files(diagnosis, store is not None)
+    rig, learnt = diagnosis.experiment.rig, diagnosis.delivery.remainder
+    values: Mapping[str, float] = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
+    if equation is not None and equation.extends:
+        (rig, values), learnt = equation.extended, None
+    ssv, ssp = extended_files(diagnosis, store is not None, equation)
+    proposed = _proposed(diagnosis, equation)
     with results_folder(folder, "diagnose") as work:
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
-            write_ssp_of(diagnosis.experiment.rig, values, work / ssp, store, diagnosis.delivery.remainder)
-        _write_json(json_content(diagnosis, ssv, ssp), work / JSON)
-        write_report(diagnosis, work / PAGE)
-        if diagnosis.proposed is not None and diagnosis.proposed.duty:
-            write_next(diagnosis.proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
+            write_ssp_of(rig, values, work / ssp, store, learnt)
+        _write_json(content_with(diagnosis, equation, ssv, ssp), work / JSON)
+        write_report(diagnosis, work / PAGE, equation)
+        if proposed is not None and proposed.duty:
+            write_next(proposed, diagnosis.experiment.rig, diagnosis.experiment.known, work)
         names = [path.name for path in work.iterdir() if path.name != ASKED]
     return {name: folder / name for name in names}
 
 
-def extended_files(diagnosis: Diagnosis, as_system: bool) -> tuple[str | None, str | None]:
+def extended_files(
+    diagnosis: Diagnosis, as_system: bool, equation: Equation | None = None
+) -> tuple[str | None, str | None]:
     """Names of the parameter set and the system that are written, None for what is not."""
-    if not diagnosis.delivers:
+    if not (diagnosis.delivers or (equation is not None and equation.extends)):
         return None, None
     return SSV, SSP if as_system else None
 

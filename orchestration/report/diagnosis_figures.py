@@ -13,9 +13,13 @@ from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.terms.words import Equation, equation_of
 from warmlink.orchestration.report.figures import DASHES, chart, styled
-from warmlink.orchestration.report.page import Section
+from warmlink.orchestration.report.page import PageTable, Section
 from warmlink.orchestration.system.units import ZERO_CELSIUS
+
+_MOST_DRAWN = 2
+"""Places whose missing heat is drawn."""
 
 _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 
@@ -107,19 +111,57 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
     return styled(figure, 300)
 
 
+def heat_figure(time: Array, heat: Array, deviation: Array) -> Any:
+    """Missing heat in W over time in s, with its 95 % band."""
+    minutes, spread, hidden = time / 60, 1.96 * deviation, {"showlegend": False}
+    return chart(
+        {"x": minutes, "y": heat - spread, "line": {"width": 0}, **hidden},
+        {"x": minutes, "y": heat + spread, "fill": "tonexty", "line": {"width": 0}, **hidden},
+        {"x": minutes, "y": heat, "line": {"color": _AFTER}, **hidden},
+        x="time [min]",
+        y="missing heat [W]",
+        height=320,
+    )
+
+
 def heat_sections(courses: Sequence[MissingHeat]) -> list[Section]:
-    """Draw the missing heat of each run, with its 95 % band."""
+    """Draw the missing heat of each run."""
     sections = []
     for each in courses:
-        minutes, spread, hidden = each.time / 60, 1.96 * each.deviation, {"showlegend": False}
-        figure = chart(
-            {"x": minutes, "y": each.heat - spread, "line": {"width": 0}, **hidden},
-            {"x": minutes, "y": each.heat + spread, "fill": "tonexty", "line": {"width": 0}, **hidden},
-            {"x": minutes, "y": each.heat, "line": {"color": _AFTER}, **hidden},
-            x="time [min]",
-            y="missing heat [W]",
-            height=320,
-        )
+        figure = heat_figure(each.time, each.heat, each.deviation)
         text = f"If all that is wrong were heat into the shaft, {each.sentence}"
         sections.append(Section(f"When heat is missing: {each.run}", text, figure=figure))
+    return sections
+
+
+def equation_sections(equation: Equation) -> list[Section]:
+    """The equation or the set, what it gains on held-out rows, and the missing heat with its 95 % band."""
+    found = equation.discovery
+    rows = [(equation_of(each.model), f"{each.score:.1f}", f"{each.chance:.2g}") for each in found.members]
+    if not rows and found.tried is not None:
+        best = found.tried
+        rows = [(equation_of(best.model), f"{best.score:.1f}", f"{best.chance:.2g}")]
+    text = "\n".join(equation.lines()[:1])
+    text += (
+        f"\n{found.thought_of} forms at places where heat may enter were thought of. The score is chi-square "
+        "plus the description of the terms and their numbers; a chance near 0 is a model that leaves more "
+        "than noise."
+    )
+    if found.thought_of and found.bare_score == found.bare_score:
+        text += f" Without a term the score is {found.bare_score:.1f}."
+    table = PageTable(("equation", "score", "chance"), rows) if rows else None
+    sections = [Section("An equation for the missing heat", text, table)]
+    if equation.held_out:
+        units = {name: shown(unit) for name, unit in equation.diagnosis.units().items()}
+        errors = [
+            (f"{name} [{units[name]}]", *(f"{each * per_si(units[name]):.3g}" for each in pair))
+            for name, pair in equation.held_out.items()
+        ]
+        told = "Root mean square error on rows that were not fitted."
+        heads = ("channel", "as it stands", "with the equation")
+        sections.append(Section("What the equation gains", told, PageTable(heads, errors)))
+    for each in found.missing[:_MOST_DRAWN]:
+        figure = heat_figure(each.time, each.heat, each.deviation)
+        heading = f"Missing heat at the {each.place}: {each.run}"
+        sections.append(Section(heading, f"{each.sentence}.", figure=figure))
     return sections

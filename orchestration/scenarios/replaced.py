@@ -17,7 +17,7 @@ from warmlink.orchestration.system.units import Unit
 def with_replaced(scenario: Scenario, replacements: Replacements) -> Scenario:
     """Put FMUs in place of parts of a scenario's system.
 
-    Raises InputError where there is no such part, a controller's place is meant, or an FMU does not fit.
+    Raises InputError if there is no such part, a controller's place is meant, or an FMU does not fit.
     """
     machine, fmus, shipped = scenario.machine, replacements.fmus, catalogue.components()
     if not fmus:

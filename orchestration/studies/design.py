@@ -25,7 +25,7 @@ from warmlink.fmus.names import instead, listed, several
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
@@ -41,7 +41,7 @@ from warmlink.orchestration.scenarios.law_values import start_values_of, write_l
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
-from warmlink.orchestration.system.assemble import read_system
+from warmlink.orchestration.system.assemble import path_and_variant, read_system
 from warmlink.orchestration.system.replacement import NOTHING_REPLACED, Replacements
 from warmlink.orchestration.written.quantities import positive
 
@@ -127,7 +127,7 @@ def design(
     parameters: Mapping[str, str | float] = MappingProxyType({}),
     replaced: Replacements = NOTHING_REPLACED,
     data: Sources | str | Path | pandas.DataFrame | None = None,
-    told: Said = NOTHING_SAID,
+    options: ReadOptions = DEFAULT_OPTIONS,
 ) -> Designed | LearntLaw:
     """Compute a controller's gains for a system, or learn them from measured logs.
 
@@ -145,7 +145,7 @@ def design(
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
     data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
         them; the model of the system, if it is not the nominal cell, then helps where little was measured
-    told : units and names of the logs' columns
+    options : units and names of the logs' columns
 
     Raises
     ------
@@ -164,7 +164,7 @@ def design(
         )
     if data is not None:
         stds = sensor_std, camera_std
-        return _learnt(data, system, law, sensors, stds, sample_time, parameters, told)
+        return _learnt(data, system, law, sensors, stds, sample_time, parameters, options)
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
     scenario = None
@@ -205,7 +205,7 @@ def _learnt(
     stds: tuple[str | float | None, str | float | None],
     sample_time: str | float,
     parameters: Mapping[str, str | float],
-    told: Said,
+    options: ReadOptions,
 ) -> LearntLaw:
     """The law learnt from logs; a system other than the nominal cell is a model of the machine.
 
@@ -230,7 +230,7 @@ def _learnt(
         camera_std=camera,
         sample_time=sample_time,
         plant=plant,
-        told=told,
+        options=options,
     )
 
 
@@ -245,7 +245,8 @@ def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
         declared = machine.declared(catalogue.controller(NO_CONTROLLER))
         return with_values(plant_of(machine, declared, machine.nominal), given)
     with temporary_folder() as work:
-        read = read_system(Path(system), work)
+        path, variant = path_and_variant(system)
+        read = read_system(path, work, variant)
         for told in read.remarks:
             remark(told)
         return with_values(cell_plant_in(read), given)

@@ -73,7 +73,7 @@ def front(found: Sequence[Judged]) -> list[Judged]:
 
 
 def best(found: Sequence[Judged]) -> Judged | None:
-    """The best point that keeps every constraint; None where there is none.
+    """The best point that keeps every constraint; None if there is none.
 
     With two objectives it is the one of the front that is closest to the least of both, each measured by the
     span that it has in the front.
@@ -87,7 +87,7 @@ def best(found: Sequence[Judged]) -> Judged | None:
 
 
 def nearest(study: Study, found: Sequence[Judged]) -> Judged | None:
-    """The point that breaks its worst constraint least, as a share of the bound; None where there is none."""
+    """The point that breaks its worst constraint least, as a share of the bound; None if there is none."""
 
     def broken(each: Judged) -> float:
         pairs = zip(study.constraints, each.excess, strict=True)
@@ -106,7 +106,7 @@ class Searched(Answer):
 
     @property
     def best(self) -> Judged | None:
-        """The best that keeps every constraint; None where there is none."""
+        """The best that keeps every constraint; None if there is none."""
         return best(self.found)
 
     @property

@@ -134,7 +134,7 @@ class Study:
         return {axis.name: axis.shipped for axis in self.axes} if all(reached) else None
 
     def lasting(self, trials: int | None) -> Study:
-        """The same with another number of trials; raises InputError where that is none."""
+        """The same with another number of trials; raises InputError if that is not a count."""
         if trials is None:
             return self
         if trials < 1:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.progress import progress_bar
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.case import METRICS, Outcome
 from warmlink.orchestration.studies.points import (
     AT_ONCE,
@@ -23,6 +22,7 @@ from warmlink.orchestration.studies.points import (
     evaluate,
     latin_hypercube,
 )
+from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.study import MOST_POINTS, Point, Study, load_study
 from warmlink.orchestration.studies.workers import Workers
 
@@ -106,7 +106,7 @@ def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | P
 def swept(study: Study, means: Means, out: str | Path | None) -> Iterator[Swept]:
     """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with at_work(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.scenarios, study.mismatches, means, out) as work:
         with progress_bar(study.title) as progress:
             found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
         yield Swept(study, found)

@@ -20,7 +20,6 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import progress_bar
-from warmlink.orchestration.studies.at_work import USUAL, Means, at_work
 from warmlink.orchestration.studies.points import (
     OBJECTIVES,
     Judged,
@@ -30,6 +29,7 @@ from warmlink.orchestration.studies.points import (
     front,
     latin_hypercube,
 )
+from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Point, Study, load_study
 from warmlink.orchestration.studies.winner import polish
@@ -217,7 +217,7 @@ def tuned(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with at_work(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.scenarios, study.mismatches, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(

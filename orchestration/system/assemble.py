@@ -133,7 +133,7 @@ def end_of(components: Mapping[str, FmuPart], name: str, where: str = "") -> tup
     return owner, name[len(owner) + 1 :]
 
 
-def read_system(path: str | Path, workdir: Path | None = None, structure: str | None = None) -> System:
+def read_system(path: str | Path, workdir: Path | None = None, variant: str | None = None) -> System:
     """Read an SSP of version 1.0 or 2.0, check it against its FMUs and make it flat.
 
     Its components then have dotted names; start values and connections are in their variables' own units. A
@@ -143,7 +143,8 @@ def read_system(path: str | Path, workdir: Path | None = None, structure: str | 
     ----------
     path : the .ssp file, an .ssd file that lies beside its resources, or an .fmu file
     workdir : folder into which the SSP is unpacked, by default one in warmlink's cache, which stays
-    structure : which description, of several in one SSP, by default `SystemStructure.ssd`
+    variant : which system, of several in one SSP: the name of its description, as `VarB` for `VarB.ssd`; by
+        default `SystemStructure`
 
     Raises
     ------
@@ -157,18 +158,34 @@ def read_system(path: str | Path, workdir: Path | None = None, structure: str | 
     """
     path = Path(path)
     try:
-        return _read(path, _kept(path) if workdir is None else workdir, structure)
+        return _read(path, _kept(path) if workdir is None else workdir, variant)
     except RecursionError:
         raise InputError(f"{path.name}: nests its systems too deeply; make it flatter") from None
 
 
+def variants(path: Path) -> list[str]:
+    """Names of the systems in an SSP, that which is run by default first; InputError if it cannot be read."""
+    with archive.open_archive(path) as held:
+        found = {Path(name).stem for name in held.namelist() if "/" not in name and name.endswith(".ssd")}
+    return sorted(found, key=lambda name: (name != Path(STRUCTURE).stem, name))
+
+
+def path_and_variant(system: str) -> tuple[str, str | None]:
+    """Path of an SSP, and which system in it is meant, as SSP writes both: `chain.ssp#VarB`."""
+    path, _, variant = system.rpartition("#")
+    return (path, variant) if path.lower().endswith(".ssp") else (system, None)
+
+
+def refuse_variant(path: Path, variant: str | None) -> None:
+    """Raise InputError where a variant is asked of a file that holds none, as an FMU."""
+    _refuse_choice(path, variant, ())
+
+
 def _refuse_choice(path: Path, chosen: str | None, held: Iterable[Path]) -> None:
-    names = sorted(each.name for each in held)
+    names = sorted(each.stem for each in held)
     if chosen is not None and chosen not in names:
         remedy = instead(chosen, names) if names else "leave this out"
-        raise InputError(
-            f"{argument('structure', chosen)}: no description of a system in {path.name}; {remedy}"
-        )
+        raise InputError(f"{argument('variant', chosen)}: no variant of the system in {path.name}; {remedy}")
 
 
 def _kept(path: Path) -> Path:
@@ -192,18 +209,19 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
         _refuse_choice(path, chosen, ())
         return _system_of_one(path)
     structure, remarks, held = path, list[str](), set[Path]()
+    chosen = None if chosen is None else chosen.removesuffix(".ssd")
     if path.suffix.lower() != ".ssd":
         remarks += archive.repeated_entries(path)
         folder = archive.unpack(path, workdir)
         if (folder / "modelDescription.xml").is_file():
             return _system_of_one(path)
-        structure, held = folder / (chosen or STRUCTURE), set(folder.glob("*.ssd"))
+        structure, held = folder / (f"{chosen}.ssd" if chosen else STRUCTURE), set(folder.glob("*.ssd"))
     _refuse_choice(path, chosen, held)
     reader = Reader(workdir, remarks=remarks)
     name, experiment = reader.read(structure)
-    if chosen is None and (others := sorted(each.name for each in held - reader.documents)):
-        told = f"{listed(others)}; {argument('structure', others[0])} takes that instead"
-        remarks.append(f"{path.name}: {STRUCTURE} is run, one of several descriptions; beside it {told}")
+    if chosen is None and (others := sorted(each.stem for each in held - reader.documents)):
+        told = f"{listed(others)}; {argument('variant', others[0])} takes that instead"
+        remarks.append(f"{path.name}: {structure.stem} is run, one of several variants; beside it {told}")
     if not reader.net.components:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
     for element in reader.net.components.values():

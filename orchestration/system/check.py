@@ -27,7 +27,7 @@ _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
 
 
 def variable_of(info: ModelInfo, name: str, where: str) -> FmuVariable:
-    """Give a scalar variable that can be connected; InputError where there is none of this name."""
+    """Give a scalar variable that can be connected; InputError if there is none of this name."""
     variable = info.variables.get(name)
     if variable is None:
         raise InputError(f"{where}: {info.path.name} has no variable {name}; {instead(name, info.variables)}")

@@ -17,7 +17,7 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import write_archive
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import cache_folder, vouch, whole
+from warmlink.fmus.packaging.cache import cache_folder, undamaged, vouch
 from warmlink.orchestration.shell import command
 from warmlink.orchestration.system.archive import unpack
 from warmlink.orchestration.system.assemble import component, connected
@@ -193,7 +193,7 @@ def _renamed(fmu: Path, names: Mapping[str, str]) -> Path:
     folder = unpack(fmu, cache_folder() / "renamed")
     key = hashlib.sha256(json.dumps(sorted(names.items())).encode()).hexdigest()[:16]
     target = folder.with_name(f"{folder.name}-{key}") / fmu.name
-    if not whole(target):
+    if not undamaged(target):
         found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
         files = {name: path.read_bytes() for name, path in found.items()}
         root = parse_xml(files[DESCRIPTION], f"{fmu.name}: {DESCRIPTION}", [])

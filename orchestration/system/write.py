@@ -277,7 +277,7 @@ class _Document:
             raise InputError(f"{node}: its FMU defines the unit {unit.name} unlike another FMU; rename one")
 
     def _variable(self, node: Node) -> tuple[FmuVariable, Unit | None]:
-        """Give a variable, and its unit with its meaning; None where there is none, or no known meaning."""
+        """Give a variable, and its unit with its meaning; None if there is none, or no known meaning."""
         variable, unit = self.resolver.variable(node)
         try:
             return variable, None if unit is None else meaning(unit)

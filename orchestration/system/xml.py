@@ -13,14 +13,11 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.system.archive import XML_LIMIT_BYTES, brief
 from warmlink.orchestration.text_files import demand_file
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.system.model import Value
 
 Read = TypeVar("Read")
 
@@ -196,7 +193,7 @@ def element(prefix: str, tag: str, /, **attributes: str) -> Any:
     return etree.Element(f"{{{PREFIXES[prefix]}}}{tag}", attributes, nsmap=used)
 
 
-def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: Value | None) -> Any:
+def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: str | float | None) -> Any:
     """Add a child element and give it; attributes that are None are left out."""
     from lxml import etree
 
@@ -204,7 +201,7 @@ def sub_element(parent: Any, prefix: str, tag: str, /, **attributes: Value | Non
     return etree.SubElement(parent, f"{{{PREFIXES[prefix]}}}{tag}", texts)
 
 
-def _text(value: Value) -> str:
+def _text(value: str | float) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     # A NumPy float's repr tells its type.

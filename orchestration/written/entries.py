@@ -77,7 +77,9 @@ class Whole(Setting):
     def _read(self, value: Any) -> int:
         whole = isinstance(value, int) and not isinstance(value, bool)
         if not whole or not self.least <= value <= self.most:
-            raise InputError(f"{shown(value)} is no whole number from {self.least} to {self.most}; give one")
+            raise InputError(
+                f"{shown(value)} is not a whole number from {self.least} to {self.most}; give one"
+            )
         return int(value)
 
     def _schema(self) -> dict[str, Any]:

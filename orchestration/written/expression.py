@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import copy
-import operator
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,18 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.component.expression import NotAnExpressionError, evaluated
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.syntax import parsed
 
-_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}
-_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {ast.USub: operator.neg, ast.UAdd: operator.pos}
-_FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {"sqrt": np.sqrt, "abs": np.abs}
+_FUNCTIONS: Mapping[str, tuple[int, Callable[[Any], Any]]] = {"sqrt": (1, np.sqrt), "abs": (1, np.abs)}
 
 LONGEST = 2000
 """Characters of an expression; no score takes more, and a longer one may nest deeper than Python reads."""
@@ -54,7 +46,12 @@ class Expression:
         """Evaluate the expression; the variables' values are numbers, or arrays of one shape."""
         try:
             with np.errstate(all="ignore"):
-                return self._evaluate(self._tree, of)
+                return evaluated(self._tree, self._variable(of), _FUNCTIONS, number=np.float64)
+        except NotAnExpressionError as part:
+            raise InputError(
+                f"{self.where}: {part} is neither a variable nor a number; use instance.variable, "
+                f"+ - * / ** and {', '.join(_FUNCTIONS)}"
+            ) from None
         except (RecursionError, OverflowError):
             raise InputError(
                 f"{self.where}: {self.text[:40]!r}... nests too deep or counts too far"
@@ -114,19 +111,13 @@ class Expression:
                 '"link.elongation - compensator.correction"'
             ) from None
 
-    def _evaluate(self, node: ast.expr, of: Callable[[str], Any]) -> Any:
-        match node:
-            case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-                return np.float64(number)  # divides by zero as arrays do
-            case ast.BinOp(left, op, right) if type(op) in _BINARY:
-                return _BINARY[type(op)](self._evaluate(left, of), self._evaluate(right, of))
-            case ast.UnaryOp(op, operand) if type(op) in _UNARY:
-                return _UNARY[type(op)](self._evaluate(operand, of))
-            case ast.Call(ast.Name(name), [argument], []) if name in _FUNCTIONS:
-                return _FUNCTIONS[name](self._evaluate(argument, of))
-            case ast.Attribute() | ast.Subscript(ast.Attribute(), ast.Constant(int())):
-                return np.float64(of(ast.unparse(node)))
-        raise InputError(
-            f"{self.where}: {ast.unparse(node)} is neither a variable nor a number; use instance.variable, "
-            f"+ - * / ** and {', '.join(_FUNCTIONS)}"
-        )
+    @staticmethod
+    def _variable(of: Callable[[str], Any]) -> Callable[[str], Any]:
+        """Function that gives the value of a variable, which has its instance before the dot."""
+
+        def value(name: str) -> Any:
+            if "." not in name:
+                raise NotAnExpressionError(name)
+            return np.float64(of(name))
+
+        return value

@@ -153,6 +153,17 @@ def test_a_link_that_was_left_warm_is_not_ready_until_its_cold_temperature_is_st
     assert running(ANALYTIC, {**given, "ambient_temperature": COLD + 20.0}).get("ready") == 1.0
 
 
+@pytest.mark.parametrize(("leaps_at", "believed"), [(9, True), (10, False)])
+def test_a_leap_is_believed_for_ten_seconds_of_readings(leaps_at: int, believed: bool) -> None:
+    """The first reading, at the start, may be the wrong one; one that leaps later is."""
+    instance = running(ANALYTIC, {"base_temperature": COLD - 25.0, "ambient_temperature": COLD})
+    for k in range(leaps_at):
+        instance.step(float(k), 1.0)
+    instance.set({"base_temperature": COLD})
+    instance.step(float(leaps_at), 1.0)
+    assert instance.get("distrusted") == (0.0 if believed else 1.0)
+
+
 # lag ------------------------------------------------------------------------------------------------------
 
 

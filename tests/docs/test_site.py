@@ -147,7 +147,7 @@ RUN_BY_TESTS = {
     "docs/cluster.md": "docs/test_cluster.py",
     "CONTRIBUTING.md": "test_contributing.py",
     "controllers/README.md": "orchestration/studies/test_own_law.py",
-    "orchestration/diagnosis/README.md": "orchestration/diagnosis/test_cause_catalogue.py",
+    "orchestration/diagnosis/README.md": "orchestration/diagnosis/causes/test_cause_catalogue.py",
 }
 """Tests of the texts whose blocks do not run when the site is built, or not all of them."""
 

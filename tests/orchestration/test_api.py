@@ -72,7 +72,7 @@ def test_a_type_checker_knows_every_name() -> None:
 
 def test_a_law_is_exported_and_a_run_made_up(tmp_path: Path) -> None:
     exported = wl.export("lag", {"compensator.time_constant": 500.0})
-    assert repr(exported).startswith("lag: lag.h, lag.c, lag_test.c, README.md; ")
+    assert repr(exported).startswith("lag: lag.c, lag.h, lag_test.c, README.md; ")
     exported.write(tmp_path / "plc")
     assert (tmp_path / "plc" / "lag.c").read_text("utf-8") == exported.files["lag.c"]
     duty = tmp_path / "work.toml"

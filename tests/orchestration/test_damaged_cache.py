@@ -14,7 +14,14 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging import trust
-from warmlink.fmus.packaging.cache import CACHE_VARIABLE, cache_folder, kept, remembered, source_digest, whole
+from warmlink.fmus.packaging.cache import (
+    CACHE_VARIABLE,
+    cache_folder,
+    kept,
+    remembered,
+    source_digest,
+    undamaged,
+)
 from warmlink.orchestration.catalogue import controller_named
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.outcome import run
@@ -173,4 +180,4 @@ def test_folders_of_a_cache_that_others_cannot_enter_are_out_of_their_reach(cach
     finally:
         os.umask(before)
     assert kept("things", 1, lambda: b"again") == b"first"
-    assert whole(FmuStore("python").folder / "Heater.fmu")
+    assert undamaged(FmuStore("python").folder / "Heater.fmu")

@@ -22,7 +22,7 @@ from warmlink.orchestration.master.communication import CommunicationPoints
 from warmlink.orchestration.master.recording.result import RecordTable, Result
 from warmlink.orchestration.products.compare import compare
 from warmlink.orchestration.scenarios.plausible import Declared, within_bands
-from warmlink.orchestration.studies.at_work import Means
+from warmlink.orchestration.studies.session import Means
 
 WINDING = "motor.winding_temperature"
 

@@ -74,10 +74,10 @@ def test_the_default_run_loads_no_designer() -> None:
         "import sys\n"
         "from dataclasses import replace\n"
         "from warmlink.orchestration.catalogue import shipped\n"
-        "from warmlink.orchestration.closed_loop.belief import judged\n"
+        "from warmlink.orchestration.closed_loop.belief import design_check\n"
         "from warmlink.orchestration.closed_loop.load import load_scenario\n"
         "for law in ('lag', 'observer'):\n"
-        f"    judged(replace(load_scenario('{NOMINAL}'), controller=shipped(law)))\n"
+        f"    design_check(replace(load_scenario('{NOMINAL}'), controller=shipped(law)))\n"
         "print('scipy' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

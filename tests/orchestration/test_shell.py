@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios.scenario import changed
 from warmlink.orchestration.shell import command, quoted
@@ -58,7 +58,7 @@ def test_a_law_that_is_to_be_designed_anew(tmp_path: Path, monkeypatch: pytest.M
     path = Path(f"{HOSTILE}.toml")
     path.write_text('duty = "stop_and_go"\n[parameters]\n"link.length" = "800 mm"\n')
     asked = changed(load_scenario(str(path)), "observer", {"motor.joint_conductance": "2 W/K"}, ())
-    told, _ = judged(asked)
+    told, _ = design_check(asked)
     assert told is not None
     words = shlex.split(told.partition("design it anew: ")[2].partition("; then add")[0])
     assert words[:3] == ["warmlink", "design", str(path)]

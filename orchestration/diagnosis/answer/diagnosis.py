@@ -41,7 +41,7 @@ from warmlink.orchestration.diagnosis.ladder.prediction import (
     HeldOut,
     Predicted,
     Scores,
-    judged,
+    verdict_after_holdout,
 )
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder
 
@@ -59,15 +59,15 @@ class Diagnosis:
         return Scores(Problem(self.experiment), self.assessment.noise, self.assessment.best)
 
     @cached_property
-    def told(self) -> Scores:
-        """The same errors as they are told, in units of a noise that no cause was needed to find."""
+    def reported(self) -> Scores:
+        """The same errors as people read them, in units of a noise that no cause was needed to find."""
         begun = self.assessment.begun
         return Scores(self.scores.problem, begun.noise, begun.fit)
 
     @cached_property
     def before(self) -> Predicted:
         """Readings by the uncorrected model."""
-        return self.told.predict(self.assessment.null)
+        return self.reported.predict(self.assessment.null)
 
     @cached_property
     def after(self) -> Predicted:
@@ -88,7 +88,7 @@ class Diagnosis:
         return tuple(self.scores.held_out(each, wander) for each in models)
 
     @cached_property
-    def judged(self) -> tuple[Word, str]:
+    def verdict_and_reason(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
         if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
@@ -103,7 +103,9 @@ class Diagnosis:
         """The verdict by the held-out errors of the calibrated model and of the one with causes."""
         wanders = not self.assessment.fitter.wander.still
         fitted = self.scores.fitted(self.after) if wanders else 0.0  # else what is left was tested
-        found = judged(self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise)
+        found = verdict_after_holdout(
+            self.assessment.word, self.held_out[0], self.held_out[1:], fitted, self.beyond_noise
+        )
         largest = largest_errors(self.scores.by_channel(self.before))
         return good_enough(largest, self.accuracy, found)
 
@@ -124,7 +126,7 @@ class Diagnosis:
     @property
     def verdict(self) -> Word:
         """One of adequate, named, ambiguous, empirical, unknown."""
-        return self.judged[0]
+        return self.verdict_and_reason[0]
 
     @property
     def causes(self) -> tuple[Item, ...]:
@@ -203,7 +205,7 @@ class Diagnosis:
     def doubts(self) -> tuple[str, ...]:
         """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
         problem, null = self.assessment.problem, self.assessment.null
-        stated = tuple(each for each in understated(problem) if each != self.judged[1])
+        stated = tuple(each for each in understated(problem) if each != self.verdict_and_reason[1])
         if self.verdict == "adequate":
             return stated
         found = (*doubts(problem, problem.values_by_run(null.freed, null.theta)), *stated)

@@ -48,7 +48,7 @@ def json_content(diagnosis: Diagnosis, ssv: str | None = None, ssp: str | None =
             }
         },
         "prediction": {
-            "because": diagnosis.judged[1] or None,
+            "because": diagnosis.verdict_and_reason[1] or None,
             **{when: None if each is None else asdict(each) for when, each in held_out},
         },
         "wandering": {
@@ -187,7 +187,7 @@ def errors_by_run(diagnosis: Diagnosis, after: Predicted) -> dict[str, dict[str,
 
 def errors_in_noise(diagnosis: Diagnosis, after: Predicted, heldout: bool) -> dict[str, Any] | None:
     """RMSE before and after in units of noise, with 95 % intervals; None where there are no such rows."""
-    first, then = (diagnosis.told.rmse(each, heldout) for each in (diagnosis.before, after))
+    first, then = (diagnosis.reported.rmse(each, heldout) for each in (diagnosis.before, after))
     if first is None or then is None:
         return None
     return {

@@ -15,7 +15,7 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.data.experiment import PER_RUN
-from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.fitting import held_at, of_numbers
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.ladder.delivered import CALIBRATED
@@ -56,7 +56,7 @@ class Calibrated:
     alike: tuple[str, ...]
 
 
-def interval(freed: Freed, value: float, std: float, per_si: float = 1.0) -> dict[str, float]:
+def interval(freed: FreeNumber, value: float, std: float, per_si: float = 1.0) -> dict[str, float]:
     """A fitted number, its deviation and its 95 % interval within its bounds, in a unit of so many per SI."""
     low, high = max(value - INTERVAL * std, freed.lower), min(value + INTERVAL * std, freed.upper)
     known = {"value": value, "std": std, "low95": low, "high95": high}
@@ -94,7 +94,7 @@ def calibration(diagnosis: Diagnosis) -> list[Calibrated]:
     ]
 
 
-def _at_bound(freed: Freed, value: float) -> bool:
+def _at_bound(freed: FreeNumber, value: float) -> bool:
     bounds = (freed.lower, freed.upper)
     return any(abs(value - each) <= _ON_BOUND * min(abs(each) or freed.span, freed.span) for each in bounds)
 
@@ -138,7 +138,7 @@ class Profile:
     rise: Array
 
 
-def name_of(item: Item, freed: Freed, variable: str) -> str:
+def name_of(item: Item, freed: FreeNumber, variable: str) -> str:
     """Name of a number that a cause frees, with the label that it belongs to."""
     return f"{variable} ({item.label or PER_RUN} = {freed.group})" if freed.group else variable
 

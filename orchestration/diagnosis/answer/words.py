@@ -65,7 +65,7 @@ def _calibrated(diagnosis: Diagnosis) -> str:
     lines = [
         f"{diagnosis.experiment.title}: calibrated",
         *_slip_lines(diagnosis),
-        diagnosis.judged[1] or told,
+        diagnosis.verdict_and_reason[1] or told,
     ]
     lines += calibration_doubts(diagnosis)
     for each in calibration(diagnosis):
@@ -95,7 +95,7 @@ def _errors(diagnosis: Diagnosis, model: Predicted) -> list[tuple[str, dict[str,
 
 
 def _verdict_line(diagnosis: Diagnosis) -> str:
-    word, because = diagnosis.judged
+    word, because = diagnosis.verdict_and_reason
     wander = diagnosis.assessment.fitter.wander
     if because:
         return because

@@ -18,21 +18,16 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.arm.measured import AMBIENT, DEMANDS, MEASURED, header_of
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
 from warmlink.orchestration.diagnosis.causes.catalogue import catalogue as causes
+from warmlink.orchestration.diagnosis.practice.by_fmus import HiddenEffect, of_cause, recorded, rows_of
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS
 from warmlink.orchestration.diagnosis.practice.hide import WHITE, Noise, noisy
 from warmlink.orchestration.fmu_store import FmuStore
-from warmlink.orchestration.master.algorithms.explicit import Jacobi
-from warmlink.orchestration.master.guard import guarded
 from warmlink.orchestration.master.recording.result import Result
-from warmlink.orchestration.master.run import simulate
-from warmlink.orchestration.scenarios.mismatch import Mismatch
-from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER, Scenario
+from warmlink.orchestration.scenarios.scenario import NO_CONTROLLER
+from warmlink.orchestration.system.model import System
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 PROGRAM = "six_axis_random_jobs"
-INTERVAL = 10.0
-"""s between rows."""
-
 _DUTY = ("duty.speed", "duty.torque")
 """What the duty cycle of an axis says of `DEMANDS`, in order."""
 
@@ -49,13 +44,12 @@ def hide_in_arm(
     """Make a run of the arm that hides effects in one of its axes: columns by header as in a CSV file.
 
     Effects are strengths in SI by name, as `hide` of `diagnosis/practice` has them; only what a parameter
-    of the motor or link of the axis `number`, from 1, can be. InputError is raised where there is no such
+    of the motor or link of the axis `number`, from 1, can be. InputError is raised if there is no such
     axis, or an effect cannot be hidden in an axis.
     """
     if not 1 <= number <= AXES:
         raise InputError(f"{argument('axis', number)}: the arm has no such axis; choose 1 to {AXES}")
-    scale: dict[str, float] = {}
-    parameters: dict[str, float] = {}
+    hidden: list[tuple[HiddenEffect, float]] = []
     for effect, size in effects.items():
         cause = _cause(effect)
         if cause is None:
@@ -63,10 +57,19 @@ def hide_in_arm(
                 f"effect: {effect!r} cannot be hidden in an axis of the arm; "
                 f"{instead(effect, possible_effects())}"
             )
-        given = scale if cause.relative else parameters
-        given |= {f"{axis_name(number)}.{name}": size for name in cause.frees}
-    scenario = Mismatch("hidden", "", scale, parameters).applied(load_scenario(PROGRAM))
-    return _columns(_run(scenario, store), noise, np.random.default_rng(seed))
+        variables = [f"{axis_name(number)}.{name}" for name in cause.frees]
+        hidden.append((of_cause(cause, variables), size))
+
+    def values(system: System) -> dict[str, float]:
+        return {name: value for of, size in hidden for name, value in of.values(system, size).items()}
+
+    names = [*_DUTY, *MEASURED.values()]
+    record = [*(f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names), _ROOM]
+    # No compensator acts on the plant, and what it corrects is not asked for.
+    scenario = replace(load_scenario(PROGRAM), controller=catalogue.shipped(NO_CONTROLLER))
+    return _columns(
+        recorded(scenario, store, record, values, scenario.step_size), noise, np.random.default_rng(seed)
+    )
 
 
 def possible_effects() -> list[str]:
@@ -81,26 +84,10 @@ def _cause(effect: str) -> Cause | None:
     return cause if ours else None
 
 
-def _run(scenario: Scenario, store: FmuStore) -> Result:
-    names = [*_DUTY, *MEASURED.values()]
-    record = [*(f"{axis_name(i)}.{name}" for i in range(1, AXES + 1) for name in names), _ROOM]
-    # No compensator acts on the plant, and what it corrects is not asked for.
-    scenario = replace(scenario, controller=catalogue.shipped(NO_CONTROLLER))
-    system = scenario.system(scenario.files(store))
-    # By Jacobi a step goes by what the duty cycle says at its beginning, as the row there says it.
-    stop, step = scenario.stop_time, scenario.step_size
-    result = guarded(lambda line: simulate(system, stop, step, Jacobi(), record=record, line=line))
-    if result.status != "completed":
-        raise InputError(f"{scenario.name}: stopped early: {result.reason}")
-    return result
-
-
 def _columns(result: Result, noise: Noise, random: np.random.Generator) -> dict[str, Array]:
     """Columns of a run: a row every interval, which does not know when a duty cycle changes."""
-    times = np.asarray(result.times)
-    every = max(1, round(INTERVAL / float(times[1] - times[0])))
-    kept = np.append(0, np.arange(random.integers(every, 2 * every), times.size, every))
-    time = times[kept]
+    kept = rows_of(result, random)
+    time = result.times[kept]
     columns = {"time [s]": time, AMBIENT: result[_ROOM][kept] - ZERO_CELSIUS}
     for i in range(1, AXES + 1):
         for header, name in zip(DEMANDS, _DUTY, strict=True):

@@ -8,16 +8,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from warmlink.fmus.component import Scalar
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.heat_path.component import COMPONENT as HEAT_PATH
 from warmlink.fmus.names import instead
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, Kind
 from warmlink.orchestration.text_files import read_toml, shown
 from warmlink.orchestration.written.entries import Names, Setting, Text, Value
 from warmlink.orchestration.written.quantities import converter, quantity
 from warmlink.orchestration.written.tables import Table, read_table
+
+if TYPE_CHECKING:
+    from warmlink.orchestration.fmu_store import FmuStore
 
 READING = {"lag": "s", "offset": "", "scale": "1", "stem": "1", "clock": "s"}
 """Faults of a reading with their SI units; an offset has that of the reading."""
@@ -67,7 +71,9 @@ class AddsTable:
             raise InputError("a conductance lies between two temperatures; give both as from and to")
         course, _, signal = self.course.partition(":")
         if course not in _COURSES or (course == "with") != bool(signal):
-            raise InputError(f"course: {self.course!r} is none; give constant, ramp or with:spindle.speed")
+            raise InputError(
+                f"course: {self.course!r} is not a course; give constant, ramp or with:spindle.speed"
+            )
 
     @property
     def parameter(self) -> str:
@@ -85,6 +91,10 @@ class AddsTable:
     def totals(self) -> dict[str, str]:
         """Input that each end of the heat path goes before, `to` or `from`."""
         return {"to": self.into, **({"from": self.out_of} if self.out_of else {})}
+
+    def fmu(self, store: FmuStore) -> Path:
+        """FMU of a heat path, from a store."""
+        return store.files({HEAT_PATH.name})[HEAT_PATH.name]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +161,7 @@ def read_causes(path: Path) -> CausesFile:
 
 
 Declared = Callable[[str, str], Scalar]
-"""Declaration of a variable of the system by name and place of use; raises InputError where there is none."""
+"""Declaration of a variable of the system by name and place of use; raises InputError if there is none."""
 
 
 def causes_of(

@@ -22,7 +22,7 @@ def with_accuracy(experiment: Experiment, given: Sequence[str]) -> Experiment:
     Raises
     ------
     InputError
-        There is no such column, or a value is none above 0, or has the quantity of no column.
+        There is no such column, or a value is not above 0, or no column has its quantity.
     """
     accuracy = dict(experiment.accuracy)
     for text in given:

@@ -23,8 +23,8 @@ _ALIKE = 0.8
 
 
 @dataclass(frozen=True)
-class Said:
-    """What the user says of files beside what stands in them.
+class ReadOptions:
+    """How files are read: what the user gives beside what stands in them.
 
     Attributes
     ----------
@@ -44,17 +44,17 @@ class Said:
     machine: str = DEFAULT
 
 
-NOTHING_SAID = Said()
+DEFAULT_OPTIONS = ReadOptions()
 
 
-def said(
+def read_options(
     units: Sequence[str] = (),
     names: Sequence[str] = (),
     decimal: str = "",
     replaced: Replacements | None = None,
     machine: str = DEFAULT,
-) -> Said:
-    """What a command was told of columns; raises InputError where an entry does not have its form."""
+) -> ReadOptions:
+    """How columns are read, by the options of a command; InputError if an entry does not have its form."""
     for text in names:
         if "=" not in text:
             raise InputError(
@@ -63,7 +63,7 @@ def said(
     common = [text.strip() for text in units if "=" not in text]
     of_columns = _stripped(text.partition("=") for text in units if "=" in text)
     meant = _stripped(text.rpartition("=") for text in names)
-    return Said(of_columns, common, meant, decimal, replaced, machine)
+    return ReadOptions(of_columns, common, meant, decimal, replaced, machine)
 
 
 def _stripped(pairs: Iterable[tuple[str, str, str]]) -> dict[str, str]:
@@ -80,10 +80,10 @@ class Assignment:
         file of the experiment may have it
     """
 
-    def __init__(self, sheet: Sheet, rig: Rig, told: Said, named: Mapping[str, str]) -> None:
-        self._sheet, self._rig, self._told = sheet, rig, told
+    def __init__(self, sheet: Sheet, rig: Rig, options: ReadOptions, named: Mapping[str, str]) -> None:
+        self._sheet, self._rig, self._options = sheet, rig, options
         self._headings = [name_and_unit(header) for header in sheet.headers]
-        mapped = {**{h: self._variable(h, name) for h, name in told.names.items()}, **named}
+        mapped = {**{h: self._variable(h, name) for h, name in options.names.items()}, **named}
         self.absent = self._absent(mapped)
         # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
         bare = {header: name_and_unit(header) for header in named}
@@ -92,7 +92,7 @@ class Assignment:
         self._used = self._found()
         unused = sorted(set(range(len(sheet.headers))) - {place.column for place in self._used.values()})
         self.unused = tuple(sheet.headers[i] for i in unused if sheet.headers[i].strip())
-        if self._named.keys() <= told.names.keys():
+        if self._named.keys() <= options.names.keys():
             self._refuse_unknown(unused)
 
     def _found(self) -> dict[str, Place]:
@@ -199,7 +199,7 @@ class Assignment:
                 # A file of other origin may have the column under its own name.
                 if variable and self._rig.column_of(variable) not in headers:
                     raise InputError(absent[header])
-        for name, unit in self._told.units.items():
+        for name, unit in self._options.units.items():
             if name not in known:
                 raise InputError(
                     f"{argument('units', {name: unit})}: no such column; {instead(name, headers)}"
@@ -227,8 +227,8 @@ class Assignment:
         if variable is None:
             return None
         for key in (header, name, self._rig.column_of(variable)):
-            if key in self._told.units:
-                given = self._told.units[key]
+            if key in self._options.units:
+                given = self._options.units[key]
                 if unit not in (None, given) and "%" not in given:
                     raise InputError(
                         f"{argument('units', {key: given})}: column {header!r} is in {unit} already; "
@@ -238,7 +238,7 @@ class Assignment:
         if unit is None:
             unit, source = self._units.get(name), "channels"
         if unit is None:
-            fitting = (u for u in self._told.common if variable and converts(u, self._si(variable)))
+            fitting = (u for u in self._options.common if variable and converts(u, self._si(variable)))
             unit, source = next(fitting, None), argument("units")
         return Place(column, name, unit, variable, source, chosen)
 

@@ -1,7 +1,4 @@
-"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is.
-
-Its file (TOML) is read into the tables that stand first here.
-"""
+"""An experiment: several runs on one system, what is known, what is calibrated, how large the noise is."""
 
 from __future__ import annotations
 
@@ -9,97 +6,33 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Input, Parameter
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause, catalogue
 from warmlink.orchestration.diagnosis.causes.declared import CausesFile, causes_of, read_causes
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.diagnosis.data.experiment_file import (
+    MEASURED,
+    PER_RUN,
+    CalibrateTable,
+    ExperimentFile,
+)
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
-from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
-from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.machine.rig import Paths, Rig
+from warmlink.orchestration.machine.terms import PlacedTerm, placed_term
 from warmlink.orchestration.scenarios.overrides import to_si
-from warmlink.orchestration.text_files import demand_file, measured_text, shown, tables_of
-from warmlink.orchestration.written.entries import Flag, OneOf, Quantity, Setting, Text, Value, Values
-from warmlink.orchestration.written.tables import Table, read_table
+from warmlink.orchestration.text_files import demand_file, measured_text, tables_of
+from warmlink.orchestration.written.tables import read_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
 HELD_OUT_SHARE = 0.3
 """Share of the time of a bare CSV that is held out, at its end."""
-
-PER_RUN = "run"
-
-NOMINAL, MEASURED = "nominal", "measured"
-"""What the states start from: the declared start values, or the first minute of measurements."""
-
-
-class Label(Setting):
-    """The value of a label: a text, or a number that is taken for one."""
-
-    def _read(self, value: Any) -> str:
-        if not isinstance(value, str | int | float):
-            raise InputError(f"{shown(value)} is not a name; write it as text")
-        return str(value)
-
-    def _schema(self) -> dict[str, Any]:
-        return {"type": ["string", "number", "boolean"], "examples": ["shiny"]}
-
-
-@dataclass(frozen=True)
-class RunTable(Table):
-    """One run: its measurements, and what holds for it alone."""
-
-    data: Annotated[str, Text("FILE.csv")]
-    labels: Mapping[str, Annotated[str, Label()]] = field(default_factory=dict)
-    heldout: Annotated[bool, Flag()] = False
-    adapt: Annotated[float, Quantity("s", least=0)] = 0.0
-    known: Values = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class CalibrateTable(Table):
-    """Between which bounds a variable is fitted in every model; `per` a label, or "run"."""
-
-    min: Annotated[str | float, Value()]
-    max: Annotated[str | float, Value()]
-    start: Annotated[str | float | None, Value()] = None
-    per: Annotated[str | None, Text(PER_RUN)] = None
-
-
-@dataclass(frozen=True)
-class CausesTable(Table):
-    """A file of causes of one's own, and by which labels the parameters of a cause may differ."""
-
-    per: tuple[Annotated[str, Text("LABEL")], ...] = ()
-    file: Annotated[str | None, Text("causes.toml")] = None
-    shipped: Annotated[bool, Flag()] = True
-
-
-@dataclass(frozen=True)
-class ExperimentFile(Table):
-    """An experiment: the runs on one system, what is known, and what is calibrated."""
-
-    system: Annotated[str, Text(DEFAULT)]
-    run: tuple[RunTable, ...]
-    title: Annotated[str | None, Text()] = None
-    initial: Annotated[str, OneOf((NOMINAL, MEASURED))] = NOMINAL
-    channels: Mapping[str, Annotated[str, Text("link.elongation")]] = field(default_factory=dict)
-    covariates: Mapping[str, Annotated[str, Text("neighbour_temperature")]] = field(default_factory=dict)
-    known: Values = field(default_factory=dict)
-    calibrate: Mapping[str, CalibrateTable] = field(default_factory=dict)
-    causes: CausesTable = field(default_factory=CausesTable)
-    noise: Values = field(default_factory=dict)
-    accuracy: Values = field(default_factory=dict)
-    in_loop: Annotated[bool, Flag()] = False
-
-    def __post_init__(self) -> None:
-        if not self.run:
-            raise InputError('there is no [[run]]; give at least one with data = "FILE.csv"')
 
 
 @dataclass(frozen=True)
@@ -167,22 +100,22 @@ def calibrating(experiment: Experiment) -> Experiment:
     return replace(experiment, only_calibrated=True)
 
 
-def read_experiment(source: Path | pd.DataFrame, told: Said = NOTHING_SAID) -> Experiment:
+def read_experiment(source: Path | pd.DataFrame, options: ReadOptions = DEFAULT_OPTIONS) -> Experiment:
     """Read an experiment (TOML), or bare measurements, also as a DataFrame, as a run of one machine.
 
-    `told` are the machine, and units and names of columns, that the user gave. InputError is raised for what
+    The user gives `options`: the machine, and units and names of columns. InputError is raised for what
     does not fit, with file, row and column or with the table and key.
     """
     if isinstance(source, Path) and source.suffix.lower() == ".toml":
         demand_file(source, "give the path of a .csv or .toml file")
-        return _Reader(source, told).experiment()
-    cell = rig_of(told.machine, replaced=told.replaced)
-    run = read_run(source, cell, told=told)
+        return _Reader(source, options).experiment()
+    cell = rig_of(options.machine, replaced=options.replaced)
+    run = read_run(source, cell, options=options)
     until = (1 - HELD_OUT_SHARE) * float(run.time[-1])
     return Experiment(run.name, cell, (replace(run, fit_until=until),), run.measured)
 
 
-def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID) -> Experiment:
+def read_runs(sources: Sequence[Path | pd.DataFrame], options: ReadOptions = DEFAULT_OPTIONS) -> Experiment:
     """Read one experiment, or several bare files of measurements as runs of one warm-up cell.
 
     InputError is raised as by `read_experiment`, for a run given twice or an experiment among several, and
@@ -194,7 +127,7 @@ def read_runs(sources: Sequence[Path | pd.DataFrame], told: Said = NOTHING_SAID)
                 f"{path}: an experiment file cannot be combined with other files; "
                 "give further runs in it, each as a [[run]]"
             )
-    experiments = [read_experiment(source, told) for source in sources]
+    experiments = [read_experiment(source, options) for source in sources]
     names = [source if isinstance(source, Path) else "a DataFrame" for source in sources]
     for (one, first), (other, second) in combinations(zip(names, experiments, strict=True), 2):
         if first.runs[0].like(second.runs[0]):
@@ -224,7 +157,7 @@ def together(experiments: Sequence[Experiment]) -> Experiment:
 def noise_of(
     rig: Rig, variable: str, text: str | float, where: str, what: str = "a standard deviation"
 ) -> float:
-    """Size in SI of an output's noise, or of `what` else, as written; raises InputError where it is none."""
+    """Size in SI of an output's noise, or of `what` else, as written; InputError if it has none."""
     size = to_si(text, rig.scalar(variable, where), where, difference=True)
     if not size > 0:
         raise InputError(f"{where}: {text!r} is not {what} above 0")
@@ -234,22 +167,32 @@ def noise_of(
 class _Reader:
     """Reads what an experiment file says of the variables of its system."""
 
-    def __init__(self, path: Path, told: Said) -> None:
-        self.name, self.folder, self.told = path.name, path.parent, told
+    def __init__(self, path: Path, options: ReadOptions) -> None:
+        self.name, self.folder, self.options = path.name, path.parent, options
         self.file = read_table(ExperimentFile, tables_of(measured_text(path), path.name), path.name)
         causes = self.file.causes.file
         self.declared = CausesFile(()) if causes is None else read_causes(self.folder / causes)
-        rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, told.replaced)
+        rig = rig_of(self.file.system, self.folder, self.declared.paths, self.file.in_loop, options.replaced)
+        if self.file.term:
+            paths: Paths = {**self.declared.paths, **self._terms(rig)}
+            rig = rig_of(self.file.system, self.folder, paths, self.file.in_loop, options.replaced)
         # Where a heat path was put before an input, its own input is meant.
         self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
         self.rig = rig.measured_at(self.channels.values())
         self.runs: list[Run] = []
 
+    def _terms(self, rig: Rig) -> dict[str, PlacedTerm]:
+        """Terms of the file by name, at their places in the system."""
+        return {
+            name: placed_term(rig, name, each.heat, each.into, each.parameters, f"{self.name}: term.{name}")
+            for name, each in self.file.term.items()
+        }
+
     def experiment(self) -> Experiment:
         file, rig = self.file, self.rig
         for i, table in enumerate(file.run, 1):
-            run = read_run(self.folder / table.data, rig, self.channels, file.covariates, self.told)
+            run = read_run(self.folder / table.data, rig, self.channels, file.covariates, self.options)
             known = self._known(table.known, f"run {i}.known")
             if run.name in [each.name for each in self.runs]:
                 raise InputError(f"{self.name}: two runs are called {run.name}; rename one file")

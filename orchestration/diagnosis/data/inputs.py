@@ -31,13 +31,13 @@ _AMBIENT = "ambient_temperature"
 def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
     """The machine of a scenario, and values with units by variable, of parameters of its plant.
 
-    InputError is raised where there is no such scenario, or its machine has no single plant.
+    InputError is raised if there is no such scenario, or its machine has no single plant.
     """
     loaded = load_scenario(scenario)
     if loaded.machine.program:
         raise InputError(
-            f"{argument('scenario', scenario)}: is of another system than the warm-up cell; "
-            f"{loaded.machine.name} is diagnosed from runs of its own"
+            f"{argument('scenario', scenario)}: {loaded.machine.name} is driven by programs of its own, and "
+            "its runs say so themselves; leave it out"
         )
     machine = loaded.machine.name if loaded.file is None else str(loaded.file)
     plant = rig_of(machine).parameters
@@ -45,7 +45,7 @@ def of_scenario(scenario: str) -> tuple[str, dict[str, str]]:
 
 
 def with_noise(experiment: Experiment, given: Mapping[str, str]) -> Experiment:
-    """Put in the noise of columns or variables, 1 sigma with its unit; raises InputError where it is none."""
+    """Put in the noise of columns or variables, 1 sigma with its unit; InputError if it is no noise."""
     noise = dict(experiment.noise)
     for name, text in given.items():
         variable = next((c.variable for c in experiment.columns if name in (c.name, c.header)), name)
@@ -58,7 +58,7 @@ def with_nominal(experiment: Experiment, settings: Mapping[str, str]) -> Experim
     """Set parameters of the system for all runs, and check that what is known goes together.
 
     `settings` are values with units by `instance.variable`, as a caller gives them. InputError is raised
-    where there is no such parameter, its unit does not fit, or the system cannot be like that.
+    if there is no such parameter, its unit does not fit, or the system cannot be like that.
     """
     system = experiment.rig
     given = {

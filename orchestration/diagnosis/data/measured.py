@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError, refusal
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, Assignment, Said
+from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, Assignment, ReadOptions
 from warmlink.orchestration.diagnosis.data.rows import without_slips
 from warmlink.orchestration.diagnosis.data.signals import without_repeats
 from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
-from warmlink.orchestration.scenarios.logged.clock import DAY, times
+from warmlink.orchestration.scenarios.logged.clock import times
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 
@@ -91,7 +91,7 @@ class Run:
 
     @property
     def ambient(self) -> Array | None:
-        """Logged ambient temperature in K, shape (n,); None where there is none."""
+        """Logged ambient temperature in K, shape (n,); None if there is none."""
         return next((v for name, v in self.inputs.items() if name.endswith("ambient_temperature")), None)
 
     @property
@@ -167,7 +167,7 @@ def read_run(
     rig: Rig,
     channels: Mapping[str, str] | None = None,
     covariates: Mapping[str, str] | None = None,
-    told: Said = NOTHING_SAID,
+    options: ReadOptions = DEFAULT_OPTIONS,
 ) -> Run:
     """Read a run.
 
@@ -178,16 +178,16 @@ def read_run(
     channels : variable by column header, beside the columns that the rig names; without any, a column that
         may be what the run lacks is refused
     covariates : input by header of a column that only causes may use
-    told : units and names of columns that the user gave
+    options : units and names of columns that the user gave
 
     Raises
     ------
     InputError
         The file, a header or a cell does not fit.
     """
-    sheet = read_sheet(source, told.decimal, [h for h, name in told.names.items() if name == TIME])
+    sheet = read_sheet(source, options.decimal, [h for h, name in options.names.items() if name == TIME])
     extra = covariates or {}
-    assigned = Assignment(sheet, rig, told, {**(channels or {}), **extra})
+    assigned = Assignment(sheet, rig, options, {**(channels or {}), **extra})
     clock, date = assigned.time()
     wrong, time, taken = list[str](), np.empty(0), ""
     try:
@@ -243,7 +243,7 @@ def _refuse_too_short_or_long(sheet: Sheet, clock: Place, time: Array) -> None:
     """Raise InputError where there are too few rows, or the run lasts too long; `clock` is its column."""
     if time.size < FEWEST_ROWS:
         raise InputError(f"{sheet.name}: only {time.size} rows; a diagnosis needs at least {FEWEST_ROWS}")
-    days = time[-1] / DAY
+    days = time[-1] / 86400
     if not days <= MOST_DAYS:
         raise InputError(
             f"{sheet.of(clock.column)}: the run lasts {days:.4g} days; at most {MOST_DAYS:g} can be "

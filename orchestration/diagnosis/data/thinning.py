@@ -54,7 +54,7 @@ class Thinned:
     weight : of each of these times in the block's mean, shape (blocks, points, outputs)
     readings : SI, mean of each block, NaN where most due in it are missing, shape (blocks, outputs)
     fitted : blocks that fitting may use, shape (blocks,)
-    quantum : step to which readings are rounded, 0 where there is none, shape (outputs,)
+    quantum : step to which readings are rounded, 0 if there is none, shape (outputs,)
     scatter : noise in SI from row to row, before averaging, shape (outputs,)
     """
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong, what_is_wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
@@ -109,7 +109,7 @@ def moved(before: Fit, after: Fit) -> bool:
 class _Sought:
     """Numbers as they are sought: each between 0 and 1, evenly or by the logarithm."""
 
-    def __init__(self, fitter: Fitter, freed: Sequence[Freed]) -> None:
+    def __init__(self, fitter: Fitter, freed: Sequence[FreeNumber]) -> None:
         self._fitter, self._freed = fitter, tuple(freed)
         self._lower = np.array([each.lower for each in freed])
         self._upper = np.array([each.upper for each in freed])

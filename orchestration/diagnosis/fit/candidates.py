@@ -10,7 +10,8 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
-from warmlink.orchestration.diagnosis.data.experiment import PER_RUN, Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
+from warmlink.orchestration.diagnosis.data.experiment_file import PER_RUN
 from warmlink.orchestration.diagnosis.data.measured import Run, names_of
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.offers import freed_by
@@ -29,7 +30,7 @@ _DENIED, _DENIED_LEAST = 10.0, 0.5
 
 
 @dataclass(frozen=True)
-class Freed:
+class FreeNumber:
     """One number to be fitted.
 
     Attributes
@@ -75,7 +76,7 @@ class Item:
 
     name: str
     cause: Cause
-    freed: tuple[Freed, ...]
+    freed: tuple[FreeNumber, ...]
     label: str = ""
 
     @property
@@ -132,11 +133,11 @@ class Candidates:
         return tuple(i for i, d in enumerate(self.data) if d.fitted.any())
 
     @property
-    def numbers(self) -> list[Freed]:
+    def numbers(self) -> list[FreeNumber]:
         """Every number that some model fits."""
         return [*self.calibrated, *(freed for item in self.items for freed in item.freed)]
 
-    def values(self, run: int, freed: Iterable[Freed], theta: Iterable[float]) -> Array:
+    def values(self, run: int, freed: Iterable[FreeNumber], theta: Iterable[float]) -> Array:
         """Slots of a run for fitted values; the later of two that share a slot counts."""
         z = self.neutral[run].copy()
         for parameter, value in zip(freed, theta, strict=True):
@@ -145,15 +146,15 @@ class Candidates:
                 z[slots] = z[slots] + value if parameter.added else value
         return z
 
-    def values_by_run(self, freed: Sequence[Freed], theta: Sequence[float] | Array) -> list[Array]:
+    def values_by_run(self, freed: Sequence[FreeNumber], theta: Sequence[float] | Array) -> list[Array]:
         """Slots of every run for fitted values."""
         return [self.values(run, freed, theta) for run in range(len(self.data))]
 
     @cached_property
-    def calibrated(self) -> tuple[Freed, ...]:
+    def calibrated(self) -> tuple[FreeNumber, ...]:
         """Numbers that every model fits."""
         stated = (
-            Freed(each.variable, slot, runs, each.lower, each.upper, each.start, group, calibrated=True)
+            FreeNumber(each.variable, slot, runs, each.lower, each.upper, each.start, group, calibrated=True)
             for each in self.experiment.calibrated
             for slot in [(self.slots.index(each.variable),)]
             for group, runs in self._groups(each.per)
@@ -161,13 +162,13 @@ class Candidates:
         return (*stated, *self._starts)
 
     @cached_property
-    def _starts(self) -> tuple[Freed, ...]:
+    def _starts(self) -> tuple[FreeNumber, ...]:
         """What a measured start leaves open: temperatures at the start of each run, and the camera's zero.
 
         So does a start that is given and that the first readings deny, where no cause is there to say so.
         """
         return tuple(
-            Freed(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
+            FreeNumber(name, (self.slots.index(name),), (i,), -span, span, 0.0, run.name, True, added=True)
             for i, run in enumerate(self.experiment.runs)
             for name, span in self._open_at_start(i, run).items()
         )
@@ -224,7 +225,7 @@ class Candidates:
             groups = every if also is None else every[1:]
             if groups and not (label and len(every) < 2):
                 freed = (
-                    Freed(variables[0], slots, runs, *bounds, group, added=cause.added)
+                    FreeNumber(variables[0], slots, runs, *bounds, group, added=cause.added)
                     for group, runs in groups
                     for bounds in [self._bounds_of(cause, variables[0], slots[0], runs[0], also)]
                 )
@@ -258,7 +259,7 @@ class Candidates:
         return tuple(dict.fromkeys(inner)), tuple(dict.fromkeys(outer))
 
     def _groups(self, label: str | None) -> list[tuple[str, tuple[int, ...]]]:
-        """Runs by the value of a label; every run where there is none."""
+        """Runs by the value of a label; every run if there is none."""
         runs = self.experiment.runs
         of = ["" if label is None else {**run.labels, PER_RUN: run.name}[label] for run in runs]
         values = dict.fromkeys(of[i] for i in (*self.fitted_runs, *range(len(runs))))

@@ -13,7 +13,7 @@ import pandas as pd
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal, root_of
-from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.noise import slow_courses
 from warmlink.orchestration.diagnosis.fit.patterns import patterns
@@ -290,7 +290,7 @@ class Carried:
             self._predicted[run] = self._problem.predict(run, self.values[run])
         return self._predicted[run]
 
-    def by(self, run: int, numbers: Sequence[Freed]) -> Array:
+    def by(self, run: int, numbers: Sequence[FreeNumber]) -> Array:
         """Derivatives of a run's readings by numbers of another problem, shape (rows, outputs, numbers)."""
         wanted = [self._there.get(f.key, replace(f, runs=())) for f in numbers]
         return by_number(self.predict(run)[1], wanted, run, self.freed)

@@ -13,7 +13,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of
-from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel, Whitener
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.wandering import STILL, Responses, Smoothing, Wander
@@ -30,6 +30,9 @@ _SMALL, _SHARE = 0.2, 1e-3
 
 _NOTHING = 1e-9
 """Change of all residuals together, in standard deviations, that is one of rounding alone."""
+
+
+Numbers = Sequence[FreeNumber]
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class FitPoint:
         chi2 = sum(float(gram[0, 0]) for gram in grams)
         return cls(chi2, tuple(gram[1:, 1:] for gram in grams), tuple(gram[1:, 0] for gram in grams))
 
-    def moved(self, numbers: Sequence[Freed], change: Array, overriding: Sequence[Freed]) -> FitPoint:
+    def moved(self, numbers: Numbers, change: Array, overriding: Numbers) -> FitPoint:
         """The same, by the linearisation, where numbers of all that are `overriding` have changed."""
         chi2, gradient = self.chi2, []
         for run, (gram, slope) in enumerate(zip(self.gram, self.gradient, strict=True)):
@@ -68,7 +71,7 @@ class Fit:
     """
 
     items: tuple[Item, ...]
-    freed: tuple[Freed, ...]
+    freed: tuple[FreeNumber, ...]
     theta: Array
     point: FitPoint
     at_bound: tuple[bool, ...]
@@ -80,7 +83,7 @@ class Fit:
         return self.point.chi2
 
     @property
-    def values(self) -> dict[Freed, float]:
+    def values(self) -> dict[FreeNumber, float]:
         """Value in SI of each number."""
         return dict(zip(self.freed, self.theta.tolist(), strict=True))
 
@@ -110,7 +113,7 @@ class Fit:
         return inverse_of(of_numbers(self.freed, self.freed, self.point)[0], 1e-12)
 
 
-def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: FitPoint) -> tuple[Array, Array]:
+def of_numbers(wanted: Numbers, overriding: Numbers, point: FitPoint) -> tuple[Array, Array]:
     """Gram matrix and gradient of chosen numbers, put together from those of the slots."""
     gram, gradient = np.zeros((len(wanted), len(wanted))), np.zeros(len(wanted))
     for run, (by_slot, slope) in enumerate(zip(point.gram, point.gradient, strict=True)):
@@ -120,12 +123,12 @@ def of_numbers(wanted: Sequence[Freed], overriding: Sequence[Freed], point: FitP
     return gram, gradient
 
 
-def by_number(by_slot: Array, wanted: Sequence[Freed], run: int, overriding: Sequence[Freed]) -> Array:
+def by_number(by_slot: Array, wanted: Numbers, run: int, overriding: Numbers) -> Array:
     """Derivatives in a run by numbers, shape (..., numbers), from those by slot, shape (..., slots)."""
     return np.asarray(by_slot @ slots_of(wanted, by_slot.shape[-1], run, overriding))
 
 
-def slots_of(wanted: Sequence[Freed], count: int, run: int, overriding: Sequence[Freed]) -> Array:
+def slots_of(wanted: Numbers, count: int, run: int, overriding: Numbers) -> Array:
     """Which of so many slots take each of some numbers in a run, 1 or 0, shape (slots, numbers).
 
     None takes a number that does not act in the run, nor a calibrated one that a cause's replaces.
@@ -138,7 +141,7 @@ def slots_of(wanted: Sequence[Freed], count: int, run: int, overriding: Sequence
     return result
 
 
-def held_at(value: float, number: Freed, items: Iterable[Item]) -> tuple[Item, ...]:
+def held_at(value: float, number: FreeNumber, items: Iterable[Item]) -> tuple[Item, ...]:
     """Causes in which one of their numbers is held at a value."""
     held = replace(number, lower=value, upper=value)
     swapped = ((each, tuple(held if f is number else f for f in each.freed)) for each in items)
@@ -202,7 +205,7 @@ class Fitter:
             white = smoothing(white)
         return white
 
-    def whitened(self, freed: Sequence[Freed], theta: Array) -> list[Array]:
+    def whitened(self, freed: Numbers, theta: Array) -> list[Array]:
         """Whitened residual of each run, beside it the derivatives by slot, channel after channel."""
         result = []
         for run, data in enumerate(self.problem.data):
@@ -211,12 +214,12 @@ class Fitter:
             result.append(self.whiten(run, self.stacked(run, joined)))
         return result
 
-    def at(self, freed: Sequence[Freed], theta: Array) -> FitPoint:
+    def at(self, freed: Numbers, theta: Array) -> FitPoint:
         """Chi-square and its linearisation at given values."""
         return FitPoint.of([each.T @ each for each in self.whitened(freed, theta)])
 
     def fit(
-        self, items: Sequence[Item], start: dict[Freed, float] | None = None, worth: float = np.inf
+        self, items: Sequence[Item], start: dict[FreeNumber, float] | None = None, worth: float = np.inf
     ) -> Fit:
         """Fit a model, from given values as far as there are any.
 
@@ -258,9 +261,7 @@ class Fitter:
             theta, point, arrived = self._last_step(freed, theta, point)
         return Fit(tuple(items), freed, theta, point, self._beyond(freed, theta, point), arrived)
 
-    def _last_step(
-        self, freed: Sequence[Freed], theta: Array, point: FitPoint
-    ) -> tuple[Array, FitPoint, bool]:
+    def _last_step(self, freed: Numbers, theta: Array, point: FitPoint) -> tuple[Array, FitPoint, bool]:
         """Values and point after a last step too small to be worth a simulation; whether it is so small."""
         lower, upper, _ = _bounds(freed)
         step, expected = bounded_step(*of_numbers(freed, freed, point), lower - theta, upper - theta)
@@ -273,14 +274,14 @@ class Fitter:
         """Decrease of chi-square that is not worth a simulation."""
         return max(_SMALL, _SHARE * (point.chi2 - self.count))
 
-    def _tried(self, freed: Sequence[Freed], theta: Array) -> FitPoint | None:
+    def _tried(self, freed: Numbers, theta: Array) -> FitPoint | None:
         """Chi-square and its linearisation; None where nothing can be simulated with such values."""
         try:
             return self.at(freed, theta)
         except NotSimulatedError:
             return None
 
-    def _beyond(self, freed: Sequence[Freed], theta: Array, point: FitPoint) -> tuple[bool, ...]:
+    def _beyond(self, freed: Numbers, theta: Array, point: FitPoint) -> tuple[bool, ...]:
         """Whether the data insist on a value beyond a bound: the bound costs more than noise would."""
         lower, upper, _ = _bounds(freed)
         on = np.array([f.on_bound(value) for f, value in zip(freed, theta, strict=True)], dtype=bool)
@@ -291,7 +292,7 @@ class Fitter:
         return tuple(bool(each) and beyond > _BEYOND for each in on)
 
 
-def _bounds(freed: Sequence[Freed]) -> Array:
+def _bounds(freed: Numbers) -> Array:
     """Lower bounds, upper bounds and starting values, shape (3, numbers)."""
     return np.array([(f.lower, f.upper, f.start) for f in freed]).reshape(-1, 3).T
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.algebra import correlation_of, inverse_of, root_of
-from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, of_numbers
 
 _COLLINEAR = 1 - 1e-6
@@ -29,7 +29,7 @@ class Proposal:
 
     items: tuple[Item, ...]
     chi2: float
-    start: Callable[[], dict[Freed, float]]
+    start: Callable[[], dict[FreeNumber, float]]
 
     @cached_property
     def key(self) -> frozenset[str]:
@@ -111,14 +111,14 @@ class Neighbours:
         gain = 2 * np.einsum("si,si->s", gradient, change) - np.einsum("si,sij,sj->s", change, gram, change)
         return np.where(feasible, gain, -np.inf), change
 
-    def alone(self) -> Iterable[tuple[Item, int, dict[Freed, float]]]:
+    def alone(self) -> Iterable[tuple[Item, int, dict[FreeNumber, float]]]:
         """Each candidate of one number, its column, and by how much the fit's numbers move for 1 of it."""
         for item, span in zip(self.candidates, self.spans, strict=True):
             if len(item.freed) == 1:
                 follows = -self._inverse @ self._across[span.start]
                 yield item, span.start, dict(zip(self.base, follows.tolist(), strict=True))
 
-    def unnoticed(self) -> Iterable[tuple[Item, dict[Freed, float]]]:
+    def unnoticed(self) -> Iterable[tuple[Item, dict[FreeNumber, float]]]:
         """Each candidate of one number, and by how much all numbers are off, in SI, if it is by one sigma."""
         for item, k, follows in self.alone():
             if self.alive[k]:
@@ -151,7 +151,7 @@ class Neighbours:
             items = (*kept, *(self.candidates[i] for i in each))
             yield Proposal(items, self.chi2 - gain, partial(self._start, each, change))
 
-    def _start(self, chosen: Sequence[int], change: Array) -> dict[Freed, float]:
+    def _start(self, chosen: Sequence[int], change: Array) -> dict[FreeNumber, float]:
         """Values in SI where the candidates' values are changed, and the others follow."""
         index = self.columns_of(chosen)
         follows = self._inverse @ (self._inner_gradient - self._across[index].T @ change)

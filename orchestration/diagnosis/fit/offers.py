@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from warmlink.orchestration.diagnosis.causes.catalogue import Cause
+from warmlink.orchestration.diagnosis.causes.parts import freed_in_parts
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.model.instruments import CLOCK, channel_of, logger_of
 from warmlink.orchestration.machine.rig import OFFSET, PLACE, SCALE, Rig
@@ -25,7 +26,7 @@ def freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> 
         if cause.grouped and len(groups) > 1:
             yield from ((f"{cause.name}:{group}", (f"{cause.frees[0]}:{group}",)) for group in groups)
     elif cause.kind == "plant":
-        yield from _of_parts(cause, experiment)
+        yield from freed_in_parts(cause, rig, lambda needed: _logged(needed, experiment)).items()
     elif cause.kind == "input":
         yield from _inputs(cause, experiment)
     elif cause.kind == "declared reading":
@@ -41,25 +42,10 @@ def freed_by(cause: Cause, experiment: Experiment, names: Mapping[str, str]) -> 
                 yield (cause.name if only else f"{cause.name}:{name}"), (freed,)
 
 
-def _of_parts(cause: Cause, experiment: Experiment) -> Named:
-    """A cause of parts of the plant; where it is one part's and there are several such, one for each."""
-    rig = experiment.rig
-    found: dict[str, tuple[str, ...]] = {}
-    for part, _, name in (each.partition(".") for each in cause.frees):
-        for instance in rig.called(part):
-            if f"{instance}.{name}" in rig.parameters and _fed(cause.covariate, instance, experiment):
-                found[instance] = (*found.get(instance, ()), f"{instance}.{name}")
-    if len({name.partition(".")[0] for name in cause.frees}) == 1 and len(found) > 1:
-        yield from ((f"{cause.name}:{instance}", each) for instance, each in found.items())
-    elif found:
-        yield cause.name, tuple(variable for each in found.values() for variable in each)
-
-
-def _fed(name: str | None, instance: str, experiment: Experiment) -> bool:
-    """Whether an input that a cause needs, if any, follows a column, or another part of the plant."""
-    needed = f"{instance}.{name}"
-    logged = any(name in run.covariates or needed in run.inputs for run in experiment.runs)
-    return name is None or logged or needed not in experiment.rig.variables
+def _logged(needed: str, experiment: Experiment) -> bool:
+    """Whether a column stands for an input, by its full name, that a cause needs."""
+    name = needed.rpartition(".")[2]
+    return any(name in run.covariates or needed in run.inputs for run in experiment.runs)
 
 
 def _inputs(cause: Cause, experiment: Experiment) -> Named:

@@ -78,8 +78,8 @@ class Problem(Candidates):
         """Noise of each channel in a run, given that in the first run to fit."""
         return [model.averaged(self.data[run].averaging, self.averaging) for model in noise]
 
-    def told(self, run: int, noise: Sequence[NoiseModel]) -> Array:
-        """Noise by which a run's errors are told and judged, by output in SI, shape (outputs,).
+    def reported_noise(self, run: int, noise: Sequence[NoiseModel]) -> Array:
+        """Noise in which a run's errors are reported and judged, by output in SI, shape (outputs,).
 
         What is stated rules. What is estimated from what models leave may be their own misfit, so that it
         counts as far as the readings' own scatter from row to row makes it credible.
@@ -104,7 +104,7 @@ class Problem(Candidates):
 
     def deviations(self, run: int, noise: Sequence[NoiseModel]) -> Array:
         """Standard deviation of each reading's noise, that of leaps included, shape (rows, outputs)."""
-        return np.sqrt(self.told(run, noise) ** 2 + np.sum(self.leaping[run] ** 2, axis=2))
+        return np.sqrt(self.reported_noise(run, noise) ** 2 + np.sum(self.leaping[run] ** 2, axis=2))
 
     def artefact(self, values: Sequence[Array], noise: Sequence[NoiseModel]) -> float:
         """Error of the simulation's own steps and cells in standard deviations of all readings together.

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.fit.candidates import Freed, Item
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber, Item
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
@@ -69,7 +69,7 @@ def plainly_calibrated(fitter: Fitter, progress: Progress = unseen) -> Fit | Non
     return Fit(items, freed, theta, fitter.at(freed, theta), (False,) * len(freed))
 
 
-def _off(material: bool, number: Freed) -> float:
+def _off(material: bool, number: FreeNumber) -> float:
     """By how much a number is usually off, 1 sigma in SI."""
     return (_MATERIAL if material else _APART) * abs(number.start) or _ADDED * number.span
 
@@ -77,7 +77,7 @@ def _off(material: bool, number: Freed) -> float:
 class _Residuals:
     """Weighted errors on fitted rows and distances from the usual values, with derivatives by places."""
 
-    def __init__(self, problem: Problem, freed: tuple[Freed, ...], start: Array, spread: Array) -> None:
+    def __init__(self, problem: Problem, freed: tuple[FreeNumber, ...], start: Array, spread: Array) -> None:
         self._problem, self._freed, self._start, self._spread = problem, freed, start, spread
         self._weights = [np.ones(len(problem.variables)) for _ in problem.data]
         self._at: tuple[bytes, Array, Array] | None = None

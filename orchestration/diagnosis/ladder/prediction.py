@@ -14,7 +14,7 @@ import pandas as pd
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.data.measured import names_of
-from warmlink.orchestration.diagnosis.fit.candidates import Freed
+from warmlink.orchestration.diagnosis.fit.candidates import FreeNumber
 from warmlink.orchestration.diagnosis.fit.fitted import Carried
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, by_number
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
@@ -96,7 +96,7 @@ class Scores:
         self._doubted: list[list[bool]] = []
         for run, z in enumerate(Carried(self.problem, best).values):
             leaps = np.sum(self.problem.switched(run, z) ** 2, axis=2)
-            told = self.problem.told(run, noise)
+            told = self.problem.reported_noise(run, noise)
             self.scales.append(np.sqrt(told**2 + leaps))
             here = self.problem.noise_in(run, noise)
             self._doubted.append([size < 0.99 * each.sigma for size, each in zip(told, here, strict=True)])
@@ -181,7 +181,7 @@ class Scores:
         )
 
     @staticmethod
-    def _own(run: int, model: Carried) -> list[Freed]:
+    def _own(run: int, model: Carried) -> list[FreeNumber]:
         """Numbers of a model that belong to one run alone and were not fitted."""
         fitted = {(f.variable, f.group) for f in model.fit.freed}
         return [f for f in model.freed if f.runs == (run,) and (f.variable, f.group) not in fitted]
@@ -208,7 +208,7 @@ def _typical(errors: Array) -> float:
     return float(np.quantile(np.abs(errors), _SHARE)) / _NORMAL
 
 
-def judged(
+def verdict_after_holdout(
     word: Word,
     before: HeldOut | None,
     after: Sequence[HeldOut | None],

@@ -1,1 +1,1 @@
-"""Runs with a hidden effect, from other solvers, for practice and for tests."""
+"""Runs with a hidden effect, from other solvers or a machine's FMUs, for practice and for tests."""

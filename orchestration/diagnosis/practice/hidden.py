@@ -6,14 +6,16 @@ mesh, integrated by LSODA with tight tolerances. Every effect that a run may hid
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
 COLD = 295.15
@@ -36,7 +38,7 @@ class Truth:
     warmer than the motor's by `air_gap` in K; `hub_capacity` in J/K sits at the base. By `mixing` free and
     forced convection combine as the cube root of cubes, not as their sum; the loss to still air goes with
     the power `free_exponent` of the rise over 10 K. `shift` moves the thermometers of base, middle and tip
-    outward, in m. All begins at `start` in K.
+    outward, in m. All begins at `start` in K; `terms` are heat by equations.
     """
 
     emissivity: float = 0.0
@@ -79,6 +81,7 @@ class Truth:
     free_exponent: float = 0.0
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     start: float = COLD
+    terms: tuple[HiddenTerm, ...] = ()
 
 
 LENGTH, WIDTH, THICKNESS = 0.3302, 0.0254, 0.00635
@@ -136,10 +139,18 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
     from scipy.integrate import solve_ivp
 
     mesh = Mesh(elements)
-    state = np.full(mesh.x.size + 2, truth.start)
+    lags = sum(term.law.lag_count for term in truth.terms)
+    state = np.full(mesh.x.size + 2 + lags, truth.start)
+    state[mesh.base : mesh.base + lags] = 0.0
     found = np.empty((times.size, state.size))
     found[times <= 0] = state
-    how: dict[str, Any] = {"method": "LSODA", "rtol": 1e-7, "atol": 1e-6, "lband": 3, "uband": 3}
+    how: dict[str, Any] = {
+        "method": "LSODA",
+        "rtol": 1e-7,
+        "atol": 1e-6,
+        "lband": 3 + lags,
+        "uband": 3 + lags,
+    }
     how |= {"first_step": 1e-3, "max_step": 120.0}
     start = 0.0
     for segment in duty:
@@ -156,13 +167,14 @@ def simulate(truth: Truth, duty: list[Segment], times: Array, elements: int = 12
             )
         found[inside] = result.y.T[: asked.size]
         start, state = end, result.y[:, -1]
-    nodes = np.delete(found, [mesh.base, mesh.base + 1], axis=1)
+    motor = mesh.base + lags
+    nodes = np.delete(found, np.s_[mesh.base : motor + 2], axis=1)
     base, middle, tip = (
         mesh.at(place + shift, nodes)
         for place, shift in zip((BASE, (BASE + TIP) / 2, TIP), truth.shift, strict=True)
     )
     growth = truth.expansion * mesh.rise_integral(nodes - truth.start)
-    return Course(times, found[:, mesh.base + 1], found[:, mesh.base], base, middle, tip, growth)
+    return Course(times, found[:, motor + 1], found[:, motor], base, middle, tip, growth)
 
 
 def surroundings(truth: Truth, duty: Segment, time: float) -> float:
@@ -184,9 +196,19 @@ def combined(truth: Truth, duty: Segment, rise: Array) -> Array:
 
 
 def motor_rates(
-    truth: Truth, duty: Segment, time: float, winding: float, shaft: float, base: float, air: float
+    truth: Truth,
+    duty: Segment,
+    time: float,
+    winding: float,
+    shaft: float,
+    base: float,
+    air: float,
+    added: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[tuple[float, float], float]:
-    """Rates of winding and shaft in K/s, and the heat flow in W through the joint; temperatures in K."""
+    """Rates of winding and shaft in K/s, and the heat flow in W through the joint; temperatures in K.
+
+    `added` is further heat in W by place, `shaft` or `winding`.
+    """
     conductance = (1 + truth.joint_slope * (shaft - COLD)) / (1 + truth.joint + truth.loosening(time))
     into_link = conductance * (shaft - base)
     current = duty.torque / 1.2
@@ -197,23 +219,31 @@ def motor_rates(
     rubbing = level * (truth.coulomb + viscous) * duty.speed + truth.drag * duty.speed**3
     pad = 0.0 if np.isnan(duty.pad) else min(max(20 * (duty.pad - shaft), 0.0), 60.0)
     inward = truth.winding_path * (winding - shaft)
-    warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time)
+    warming = inward + rubbing + pad + truth.standby + truth.shaft_heat(time) + added.get("shaft", 0.0)
+    copper += added.get("winding", 0.0)
     outward = truth.housing * (shaft - air) + into_link
     rates = (copper + iron - inward) / truth.winding_capacity, (warming - outward) / truth.shaft_capacity
     return rates, into_link
 
 
 def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], Array]:
-    """Right-hand side for one segment; winding and shaft stand before the base node, to keep it banded."""
-    b = mesh.base
+    """Right-hand side for one segment; lags, winding and shaft stand before the base, to keep it banded."""
+    b, places = mesh.base, {"base": mesh.base, "tip": mesh.tip}
+    m = b + sum(term.law.lag_count for term in truth.terms)
     stored = truth.capacity * SECTION * mesh.share
     stored[mesh.tip] += truth.tip_capacity
     stored[b] += truth.hub_capacity
 
     def rates(time: float, state: Array) -> Array:
-        winding, shaft = state[b], state[b + 1]
-        rod = np.concatenate([state[:b], state[b + 2 :]])
+        winding, shaft = state[m], state[m + 1]
+        rod = np.concatenate([state[:b], state[m + 2 :]])
         air = surroundings(truth, duty, time)
+        seen = {
+            **{"speed": duty.speed, "torque": duty.torque, "ambient_temperature": air},
+            **{"shaft_temperature": shaft, "winding_temperature": winding, "base_temperature": rod[b]},
+            **{"middle_temperature": rod[mesh.middle], "tip_temperature": rod[mesh.tip]},
+        }
+        added, lagging = _heat_of_terms(truth, seen, state[b:m], time)
         rise = rod - air - truth.air_gap
         middle = (rod[1:] + rod[:-1]) / 2 - COLD
         conductivity = truth.conductivity * (1 + truth.conductivity_slope * middle)
@@ -223,11 +253,26 @@ def _rates(truth: Truth, duty: Segment, mesh: Mesh) -> Callable[[float, Array], 
         gain = -mesh.area * lost
         gain[:-1] += flow
         gain[1:] -= flow
-        motor, into_link = motor_rates(truth, duty, time, winding, shaft, rod[b], air)
+        motor, into_link = motor_rates(truth, duty, time, winding, shaft, rod[b], air, added)
+        for place, node in places.items():
+            gain[node] += added.get(place, 0.0)
         gain[b] += into_link - truth.hub_loss * rise[b]
         gain[mesh.tip] -= truth.tip_loss * rise[mesh.tip]
         gain[mesh.middle] -= truth.bracket(time)
         slopes = gain / stored
-        return np.concatenate([slopes[:b], motor, slopes[b:]])
+        return np.concatenate([slopes[:b], lagging, motor, slopes[b:]])
 
     return rates
+
+
+def _heat_of_terms(
+    truth: Truth, seen: Mapping[str, float], lagged: Array, time: float
+) -> tuple[dict[str, float], list[float]]:
+    """Heat in W of hidden terms by place, and the time derivatives of their lags."""
+    added: dict[str, float] = {}
+    rates: list[float] = []
+    for term in truth.terms:
+        own = lagged[len(rates) : len(rates) + term.law.lag_count].tolist()
+        added[term.into] = added.get(term.into, 0.0) + term.heat(seen, own, time)
+        rates += term.lag_rates(seen, own, time)
+    return added, rates

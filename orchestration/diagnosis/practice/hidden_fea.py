@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.practice import hidden
 from warmlink.orchestration.diagnosis.practice.effects import EFFECTS, effect_of
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, WHITE, Noise, hide
 from warmlink.orchestration.finite_elements.body import Body
 from warmlink.orchestration.finite_elements.transient import JUST_BEFORE, Fea, HeatDrive, HeatStepper
@@ -51,12 +53,18 @@ def hide_with_fea(
     interval: float = 10.0,
     seed: int = 0,
     progress: Progress = unseen,
+    terms: Sequence[HiddenTerm] = (),
 ) -> dict[str, Array]:
     """Make a run that hides effects, by 3-D finite elements; arguments and result as of `hide`.
 
-    InputError is raised where an effect is not known, or the finite elements have no term for it, and
+    InputError is raised where an effect is not known, or the finite elements have no term for it, as for
+    heat by an equation, and
     MissingExtraError where scikit-fem is not installed.
     """
+    if terms:
+        raise InputError(
+            f"term: the finite elements hide no heat by an equation; leave {argument('solver', 'fea')} out"
+        )
     for name in effects:
         effect_of(name)
         if not carried(name.partition(":")[0]):

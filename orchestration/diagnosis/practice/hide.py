@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.data.measured import MOST_DAYS
 from warmlink.orchestration.diagnosis.practice.effects import CHANNELS, TEMPERATURES, Readings, effect_of
 from warmlink.orchestration.diagnosis.practice.hidden import COLD, Course, Truth, simulate
+from warmlink.orchestration.diagnosis.practice.hidden_terms import HiddenTerm
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.scenarios.duties.duty import (
@@ -71,7 +72,7 @@ MOVING: tuple[Segment, ...] = (Segment.with_pad(3600, 42 + ZERO_CELSIUS, 3.43, 2
 def duty_of(name: str) -> tuple[Segment, ...]:
     """Duty cycle of a scenario by its name or file, as `warmlink run` takes it, up to its stop time.
 
-    InputError is raised where there is none, it is too long to be logged, or it heats by a pad of given
+    InputError is raised if there is none, it is too long to be logged, or it heats by a pad of given
     power.
     """
     duty = load_scenario(name).duty
@@ -96,6 +97,7 @@ def hide(
     solver: Callable[[Truth, list[Segment], Array], Course] = simulate,
     at_changes: bool = False,
     progress: Progress = unseen,
+    terms: Sequence[HiddenTerm] = (),
 ) -> dict[str, Array]:
     """Make a run that hides effects: columns by header as in a CSV file, NaN where a cell is empty.
 
@@ -108,6 +110,7 @@ def hide(
     noise, seed : what the instruments add
     interval : s between rows, the second of which comes at a time drawn between one and two of them
     solver : gives the true course of a cell over a duty cycle at times in s
+    terms : heat by equations
 
     Raises
     ------
@@ -115,7 +118,7 @@ def hide(
         An effect is not known.
     """
     duration = length(duty)
-    truth, late = Truth(), effects.get("clock_offset", 0.0)
+    truth, late = Truth(terms=tuple(terms)), effects.get("clock_offset", 0.0)
     for name, size in effects.items():
         effect = effect_of(name)
         if effect.on_truth is not None:
@@ -152,14 +155,23 @@ def write_csv(columns: Mapping[str, Array], path: Path) -> None:
         pd.DataFrame(written).rename(columns=as_cell).to_csv(scratch, index=False, float_format="%.6g")
 
 
-def noisy(rows: Array, readings: Readings, noise: Noise, random: np.random.Generator) -> Readings:
-    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each."""
+def noisy(
+    rows: Array,
+    readings: Readings,
+    noise: Noise,
+    random: np.random.Generator,
+    lengths: Collection[str] = ("elongation",),
+) -> Readings:
+    """Readings at rows in s, in SI, with what the instruments add; shape (rows,) each.
+
+    Channels that are not `lengths` are temperatures.
+    """
     from scipy.linalg import solve_banded
 
     result = {}
     decay = np.exp(-float(np.median(np.diff(rows))) / noise.minute)
     for channel, values in readings.items():
-        of_camera = channel == "elongation"
+        of_camera = channel in lengths
         added = np.sqrt(1 - noise.correlated) * random.standard_normal(rows.size)
         start = random.standard_normal()
         drive = np.sqrt(1 - decay**2) * random.standard_normal(rows.size)

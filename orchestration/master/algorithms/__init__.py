@@ -3,5 +3,5 @@
 DEFAULT_MASTER = "gauss_seidel"
 """Name of the algorithm that runs what names none."""
 
-FOLLOWING = "error_controlled"
+ERROR_CONTROLLED = "error_controlled"
 """Name of the algorithm whose steps follow the error."""

@@ -33,9 +33,6 @@ class Stepper(ABC):
     def recall(self, memory: object) -> None:  # noqa: B027
         """Restore what `memory` returned."""
 
-    def disturb(self) -> None:  # noqa: B027
-        """Forget what says nothing of the next step, before which a parameter has changed."""
-
 
 STEP, READ, WRITE = range(3)
 """What is done with a slave: it is stepped, its outputs are read, its inputs are written."""

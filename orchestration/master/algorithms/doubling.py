@@ -10,7 +10,7 @@ import numpy as np
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm, Stepper
 from warmlink.orchestration.master.algorithms.iterated import InterfaceNewton
 from warmlink.orchestration.master.algorithms.parts import InParts, PartsStepper
@@ -93,9 +93,9 @@ class DoublingStepper(PartsStepper):
         self._watched, self._switching = (*switching, *moving), len(switching)
         self._still = [True] * self._switching  # those that stood still in the part before, or may not move
         self._trusted = MOST_TRUSTED
-        self.disturb()
+        self._forget()
 
-    def disturb(self) -> None:
+    def _forget(self) -> None:
         """Compare the next part, whatever the last comparison said."""
         self._compared = 0.0, 0.0, 0.0  # of the last part compared: length in s, error, bend for each second
         self._before: tuple[float, list[float]] = 0.0, []  # of the part before: length in s, rates of change
@@ -140,7 +140,7 @@ class DoublingStepper(PartsStepper):
                 sudden = self.in_the_way
             self._trusted, self._compared = 0, (step_size, error, bend / (self._before[0] + step_size))
         if sudden:
-            self.disturb()
+            self._forget()
             error = 1.0 if last else math.inf
         elif error <= 1.0:
             self._before = step_size, ((end - start) / step_size).tolist()
@@ -186,7 +186,7 @@ def _exchanged(network: Network) -> dict[str, float]:
 
 
 MASTERS = {
-    FOLLOWING: (
+    ERROR_CONTROLLED: (
         StepDoubling(InterfaceNewton()),
         "interface Newton in parts of a step, as small as an estimate of the coupling error asks",
     )

@@ -34,7 +34,7 @@ def masters() -> dict[str, Algorithm]:
 
 
 def algorithm(name: str) -> Algorithm:
-    """Give an algorithm by its name, with its default settings; InputError where there is none."""
+    """Give an algorithm by its name, with its default settings; InputError if there is none."""
     if name not in _masters():
         raise InputError(f"master: {name!r} is not known; {instead(name, _masters())}")
     return _masters()[name][0]

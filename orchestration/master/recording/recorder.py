@@ -130,7 +130,7 @@ class Values:
 
 
 def values_in(folder: Path) -> RecordTable | None:
-    """What a run wrote to a folder while it ran; None where there is none, or it cannot be read."""
+    """What a run wrote to a folder while it ran; None if there is none, or it cannot be read."""
     with suppress(OSError, ValueError, LookupError, TypeError):
         about = json.loads((folder / COLUMNS).read_text("utf-8"))
         names = tuple(str(each["name"]) for each in about["columns"])

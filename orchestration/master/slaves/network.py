@@ -266,7 +266,7 @@ class Network:
 
 
 def _limits(giving: FmuVariable, taking: FmuVariable) -> tuple[int, int] | None:
-    """Give what an input can hold where an output may have other values; None where it has none."""
+    """Give what an input can hold where an output may have other values; None if it has none."""
     if not {giving.type, taking.type} <= INTEGER_RANGES.keys():
         return None
     (least, most), held = INTEGER_RANGES[giving.type], INTEGER_RANGES[taking.type]

@@ -77,7 +77,7 @@ class OtherProcess:
     def answer(self, limit: float, hurried: Callable[[], bool] = lambda: False) -> Any:
         """Give the next answer; once it is hurried, it is waited for but briefly.
 
-        TimeoutError, and the process is ended, where there is none within the limit in s;
+        TimeoutError, and the process is ended, if there is none within the limit in s;
         `ProcessEndedError` where it has ended, and DamagedError where what came is no answer.
         """
         end = time.monotonic() + limit

@@ -92,7 +92,7 @@ def _callbacks(environment: int) -> ctypes.Array[c_void_p]:
 
 @cache
 def _proxy() -> Any:
-    """FMPy's library for this; None without FMPy, or where it has none for this platform, as on ARM."""
+    """FMPy's library for this; None without FMPy, or if it has none for this platform, as on ARM."""
     # The package itself would take longer to import than an hour of the cell takes to run.
     origin = getattr(find_spec("fmpy"), "origin", None)
     folder = Path(origin or "").parent / "logging" / platform_name("fmi2")

@@ -12,7 +12,7 @@ from warmlink.fmus.component import Component, Output, Parameter
 from warmlink.fmus.duty_cycle.component import SEGMENTS
 from warmlink.fmus.pose_sequence.equations import AXES, POSES
 from warmlink.fmus.recorded_duty.component import COMPONENT as PLAYER
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.machine.machine import Plots
 from warmlink.orchestration.report.closed_loop import QUANTITIES, plots_of
 from warmlink.orchestration.report.figures import looks_of
@@ -210,7 +210,7 @@ def _law(system: WholeSystem, watched: Sequence[str], drivers: Sequence[str]) ->
             places[scalar.element].append(scalar.reference)
         elif isinstance(scalar.variable, Parameter):
             references[name] = [[scalar.reference]]
-    advice, ideal = judged(system.scenario)
+    advice, ideal = design_check(system.scenario)
     told = advice or (IDEAL if ideal else "")
     note = f"{system.scenario.controller.name}: {told}." if told else ""
     shown = [scalars[name].reference for name in watched]
@@ -225,7 +225,7 @@ def columns(plots: Plots) -> dict[str, dict[str, tuple[float, float]]]:
 
 
 def _column(line: str) -> str:
-    """Column of a measured run that is drawn over a line; empty where there is none."""
+    """Column of a measured run that is drawn over a line; empty if there is none."""
     label = line.removeprefix("link, ")
     return next((name for name in MEASURED if name.removesuffix("_temperature") == label), "")
 

@@ -171,7 +171,7 @@ def load(
     """Duty cycle from the library by name, or from a .toml, .csv or .parquet file by path.
 
     `linear` names the columns of a recorded one that are so between its rows, `columns` says what its own
-    names are. Raises InputError where there is no such duty cycle, its file cannot be used, or it has no
+    names are. Raises InputError if there is no such duty cycle, its file cannot be used, or it has no
     columns.
     """
     path, name = Path(source), str(source)

@@ -1,11 +1,10 @@
-"""Times in seconds from the first row: numbers, dates as loggers write them, a clock over midnight."""
+"""Times of a sheet in seconds from the first row: numbers, or what `dates.py` reads."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,33 +12,18 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.cells import numbers
+from warmlink.orchestration.scenarios.logged.dates import HOUR, NoTimeError, seconds, written_seconds
 from warmlink.orchestration.scenarios.logged.layout import COUNT, NUMBER, conversion_to
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
 if TYPE_CHECKING:
     import pandas as pd
 
-HOUR, DAY = 3600.0, 86400.0
 _BESIDE = 600.0
 """s by which two rows may be apart, between which an hour begins anew at the end of summer time."""
 
 _EPOCHS = {"s": (1.0, 1e9, 4e9), "ms": (1e-3, 1e12, 4e12), "us": (1e-6, 1e15, 4e15)}
 """Seconds of a unit, and counts of it since 1970 that mean the years from 2001 to 2096."""
-
-_MINUTES = re.compile(r"\d+:\d\d\.\d+")
-_CLOCK = re.compile(r"\d+:\d\d(:\d\d(\.\d+)?)?")
-_STAMP = re.compile(
-    r"(?P<date>[\w./-]*?\d[\w./-]*|\d+ \w+ \d+|\w+ \d+,? \d+)(?P<between>T|,? +)(?P<clock>\d+:.*)"
-)
-_DATES = (
-    (r"\d{4}([-/.])\d+\1\d+", ("%Y-%m-%d",)),
-    (r"\d+\.\d+\.\d{4}", ("%d.%m.%Y",)),
-    (r"\d+\.\d+\.\d{2}", ("%d.%m.%y",)),
-    (r"\d+([-/])\d+\1\d{4}", ("%d-%m-%Y", "%m-%d-%Y")),
-    (r"\d+([-/])\d+\1\d{2}", ("%d-%m-%y", "%m-%d-%y", "%y-%m-%d")),
-    (r"\d+([- ])[A-Za-z]{3}\1\d{4}", ("%d-%b-%Y",)),
-)
-"""Dates by their look, each with the orders of day, month and year that it may have."""
 
 
 def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array, str]:
@@ -59,14 +43,14 @@ def times(sheet: Sheet, place: Place, date: Place | None = None) -> tuple[Array,
         written = written.str.removesuffix(unit).str.strip()
     counts = sum(bool(NUMBER.fullmatch(cell)) for cell in written)
     if kind in "mM":
-        values, taken = _seconds(cells), "date" if kind == "M" else "duration"
+        values, taken = seconds(cells), "date" if kind == "M" else "duration"
     elif kind in "iufb" or 2 * counts > len(written) or written.empty:
         values, taken = _counted(sheet, column, place.unit)
     else:
         text = cells.astype(str).where(cells.notna(), "").str.strip()
         if date is not None:
             text = sheet.cells[date.column].astype(str).str.strip().str.removesuffix(" 00:00:00") + " " + text
-        values, taken = _stamped(sheet, column, text, place.unit)
+        values, taken = _written(sheet, column, text, place.unit)
     return _checked(sheet, column, values), taken
 
 
@@ -91,12 +75,6 @@ def _without_unit(sheet: Sheet, place: Place, unit: str) -> tuple[Sheet, Place]:
     return replace(sheet, cells=cells), replace(place, unit=unit)
 
 
-def _seconds(cells: Any) -> Array:
-    """Seconds from the first filled cell of dates or durations, NaN where there is none."""
-    found = (cells - cells.dropna().iloc[0]) if cells.notna().any() else cells
-    return np.asarray(found.dt.total_seconds(), dtype=np.float64)
-
-
 def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     values, lost = numbers(sheet, column)
     sheet.refuse(lost, column, "{} is no time; correct it or remove the row")
@@ -113,92 +91,13 @@ def _counted(sheet: Sheet, column: int, unit: str | None) -> tuple[Array, str]:
     )
 
 
-def _stamped(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
-    """Seconds of written dates or times of the day."""
-    sheet.refuse(np.flatnonzero(text == ""), column, "the time is missing")
-    if form is not None and "%" in form:
-        return _by_forms(sheet, column, text, [form])
-    text = text.str.replace(r"(:\d\d),(\d+)", r"\1.\2", regex=True)
-    first = str(text.iloc[0])
-    if text.str.fullmatch(_MINUTES).any():
-        return _of_minutes(sheet, column, text)
-    if _CLOCK.fullmatch(first):
-        return _of_clock(sheet, column, text)
-    stamp = _STAMP.fullmatch(first)
-    look = stamp["date"] if stamp else first
-    orders = next((orders for pattern, orders in _DATES if re.fullmatch(pattern, look)), None)
-    if orders is None or stamp is None:
-        say = argument("units", {sheet.headers[column]: "%d/%m/%Y %H:%M:%S"})
-        raise InputError(
-            f"{sheet.at(0, column)}: {first!r} is no date with a time that can be read; write it as "
-            f"2026-11-22 08:59:31, or give its form, as {say}"
-        )
-    clock = stamp["clock"]
-    if orders[0] == "%Y-%m-%d" and not re.search(r"[AaPp]\.?[Mm]", clock):
-        text = text.str.replace(r"^(\d{4})[/.](\d+)[/.](\d+)", r"\1-\2-\3", regex=True)
-        return _by_forms(sheet, column, text, ["ISO8601"])
-    if "." not in look:
-        text = text.str.replace(r"^(\w+)[-/ ](\w+)[-/ ]", r"\1-\2-", regex=True)
-    seconds = ":%S" if clock.count(":") > 1 else ""
-    hours = f"%I:%M{seconds} %p" if clock[-1] in "Mm" else f"%H:%M{seconds}"
-    return _by_forms(sheet, column, text, [f"{order}{stamp['between']}{hours}" for order in orders])
-
-
-def _by_forms(sheet: Sheet, column: int, text: pd.Series, forms: list[str]) -> tuple[Array, str]:
-    """Seconds by the one form that all rows have, or by forms that all give the same seconds."""
-    import pandas as pd
-
-    found: dict[str, Array] = {}
-    worst = 0
-    for form in forms:
-        stamps = pd.to_datetime(text, format=form, errors="coerce", utc=form == "ISO8601")
-        if "%f" not in form and "%S" in form:
-            stamps = stamps.fillna(pd.to_datetime(text, format=form.replace("%S", "%S.%f"), errors="coerce"))
-        if not stamps.hasnans:
-            found[form] = _seconds(stamps)
-        worst = max(worst, int(np.argmax(stamps.isna())))
-    if not found:
-        sheet.refuse(np.array([worst]), column, "{} is not of the form of the rows before; correct it")
-    (form, values), *others = found.items()
-    if any(not np.array_equal(values, other) for _, other in others):
-        name = sheet.headers[column]
-        raise InputError(
-            f"{sheet.at(0, column)}: {text.iloc[0]!r} may begin with the day or the month, which gives other "
-            f"times; say which, as {argument('units', {name: form.replace('-', '/')})}, or write dates as "
-            "2026-11-22"
-        )
-    return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
-
-
-def _of_clock(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
-    """Seconds of HH:MM:SS, going on after midnight."""
-    import pandas as pd
-
-    example = argument("units", {sheet.headers[column]: "%H:%M"})
-    told = f"write it so, or give its form, as {example} or %M:%S"
-    wrong = np.flatnonzero(~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?"))
-    sheet.refuse(wrong, column, f"{{}} is not of the form HH:MM:SS; {told}")
-    values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)
-    midnights = np.diff(values, prepend=values[0]) < -DAY / 2
-    return values + DAY * np.cumsum(midnights), "HH:MM:SS"
-
-
-def _of_minutes(sheet: Sheet, column: int, text: pd.Series) -> tuple[Array, str]:
-    """Seconds of M:SS.S, which may go on with H:MM:SS.S, or with 0:00.0 after an hour."""
-    wrong = np.flatnonzero(~text.str.fullmatch(r"(\d+:)?\d+:\d\d(\.\d+)?"))
-    sheet.refuse(wrong, column, "{} is not of the form M:SS.S of other rows; correct it")
-    values = np.array([_seconds_of(cell) for cell in text])
-    within_hours = bool((values < HOUR).all())
-    hours = (np.diff(values, prepend=values[0]) < -HOUR / 2) & within_hours
-    return values + HOUR * np.cumsum(hours), "M:SS.S"
-
-
-def _seconds_of(cell: str) -> float:
-    """Seconds of numbers between colons, the last of which are seconds."""
-    seconds = 0.0
-    for part in cell.split(":"):
-        seconds = 60 * seconds + float(part)
-    return seconds
+def _written(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tuple[Array, str]:
+    """Seconds of written dates or times of the day; InputError at the first cell that is none."""
+    try:
+        return written_seconds(text, form, sheet.headers[column])
+    except NoTimeError as wrong:
+        told = wrong.sentence.replace("{}", sheet.cell(wrong.row, column))
+        raise InputError(f"{sheet.at(wrong.row, column)}: {told}") from None
 
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:

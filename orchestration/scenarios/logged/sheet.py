@@ -93,7 +93,7 @@ def read_sheet(source: Path | pd.DataFrame, decimal: str = "", names: Sequence[s
     """Read a text file, a workbook, a Parquet file or a DataFrame.
 
     The user may say the `decimal` mark, "point" or "comma", and give names to headers, by which the header
-    row is known. InputError is raised where there is no such file, no header, or rows that do not fit under
+    row is known. InputError is raised if there is no such file, no header, or rows that do not fit under
     it.
     """
     if decimal and decimal not in DECIMALS:

@@ -92,7 +92,7 @@ class Net:
         return self.elements[node.path].info
 
     def declared(self, node: Node) -> Connector | None:
-        """Give a connector's declaration, or None where there is none."""
+        """Give a connector's declaration, or None if there is none."""
         return self.elements[node.path].connectors.get(node.connector)
 
     @cached_property

@@ -130,7 +130,7 @@ def test_what_is_wrong_is_named(change: dict[str, Any], sentence: str) -> None:
     ("change", "sentence"),
     [
         ({"shortest": "0.1 s"}, "shortest: 0.1 s does not lie between 1 s and longest"),
-        ({"seed": True}, "seed: true is no whole number"),
+        ({"seed": True}, "seed: true is not a whole number"),
     ],
 )
 def test_jobs_that_could_be_drawn_for_ever_are_refused(change: dict[str, Any], sentence: str) -> None:

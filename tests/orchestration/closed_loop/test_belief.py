@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
+import pytest
+
+from tests.orchestration.machine.strangers import machine
 from warmlink.controllers.design.plant import cell_plant
 from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.controllers.start_values import by_scalar
 from warmlink.fmus.arguments import speaking_of_options
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import shipped
-from warmlink.orchestration.closed_loop.belief import judged
+from warmlink.orchestration.closed_loop.belief import design_check
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.command_line.arguments import OPTIONS
 from warmlink.orchestration.shell import quoted
@@ -22,24 +27,51 @@ def test_a_design_for_another_cell_is_not_told_to_be_added_again() -> None:
     other = PLANT_FACTS["observer"](cell_plant({}, {"conductivity": 100.0}))
     given = {f"compensator.{name}": value for name, value in by_scalar(other).items()}
     scenario = replace(load_scenario(NOMINAL), controller=shipped("observer"), parameters=given)
-    told, _ = judged(scenario)
+    told, _ = design_check(scenario)
     assert told is not None
     assert told.startswith(
         "observer was designed for another cell; this one is the nominal one; leave out the"
     )
     assert "then add" not in told
     same = replace(scenario, parameters={**given, "link.conductivity": 100.0})
-    assert judged(same)[0] is None
+    assert design_check(same)[0] is None
 
 
 def test_what_to_add_is_an_argument_in_python_and_an_option_of_the_command() -> None:
     other = {"link.conductivity": "100 W/(m*K)"}
     laws = {law: replace(load_scenario(NOMINAL), controller=shipped(law)) for law in ("observer", "analytic")}
     differing = {law: replace(each, parameters=other) for law, each in laws.items()}
-    told = {law: str(judged(each)[0]) for law, each in differing.items()}
+    told = {law: str(design_check(each)[0]) for law, each in differing.items()}
     assert told["observer"].endswith("; then add parameters='observer.ssv'")
     assert told["analytic"].endswith("; then run with controller='observer' parameters='observer.ssv'")
     with speaking_of_options(OPTIONS, quoted):
-        told = {law: str(judged(each)[0]) for law, each in differing.items()}
+        told = {law: str(design_check(each)[0]) for law, each in differing.items()}
     assert told["observer"].endswith("; then add --parameters observer.ssv")
     assert told["analytic"].endswith("; then run with --controller observer --parameters observer.ssv")
+
+
+def test_a_law_without_a_design_is_not_judged_once_somebody_gave_it_values() -> None:
+    lag = replace(load_scenario(NOMINAL), controller=shipped("lag"))
+    other = replace(lag, parameters={"link.conductivity": "100 W/(m*K)"})
+    assert "suit" in str(design_check(other)[0])
+    own = replace(other, parameters={**other.parameters, "compensator.gain": "5 um/W"})
+    assert design_check(own) == (None, False)
+
+
+def test_a_start_value_that_has_no_effect_is_refused_before_any_advice() -> None:
+    fed = replace(load_scenario(NOMINAL), parameters={"link.heat_flow": "3 W"})
+    with pytest.raises(InputError, match=r"link\.heat_flow is fed by"):
+        design_check(fed)
+
+
+def test_nothing_is_said_where_there_is_nothing_to_advise(tmp_path: Path) -> None:
+    """No law, a machine with designs of its own, a plant that no design knows, a change that none sees."""
+    nominal = load_scenario(NOMINAL)
+    lag = replace(nominal, controller=shipped("lag"))
+    for quiet in (
+        replace(nominal, controller=shipped("none")),
+        load_scenario("six_axis_shift"),
+        load_scenario(str(machine("spindle", tmp_path))),
+        replace(lag, parameters={"motor.initial_shaft_temperature": "23 degC"}),
+    ):
+        assert design_check(quiet) == (None, False), quiet.name

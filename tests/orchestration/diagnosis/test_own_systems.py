@@ -130,7 +130,7 @@ def flat(headers: Iterable[str]) -> dict[str, np.ndarray]:
         (FLANGE + FLANGE, "two causes are called flange; rename one"),
         (
             OTHERS.replace("with:motor1.speed", "with:"),
-            "course: 'with:' is none; give constant, ramp or with:",
+            "course: 'with:' is not a course; give constant, ramp or with:",
         ),
     ],
     ids=range(13),

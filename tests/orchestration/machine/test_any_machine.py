@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,45 +9,20 @@ import numpy as np
 import pytest
 
 import warmlink as wl
-from benchmarks.own_systems import INPUT_HEADERS, measured, spindle, with_values, write_csv
+from benchmarks.own_systems import INPUT_HEADERS, measured, with_values, write_csv
+from tests.orchestration.machine.strangers import machine
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.diagnosis.answer.claims import DUTIES
 from warmlink.orchestration.diagnosis.causes.declared import read_causes
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.machine.heat_paths import rig_of, with_paths
 from warmlink.orchestration.products.diagnose import Found
-from warmlink.orchestration.studies.at_work import Means
-from warmlink.orchestration.system.assemble import component, connected, read_system
-from warmlink.orchestration.system.model import DefaultExperiment, System
-from warmlink.orchestration.system.write import write_ssp
+from warmlink.orchestration.studies.session import Means
+from warmlink.orchestration.system.assemble import read_system
 
-ROLES = Path(__file__).parent
-GANTRY = {
-    **{"x_motor": "MotorHeatSource", "x_link": "ThermalLink", "y_motor": "MotorHeatSource"},
-    **{"y_link": "ThermalLink", "sensors": "TemperatureSensors", "brain": "LagCompensator"},
-}
-GANTRY_WIRES = (
-    ("x_motor.heat_flow", "x_link.heat_flow"),
-    ("x_link.base_temperature", "x_motor.link_base_temperature"),
-    ("y_motor.heat_flow", "y_link.heat_flow"),
-    ("y_link.base_temperature", "y_motor.link_base_temperature"),
-    ("x_link.base_temperature", "sensors.temperature[3]"),
-    ("y_link.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[3]", "brain.base_temperature"),
-    ("sensors.reading[5]", "brain.tip_temperature"),
-)
-COLUMN = {"column": "ThermalLink", "sensors": "TemperatureSensors", "compensator": "LagCompensator"}
-COLUMN_WIRES = (
-    ("spindle.heat", "column.heat_flow"),
-    ("column.base_temperature", "spindle.column"),
-    ("column.base_temperature", "sensors.temperature[3]"),
-    ("column.tip_temperature", "sensors.temperature[5]"),
-    ("sensors.reading[3]", "compensator.base_temperature"),
-    ("sensors.reading[5]", "compensator.tip_temperature"),
-)
 STUDY = """
 controller = "lag"
 duty_cycles = ["{name}.toml"]
@@ -78,18 +52,6 @@ between = {between}
 """
 
 
-def machine(name: str, folder: Path) -> Path:
-    """The SSP of a machine in a folder, with the file of its roles beside it, whose path is given."""
-    kinds, wires = (GANTRY, GANTRY_WIRES) if name == "gantry" else (COLUMN, COLUMN_WIRES)
-    files = FmuStore("native").files(kinds.values())
-    parts = {each: component(each, files[kind]) for each, kind in kinds.items()}
-    if name == "spindle":
-        parts["spindle"] = component("spindle", spindle(folder))
-    system = System(name.title(), parts, connected(parts, wires), DefaultExperiment(0.0, 3600.0, 1.0))
-    write_ssp(system, folder / f"{name}.ssp")
-    return Path(shutil.copy(ROLES / f"{name}.toml", folder))
-
-
 @pytest.fixture(params=["gantry", "spindle"])
 def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -106,7 +68,7 @@ def test_a_bare_file_of_measurements_names_what_is_scored(path: Path) -> None:
     Path("run.csv").write_text(f"time [s],{room},{scored} [um]\n{rows}\n", "utf-8")
     machine, known = of_scenario(str(path))
     assert known == {}
-    (run,) = read_experiment(Path("run.csv"), Said(machine=machine)).runs
+    (run,) = read_experiment(Path("run.csv"), ReadOptions(machine=machine)).runs
     assert run.readings.keys() == {scored}
     (end,) = run.inputs
     assert len(rig_of(machine).fed_with(end)) > 1, "the room is that of several parts"

@@ -7,12 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from warmlink.orchestration.master.algorithms import FOLLOWING
+from warmlink.orchestration.master.algorithms import ERROR_CONTROLLED
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel, Jacobi
 from warmlink.orchestration.master.algorithms.iterated import FixedPoint
 from warmlink.orchestration.master.algorithms.named import algorithm
-from warmlink.orchestration.master.error_budget import attempted, coupling_error, unseen_in
+from warmlink.orchestration.master.error_budget import (
+    ATTEMPTS,
+    _ways,
+    attempted,
+    coupling_error,
+    unseen_in,
+)
 from warmlink.orchestration.master.recording.result import Result
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.master.slaves.slave import SlaveError
@@ -55,7 +61,7 @@ def error_of_swinging(result: Result) -> float:
 
 
 def test_the_bound_covers_the_true_error_of_steps_that_follow_the_error() -> None:
-    found = attempted(algorithm(FOLLOWING), {}, ["x.y"], swinging)
+    found = attempted(algorithm(ERROR_CONTROLLED), {}, ["x.y"], swinging)
     truth = error_of_swinging(found.result)
     assert 0 < truth <= found.bounds["x.y"] <= 10 * truth
 
@@ -184,3 +190,9 @@ def test_a_first_attempt_that_fails_is_told() -> None:
 
     with pytest.raises(SlaveError, match="initialization failed"):
         attempted(GaussSeidel(), {E: 1e-12}, [E], once)
+
+
+def test_without_a_tolerance_there_is_one_way_alone() -> None:
+    first = Jacobi()
+    assert list(_ways(first, {}, [])) == [first]
+    assert len(list(_ways(first, {"x.y": 1e-3}, []))) == 1 + ATTEMPTS

@@ -95,20 +95,20 @@ def test_the_notebook_learns_from_frames_and_runs(tmp_path: Path) -> None:
     assert isinstance(found, LearntLaw)
     assert found.values == learnt().values
     found.write(tmp_path / "a.ssv")
-    judged = replayed([log(7200)], ["regression"], learn=[log()])
-    assert judged.rows["regression", "data"].rms_um < 1.0
+    compared = replayed([log(7200)], ["regression"], learn=[log()])
+    assert compared.rows["regression", "data"].rms_um < 1.0
 
 
 def test_what_was_learnt_is_not_blamed_on_a_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A run with it once said that the law was designed for another cell."""
-    from warmlink.orchestration.closed_loop.belief import judged
+    from warmlink.orchestration.closed_loop.belief import design_check
     from warmlink.orchestration.closed_loop.load import load_scenario
     from warmlink.orchestration.scenarios.scenario import changed
 
     scenario = changed(load_scenario("warm_up"), controller="regression", parameters=learnt().parameters)
-    assert judged(scenario) == (None, False)
+    assert design_check(scenario) == (None, False)
 
 
 def test_a_model_helps_where_little_was_measured() -> None:
@@ -124,10 +124,10 @@ def test_a_model_helps_where_little_was_measured() -> None:
 def test_columns_may_have_other_names_and_units() -> None:
     frame = log().rename(columns={"base_temperature [degC]": "T1", "elongation [um]": "probe"})
     frame["T1"] = frame["T1"] * 1.8 + 32.0
-    from warmlink.orchestration.diagnosis.data.columns import said
+    from warmlink.orchestration.diagnosis.data.columns import read_options
 
-    told = said(["T1=degF", "probe=um"], ["T1=base_temperature", "probe=elongation"])
-    found = learnt_law([frame], told=told)
+    told = read_options(["T1=degF", "probe=um"], ["T1=base_temperature", "probe=elongation"])
+    found = learnt_law([frame], options=told)
     assert found.coefficients_um["base"] == pytest.approx(learnt().coefficients_um["base"], rel=1e-6)
 
 

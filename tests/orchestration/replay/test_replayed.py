@@ -18,7 +18,7 @@ from tests.command import exit_code
 from warmlink.controllers.start_values import with_scalars
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.catalogue import controllers
-from warmlink.orchestration.replay.compare import Replayed, judged, replayed
+from warmlink.orchestration.replay.compare import Replayed, replay_figures, replayed
 from warmlink.orchestration.replay.learn import learnt_law
 from warmlink.orchestration.replay.logs import read_logs
 
@@ -39,7 +39,7 @@ def run(arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> int:
 
 def test_without_compensation_the_error_is_the_growth() -> None:
     (read,) = read_logs([log()])
-    found = judged(controllers()["none"], read, 5e-6)
+    found = replay_figures(controllers()["none"], read, 5e-6)
     late = log().iloc[121:]["growth [um]"]
     assert found.worst_um == pytest.approx(late.abs().max(), rel=1e-3)
     assert found.rms_um == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)
@@ -84,7 +84,7 @@ def test_more_thermometers_make_no_law_worse(seed: int) -> None:
         own = {name.partition(".")[2]: value for name, value in values.items()}
         law = controllers()["regression"]
         law = replace(law, parameters=with_scalars(law.parameters, own))
-        rms.append(np.sqrt(np.mean([judged(law, log, 5e-6).rms_um ** 2 for log in read])))
+        rms.append(np.sqrt(np.mean([replay_figures(law, log, 5e-6).rms_um ** 2 for log in read])))
     assert rms[1] <= 1.05 * rms[0]
     assert rms[2] <= 1.05 * rms[0]
 
@@ -132,7 +132,7 @@ def test_start_values_reach_the_laws_that_have_them() -> None:
         parameters=with_scalars(law.parameters, {k.partition(".")[2]: v for k, v in values.items()}),
     )
     (read,) = read_logs([log()])
-    assert judged(own, read, 5e-6) == found.rows["regression", "data"]
+    assert replay_figures(own, read, 5e-6) == found.rows["regression", "data"]
 
 
 def test_the_tolerance_is_the_laws_too() -> None:

@@ -196,7 +196,7 @@ def test_a_run_that_is_too_long_is_refused_but_not_the_duty_cycle(
     [
         (("['5 min', '20 min']", "['0.1 s', '0.4 s']"), "give bounds of at least 1 s"),
         (("'2 h'", "'1e12 s'"), "makes up to 3.33e\\+09 segments, and 100000 are the most"),
-        (("seed = 3", "seed = true"), "seed: true is no whole number"),
+        (("seed = 3", "seed = true"), "seed: true is not a whole number"),
     ],
 )
 def test_segments_that_could_be_drawn_for_ever_are_refused(change: tuple[str, str], sentence: str) -> None:
@@ -205,7 +205,7 @@ def test_segments_that_could_be_drawn_for_ever_are_refused(change: tuple[str, st
 
 
 def test_a_ramp_has_a_bound_too() -> None:
-    with pytest.raises(InputError, match=r"steps: 1000000000 is no whole number from 1 to 100000"):
+    with pytest.raises(InputError, match=r"steps: 1000000000 is not a whole number from 1 to 100000"):
         read_scenario("mine", (WHOLE + SEGMENT).replace("steps = 3", "steps = 1000000000"))
 
 

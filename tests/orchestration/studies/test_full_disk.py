@@ -17,7 +17,7 @@ import sqlalchemy
 from warmlink.fmus.errors import InputError, NoRoomError
 from warmlink.fmus.packaging.native.library import loaded
 from warmlink.orchestration.cli import main
-from warmlink.orchestration.studies import at_work
+from warmlink.orchestration.studies import session
 from warmlink.orchestration.studies.case import Case, Outcome
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import FmuSet
@@ -148,7 +148,7 @@ def run(
     text = (folder / "study.toml").read_text()
     (folder / "study.toml").write_text(text.replace("points = 3", "points = 2"))
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(at_work, "LocalWorkers", Formula)
+    monkeypatch.setattr(session, "LocalWorkers", Formula)
 
     def given(arguments: list[str]) -> tuple[int, str]:
         monkeypatch.setattr("sys.argv", ["warmlink", *arguments])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.formula import Formula, make
-from warmlink.orchestration.studies.at_work import Ledger
+from warmlink.orchestration.studies.session import Ledger
 from warmlink.orchestration.studies.storage import Storage, default_url
 from warmlink.orchestration.studies.study import load_study
 from warmlink.orchestration.studies.tune import Tuned, tune

@@ -13,9 +13,9 @@ from tests.formula import Formula, make
 from tests.pages import plots
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.report.studies import write_tuning
-from warmlink.orchestration.studies.at_work import Ledger
 from warmlink.orchestration.studies.case import Constraint, Gathered
 from warmlink.orchestration.studies.points import Judged, best, front
+from warmlink.orchestration.studies.session import Ledger
 from warmlink.orchestration.studies.storage import Storage, default_url, import_optuna
 from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.tune import Tuned, tune

@@ -14,7 +14,7 @@ from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.progress import Progress
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
-from warmlink.orchestration.studies import at_work
+from warmlink.orchestration.studies import session
 from warmlink.orchestration.studies.case import COMPARED, case_of
 from warmlink.orchestration.studies.workers import (
     FmuSet,
@@ -60,8 +60,8 @@ def test_it_says_which_system_is_compiled_and_which_is_tried(
     def shown(what: str) -> Iterator[Progress]:
         yield lambda text, share=None: doing.append((f"{what}: {text}", share))
 
-    monkeypatch.setattr(at_work, "spinner", shown)
-    with at_work.at_work([pause], NOMINAL, at_work.USUAL, folder / "part"):
+    monkeypatch.setattr(session, "spinner", shown)
+    with session.open_study([pause], NOMINAL, session.USUAL, folder / "part"):
         shares = [share for _, share in doing if share is not None]
     assert [text for text, _ in doing] == [
         f"Preparing the runs: compiling system 1 of 1, with {LAW}",

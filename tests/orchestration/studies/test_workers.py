@@ -11,9 +11,9 @@ import pytest
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
-from warmlink.orchestration.studies.at_work import FILE, Ledger
 from warmlink.orchestration.studies.case import Case, Outcome, case_of
 from warmlink.orchestration.studies.processes import LocalWorkers
+from warmlink.orchestration.studies.session import FILE, Ledger
 from warmlink.orchestration.studies.workers import FmuSet, Workers, _written
 
 OUTCOME = Outcome(3.0, 2.0, 1.0, None, 30.0, 10.0, 0.1, 0.01)

@@ -156,7 +156,7 @@ def test_a_name_that_is_no_files_is_refused(read: Callable[[str], object], name:
         ({**RANDOM, "stop_time": "1e20 s"}, "100000 are the most"),
         (
             {**DUTY, "segment": [{**DUTY["segment"][0], "steps": 10**9}]},
-            "1000000000 is no whole number from 1 to 100000",
+            "1000000000 is not a whole number from 1 to 100000",
         ),
         ({**DUTY, "segment": [{"duration": 1}, {"duration": 1, "steps": 3}] * 50_001}, "100000 are the most"),
     ],

@@ -68,7 +68,7 @@ def test_quantities_are_read_in_si_units_and_the_rest_as_it_is() -> None:
         ({"titel": "x"}, "mine: titel is not known; did you mean title?"),
         ({"title": 3}, 'mine: title: 3 is no text; write "..."'),
         ({"sure": 1}, "mine: sure: 1 is neither true nor false; write true or false"),
-        ({"count": True}, "mine: count: true is no whole number from 1 to 9; give one"),
+        ({"count": True}, "mine: count: true is not a whole number from 1 to 9; give one"),
         ({"share": 0}, "mine: share: 0 is no share; give a number above 0, at most 1"),
         ({"range": [1]}, "mine: range: a list is no pair of bounds; give [lowest, highest]"),
         ({"range": [2, 1]}, "mine: range: from 2 to 1 m is no range; give bounds of at least 0 m"),

@@ -22,9 +22,11 @@ from warmlink.orchestration.diagnosis.arm.hide import hide_in_arm, possible_effe
 from warmlink.orchestration.diagnosis.arm.measured import arm_experiments, is_arm_file, over_steps, smoothed
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.practice.by_fmus import Hidden
 from warmlink.orchestration.diagnosis.practice.hide import write_csv
 from warmlink.orchestration.fmu_store import FmuStore
 from warmlink.orchestration.report.diagnosis import SSV, write_diagnoses
+from warmlink.orchestration.scenarios.scenario import Scenario
 
 ELBOW = 3
 RESISTANCE = 0.6
@@ -182,3 +184,23 @@ def test_what_no_axis_can_have_is_refused() -> None:
         hide_in_arm({"sensor_lag:tip_temperature": 60.0}, 2, store)
     with pytest.raises(InputError, match="axis=7: the arm has no such axis; choose 1 to 6"):
         hide_in_arm({"radiation": 0.6}, 7, store)
+
+
+def test_a_difference_is_added_to_what_an_axis_starts_from(
+    store: FmuStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A start 3 K above the room's was a start at 3 K."""
+    found: dict[str, float] = {}
+
+    class EnoughError(Exception):
+        pass
+
+    def recorded(scenario: Scenario, store: FmuStore, names: object, hidden: Hidden, step: float) -> None:
+        found.update(hidden(scenario.system(scenario.files(store))))
+        raise EnoughError
+
+    monkeypatch.setattr("warmlink.orchestration.diagnosis.arm.hide.recorded", recorded)
+    with pytest.raises(EnoughError):
+        hide_in_arm({"start_temperature": 3.0, "conductivity": 0.5}, ELBOW, store)
+    assert found["axis3.link.initial_temperature"] == pytest.approx(298.15)
+    assert 0 < found["axis3.link.conductivity"] < 300

@@ -1,0 +1,1 @@
+"""A law as a program without a language: run once with expressions, which become statements."""

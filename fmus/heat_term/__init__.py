@@ -1,0 +1,1 @@
+"""Heat that a model lacks, by an equation that somebody wrote or a diagnosis found."""

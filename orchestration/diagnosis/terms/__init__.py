@@ -1,0 +1,1 @@
+"""What no cause explains becomes an equation: missing heat, candidate terms, and what is believed."""

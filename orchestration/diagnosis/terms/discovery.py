@@ -1,0 +1,188 @@
+"""From what no cause explains to an equation: missing heat, the search, the gates, and what is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.data.experiment import Experiment
+from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
+from warmlink.orchestration.diagnosis.ladder.prediction import HeldOut, Scores
+from warmlink.orchestration.diagnosis.terms.gates import (
+    Foretold,
+    foretold,
+    refused_by_held_out,
+    unstable,
+    with_other_levels,
+)
+from warmlink.orchestration.diagnosis.terms.missing import Missing, PlaceHeat
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled
+from warmlink.orchestration.diagnosis.terms.search import FittedTerms, TermSearch
+from warmlink.orchestration.progress import Progress, unseen
+
+Finding = Literal["equation", "ambiguous", "catalogue", "none"]
+"""One equation; a set that the data cannot tell apart; a cause of the catalogue; none earns its place."""
+
+_SAME = 4.0
+"""Chi-square between two models' readings below which they say the same."""
+
+MOST_MEMBERS = 12
+"""Equations of a set, at most."""
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """What was found of an equation for missing heat.
+
+    Attributes
+    ----------
+    finding : what is believed
+    members : models of the set, best first; one for an equation
+    tried : the best model that was tried, whatever became of it
+    because : why no equation earns its place, or which cause it is
+    missing : missing heat by place and run, the likeliest place first
+    foretold : what the best member says of the whole experiment
+    causes : causes of the catalogue that together explain the run as well as the members
+    thought_of : forms at places that were thought of
+    bare_score : score of the model without terms; a member's is lower
+    """
+
+    finding: Finding
+    members: tuple[FittedTerms, ...] = ()
+    tried: FittedTerms | None = None
+    because: str = ""
+    missing: tuple[PlaceHeat, ...] = ()
+    foretold: Foretold | None = None
+    causes: tuple[str, ...] = ()
+    thought_of: int = 0
+    bare_score: float = float("nan")
+
+    @property
+    def found(self) -> bool:
+        """Whether an equation, or several, may be what is missing."""
+        return self.finding in ("equation", "ambiguous")
+
+    @property
+    def extends(self) -> bool:
+        """Whether the model is extended by an equation: not if causes explain the run as well."""
+        return self.found and not self.causes
+
+    @property
+    def best(self) -> FittedTerms:
+        """The first member."""
+        return self.members[0]
+
+
+def discover(
+    assessment: Assessment,
+    verdict: Word,
+    experiment: Experiment,
+    scores: Scores,
+    before: HeldOut | None,
+    progress: Progress = unseen,
+) -> Discovery:
+    """Look for an equation of the heat that a model lacks.
+
+    Parameters
+    ----------
+    assessment : what the search for causes found on the fitted rows
+    verdict : after the gate on held-out rows
+    experiment, scores : the whole experiment, and its errors
+    before : held-out errors of the model as it stands
+    """
+    if experiment.rig.in_loop:
+        return Discovery("none", because="FMUs whose equations nobody knows are simulated in a loop")
+    if verdict == "adequate":
+        return Discovery("none", because="nothing is wrong beyond the noise")
+    progress("terms: missing heat", 0.0)
+    missing = Missing(assessment)
+    if not missing.places:
+        return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
+    search = TermSearch(assessment, missing, progress)
+    explaining = search.run()
+    found = Discovery(
+        "none",
+        tried=next(iter(search.tried), None),
+        missing=missing.heat(),
+        thought_of=search.forms,
+        bare_score=search.bare_score,
+    )
+    if not explaining:
+        return replace(found, because="none of the candidates explains the run to within the noise")
+    margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
+    causes = tuple(sorted(assessment.best.key))
+    if margin < -NEAR:
+        because = f"the catalogue explains the run, by {' and '.join(causes)}"
+        return replace(found, finding="catalogue", because=because)
+    near = [each for each in explaining if each.score < explaining[0].score + NEAR]
+    near = _without_idle_numbers(near)[:MOST_MEMBERS]
+    wander = assessment.fitter.wander
+    passed, why = _through_the_gates(
+        near, missing, before, experiment, lambda model: foretold(model, experiment, scores, wander)
+    )
+    if not passed:
+        return replace(found, because=why[:1].lower() + why[1:].removesuffix("."))
+    if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
+        passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
+        if not passed:
+            because = f"it is {' and '.join(causes)} of the catalogue"
+            return replace(found, finding="catalogue", because=because)
+        found = replace(found, causes=causes)
+    found = replace(found, members=tuple(each for each, _ in passed), foretold=passed[0][1])
+    if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
+        return replace(found, finding="catalogue", because=f"it is {cause} of the catalogue")
+    return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
+
+
+def _through_the_gates(
+    near: Sequence[FittedTerms],
+    missing: Missing,
+    before: HeldOut | None,
+    experiment: Experiment,
+    foretelling: Callable[[Modelled], Foretold],
+) -> tuple[list[tuple[FittedTerms, Foretold]], str]:
+    """Models that pass the gates with what they foretell, and why the first one that does not is refused."""
+    passed, why = list[tuple[FittedTerms, Foretold]](), ""
+    whole = missing.whole(experiment)
+    for each in near:
+        fault = unstable(each.model, missing)
+        for model in () if fault else with_other_levels(each.model, whole):
+            said = foretelling(model)
+            refused = refused_by_held_out(before, said.held_out)
+            if not refused:
+                passed.append((replace(each, model=model), said))
+                fault = ""
+                break
+            fault = fault or refused
+        why = why or fault
+    return passed, why
+
+
+def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
+    """Models but for those that say the same as one with fewer numbers, as a dead zone of no width."""
+    kept: list[FittedTerms] = []
+    for each in sorted(near, key=lambda tried: tried.model.numbers):
+        simpler = (other for other in kept if other.model.numbers < each.model.numbers)
+        if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
+            kept.append(each)
+    return sorted(kept, key=lambda tried: tried.score)
+
+
+def _disguise(tried: FittedTerms) -> str:
+    """Cause of the catalogue that a model of one term is by another name."""
+    candidates = tried.model.chosen.candidates
+    return candidates[0].cause if len(candidates) == 1 else ""
+
+
+def _catalogue_gain(search: TermSearch, verdict: Word) -> float:
+    """Gain of the causes that were found, less their description; minus infinity if they explain nothing."""
+    if verdict not in ("named", "ambiguous"):
+        return -np.inf
+    found, best = search.assessment.search, search.assessment.best
+    named = 2 * float(np.log(max(len(found.items), 2))) * len(best.items)
+    numbers = search.of_number * sum(len(item.freed) for item in best.items)
+    return float(found.null.chi2 - best.chi2 - named - numbers)

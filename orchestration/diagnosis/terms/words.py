@@ -1,0 +1,250 @@
+"""What was found of an equation, in words and as JSON; and the machine that is extended by it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
+from warmlink.orchestration.diagnosis.answer.entries import json_content
+from warmlink.orchestration.diagnosis.answer.extension import extended_values
+from warmlink.orchestration.diagnosis.answer.next_experiment import Proposed
+from warmlink.orchestration.diagnosis.answer.words import summary
+from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.rungs import Rung
+from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
+from warmlink.orchestration.diagnosis.terms.library import Candidate
+from warmlink.orchestration.diagnosis.terms.modelled import Modelled, with_equation
+from warmlink.orchestration.diagnosis.terms.next_experiment import Rival, next_for
+from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.scenarios.duties.duty import Segment
+
+_SIGMA = 1.96
+_MOST_TOLD = 4
+"""Equations of a set that the words list."""
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A diagnosis with what was found of an equation for missing heat."""
+
+    diagnosis: Diagnosis
+    discovery: Discovery
+
+    @property
+    def extends(self) -> bool:
+        """Whether the extended model is the one with the equation."""
+        return self.discovery.extends
+
+    @cached_property
+    def proposed(self) -> Proposed | None:
+        """The duty cycle that tells the equations of a set apart; None for a single one or none."""
+        if not self.discovery.found:
+            return None
+        experiment, assessment = self.diagnosis.experiment, self.diagnosis.assessment
+        models = [each.model for each in self.discovery.members]
+        rivals = [Rival(with_equation(experiment, each.chosen), each.fit) for each in models]
+        by_causes = [Rival(experiment, assessment.best)] if self.discovery.causes else []
+        return next_for([*rivals[:1], *by_causes, *rivals[1:]], assessment)
+
+    @cached_property
+    def held_out(self) -> dict[str, tuple[float, float]]:
+        """Held-out error in SI by channel, as the model stands and with the best equation."""
+        said, ladder = self.discovery.foretold, self.diagnosis.ladder
+        if said is None or not ladder.is_judged:
+            return {}
+        rung = Rung("with equation", "simulation", said.predicted.readings)
+        before, after = ladder.rms(ladder.rungs[0]), ladder.rms(rung)
+        return {name: (before[name], after[name]) for name in before if name in after}
+
+    @property
+    def extended(self) -> tuple[Rig, Mapping[str, float]]:
+        """The machine with the terms of the best equation to be wired in, and its values in SI."""
+        model, rig = self.discovery.best.model, self.diagnosis.experiment.rig
+        paths = {**rig.paths, **model.refitted().terms(rig)}
+        return replace(rig, paths=paths), extended_values(model.problem, model.fit)
+
+    def lines(self) -> list[str]:
+        """What is to be said, in sentences."""
+        found = self.discovery
+        told = []
+        if found.finding == "equation":
+            told.append(f"Equation: {equation_of(found.best.model)}.")
+        elif found.finding == "ambiguous":
+            count = len(found.members)
+            told.append(f"These data cannot tell {count + bool(found.causes)} explanations apart:")
+            told += [f"  {equation_of(each.model)}" for each in found.members[:_MOST_TOLD]]
+            told += [f"  and {count - _MOST_TOLD} more equations"] if count > _MOST_TOLD else []
+            told += [f"  or the causes {' and '.join(found.causes)}"] if found.causes else []
+        else:
+            told.append(f"No equation earns its place: {found.because}.")
+            if found.tried is not None and found.finding == "none":
+                told.append(f"The best that was tried: {equation_of(found.tried.model)}.")
+        if found.missing and found.finding != "catalogue":
+            told.append(f"Missing heat, if all of it enters one place: {found.missing[0].sentence}.")
+        if self.extends:
+            told += self._gain()
+        elif found.found:
+            told.append("The model with the causes stays the one to use until they are told apart.")
+        if self.proposed is not None:
+            told.append(f"Next: {self.proposed.why}")
+        return told
+
+    def _gain(self) -> list[str]:
+        if not self.held_out:
+            return []
+        growth = self.diagnosis.ladder.growth
+        names = self.diagnosis.ladder.channels
+        name = names[growth] if growth is not None else next(iter(self.held_out))
+        before, after = self.held_out.get(name, next(iter(self.held_out.values())))
+        unit = shown(self.diagnosis.units()[name])
+        pair = f"{before * per_si(unit):.3g} to {after * per_si(unit):.3g} {unit} rms"
+        which = "this" if self.discovery.finding == "equation" else "the first"
+        return [f"To use from now on: the model with {which} equation; held-out error of {name} {pair}."]
+
+
+def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
+    """Look for an equation of the heat that a diagnosed model lacks."""
+    found = discover(
+        diagnosis.assessment,
+        diagnosis.verdict,
+        diagnosis.experiment,
+        diagnosis.scores,
+        diagnosis.held_out[0],
+        progress,
+    )
+    equation = Equation(diagnosis, found)
+    progress("terms: next experiment", 0.95)
+    _ = equation.proposed
+    return equation
+
+
+def equation_of(model: Modelled) -> str:
+    """The equations of a model, with units, values and 95 % intervals."""
+    parts = []
+    for number in range(1, len(model.chosen.candidates) + 1):
+        candidate, values = model.of(number)
+        told = []
+        for name, each in _numbers(candidate, values).items():
+            value = f"{name} = {each['value']:.4g} {each['unit']}".removesuffix(" 1")
+            low, high = (f"{each[end]:.4g}" if end in each else "" for end in ("low95", "high95"))
+            ends = f" (95 %: {low} to {high})" if each["fitted"] else f" (between {low} and {high})"
+            told.append(f"{value}{ends if low else ''}")
+        parts.append(f"heat into the {candidate.place} = {candidate.form.heat}, with {', '.join(told)}")
+    return "; and ".join(parts)
+
+
+def _numbers(candidate: Candidate, values: Mapping[str, tuple[float, float]]) -> dict[str, dict[str, Any]]:
+    """Value, unit and interval of each number of a term by its name; those that are fixed last."""
+    units = {"a": "W", **{each.name: each.unit for each in candidate.form.shapes}}
+    found: dict[str, dict[str, Any]] = {}
+    for name, (value, deviation) in values.items():
+        half = _SIGMA * deviation
+        ends = {"low95": value - half, "high95": value + half}
+        found[name] = {"value": value, "std": deviation, **ends, "unit": units[name], "fitted": True}
+    for name, (value, unit) in candidate.fixed.items():
+        found[name] = {"value": value, "unit": unit, "fitted": False}
+    for shape in candidate.form.shapes:
+        if shape.levels:
+            low, high = shape.between(found[shape.name]["value"])
+            found[shape.name] |= {"low95": low, "high95": high}
+    return found
+
+
+def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
+    """The diagnosis in plain words, with what was found of an equation behind the verdict."""
+    lines = summary(diagnosis).splitlines()
+    if equation is None:
+        return "\n".join(lines)
+    if not equation.extends:
+        lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
+        return "\n".join([lines[0], *equation.lines(), *lines[1:]])
+    found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
+    beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
+    by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")
+    return "\n".join([f"{lines[0]}; {found}", *equation.lines(), f"By causes alone: {by_causes}", *beside])
+
+
+_BESIDE = ("Likely slip", "As it stands", "Look at the data")
+"""How sentences begin that hold whatever explains the run."""
+
+
+def content_with(
+    diagnosis: Diagnosis, equation: Equation | None, ssv: str | None = None, ssp: str | None = None
+) -> dict[str, Any]:
+    """Contents of `diagnosis.json`, with the entry `equation` if one was looked for."""
+    content = json_content(diagnosis, ssv, ssp)
+    if equation is None:
+        return content
+    found = equation.discovery
+    units = {name: shown(unit) for name, unit in diagnosis.units().items()}
+    proposed = equation.proposed
+    return {
+        **content,
+        "equation": {
+            "finding": found.finding,
+            "because": found.because or None,
+            "causes": list(found.causes),
+            "members": [_entry(each.model, each.score, each.chance) for each in found.members],
+            "tried": None
+            if found.tried is None
+            else _entry(found.tried.model, found.tried.score, found.tried.chance),
+            "score_without": found.bare_score if np.isfinite(found.bare_score) else None,
+            "forms_thought_of": found.thought_of,
+            "held_out": {
+                name: {
+                    "rmse_before": before * per_si(units[name]),
+                    "rmse_after": after * per_si(units[name]),
+                    "unit": units[name],
+                }
+                for name, (before, after) in equation.held_out.items()
+            },
+            "missing_heat": [
+                {
+                    **{"run": each.run, "place": each.place, "misfit": each.misfit},
+                    **{"time_s": each.time.tolist(), "heat_W": each.heat.tolist()},
+                    "std_W": each.deviation.tolist(),
+                }
+                for each in found.missing
+            ],
+            "next_experiment": None
+            if proposed is None
+            else {
+                "why": proposed.why,
+                "expected_separation_sigma": proposed.expected_separation_sigma,
+                "expected_chance": proposed.expected_chance,
+                "duty": [_segment(each) for each in proposed.duty],
+            },
+        },
+    }
+
+
+def _segment(segment: Segment) -> dict[str, Any]:
+    return {
+        "duration_s": segment.duration,
+        "speed": segment.speed,
+        "torque": segment.torque,
+        "pad_temperature": None if np.isnan(segment.pad) else segment.pad,
+        "ambient_temperature": segment.ambient_temperature,
+    }
+
+
+def _entry(model: Modelled, score: float, chance: float) -> dict[str, Any]:
+    terms = []
+    for number in range(1, len(model.chosen.candidates) + 1):
+        candidate, values = model.of(number)
+        terms.append(
+            {
+                "heat": candidate.form.heat,
+                "into": candidate.place,
+                "about": candidate.form.about,
+                "cause": candidate.cause or None,
+                "parameters": _numbers(candidate, values),
+            }
+        )
+    return {"terms": terms, "score": score, "chance": chance}

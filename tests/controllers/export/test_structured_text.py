@@ -1,0 +1,187 @@
+"""A law as Structured Text: declared, commented, importable, and the numbers of its C."""
+
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from tests.controllers.export.iec import MISSING, hours, of_c, of_structured_text, run, translated
+from warmlink.controllers.export.core import Core, Precision, designed
+from warmlink.controllers.export.plcopen import NAMESPACE, plcopen_xml
+from warmlink.controllers.export.program.words import RESERVED
+from warmlink.controllers.export.st_blocks import Blocks, blocks, structured_text
+from warmlink.controllers.own import Law, component_of
+from warmlink.fmus.component import Parameter, State
+from warmlink.fmus.component.arithmetic import exp, finite, sqrt, stack, where
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.catalogue import controllers
+
+LAWS = sorted(name for name, component in controllers().items() if component.states)
+
+with_matiec = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
+"""Of tests that translate; the others read the text."""
+
+
+class Settling(Law):
+    """Growth that settles while it is hot."""
+
+    parameters = (Parameter("gain", "m/K", 4e-6, "growth per kelvin"), Parameter("lag", "s", 90.0, "time"))
+    states = (State("mean", "K"), State("worst", "K", size=2))
+
+    def begin(self, u: Any, p: Any) -> dict[str, Any]:
+        """Start values of the states by name."""
+        first = where(finite(u.tip_temperature), u.tip_temperature, 295.15)
+        return {"mean": first, "worst": stack(first, 0.0)}
+
+    def update(self, x: Any, u: Any, p: Any, time: Any, step: Any) -> dict[str, Any]:
+        """The states after a sample."""
+        good = finite(u.tip_temperature)
+        share = 1.0 - exp(-step / p.lag)
+        mean = where(good, x.mean + share * (u.tip_temperature - x.mean), x.mean)
+        return {"mean": mean, "worst": where(x.worst > mean, x.worst, mean)}
+
+    def correction(self, x: Any, u: Any, p: Any, time: Any) -> Any:
+        """The correction in m."""
+        return p.gain * sqrt((x.mean - 295.15) ** 2 + 1e-3 * time / (time + p.lag))
+
+
+def exported(law: str, precision: Precision = "double") -> Core:
+    return Core(component_of(Settling) if law == "Settling" else controllers()[law], law, precision)
+
+
+OBSERVERS = ("observer", "observer_drift")
+"""Laws whose translation takes its time."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[*(pytest.param(n, marks=pytest.mark.slow) if n in OBSERVERS else n for n in LAWS), "Settling"],
+)
+def core(request: pytest.FixtureRequest) -> Core:
+    return exported(request.param)
+
+
+@pytest.fixture(scope="module")
+def made(core: Core) -> Blocks:
+    return blocks(core)
+
+
+_WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*")
+_SAID = """if then else elsif end_if for to do end_for not and or sel abs exp ln sqrt sin cos expt true false
+int_to_lreal lint_to_lreal lreal_to_lint"""
+"""Words of the language, and functions of its standard, that a law may use."""
+
+
+def test_every_name_is_declared_once_and_is_no_word_of_the_language(made: Blocks) -> None:
+    types = {name for name, _, _ in made.arrays} | {made.state[0], "BOOL", "INT", "REAL", "LREAL"}
+    functions: set[str] = set()
+    for unit in made.units:
+        variables = [each for section in unit.sections.values() for each in section]
+        names = [each.name.lower() for each in variables]
+        assert len(names) == len(set(names)), unit.name
+        assert not RESERVED & ({*names} - {"i", "j", "k"}), unit.name
+        assert all(each.type in types or each.type.startswith("ARRAY [0..") for each in variables), unit.name
+        text = re.sub(r"\b\d[\d.]*(E-?\d+)?", "0", "\n".join(unit.body))
+        arguments = {word.lower() for word in re.findall(r"[(,]\s*(\w+) :=", text)}
+        known = {*names, *_SAID.split(), *functions, *arguments, unit.name.lower()}
+        assert {word.lower() for word in _WORD.findall(text)} <= known, unit.name
+        (functions if unit.head == "FUNCTION" else types).add(
+            unit.name.lower() if unit.returns else unit.name
+        )
+
+
+def test_constants_stand_in_one_block_with_units_in_comments(core: Core, made: Blocks) -> None:
+    with_constants = [unit.name for unit in made.units if unit.sections.get("VAR CONSTANT")]
+    assert with_constants == [core.name]
+    parameters = {variable.name: variable.unit for variable in core.component.parameters}
+    told = {each.name: each.told for each in made.units[-1].sections["VAR CONSTANT"]}
+    assert {*told} & {*parameters}
+    for name in {*told} & {*parameters}:
+        assert told[name].startswith(f"{parameters[name]}: "), name
+    text = structured_text(core)
+    assert max(map(len, text.splitlines())) <= 110
+    assert re.search(r"SHA-256 [0-9a-f]{16}", text)
+
+
+def test_what_a_restart_needs_is_retained(core: Core, made: Blocks) -> None:
+    retained = [each.name for each in made.units[-1].sections["VAR RETAIN"]]
+    assert retained == (["retained"] if core.goes_on else [])
+
+
+def test_the_xml_holds_the_same_units(core: Core, made: Blocks) -> None:
+    root = ET.fromstring(plcopen_xml(core))
+    space = {"p": NAMESPACE, "h": "http://www.w3.org/1999/xhtml"}
+    units = root.findall("p:types/p:pous/p:pou", space)
+    assert [each.get("name") for each in units] == [unit.name for unit in made.units]
+    for each, unit in zip(units, made.units, strict=True):
+        assert each.findtext("p:body/p:ST/h:xhtml", namespaces=space) == "\n".join(unit.body)
+        names = [variable.get("name") for variable in each.findall("p:interface/*/p:variable", space)]
+        assert names == [variable.name for section in unit.sections.values() for variable in section]
+
+
+def test_another_design_is_another_hash() -> None:
+    one, other = controllers()["lag"], designed(controllers()["lag"], {"time_constant": 500.0})
+    assert Core(one, "lag", "double").origin() != Core(other, "lag", "double").origin()
+
+
+def test_a_law_that_decides_with_if_is_refused_in_a_sentence() -> None:
+    class Deciding(Settling):
+        """Growth by an if."""
+
+        def correction(self, x: Any, u: Any, p: Any, time: Any) -> Any:
+            return p.gain if x.mean > 300.0 else 0.0
+
+    with pytest.raises(InputError, match="decides with where"):
+        structured_text(Core(component_of(Deciding), "deciding", "double"))
+
+
+@pytest.mark.platform
+@with_matiec
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_matiec_translates_it_without_a_word(core: Core, precision: Precision, tmp_path: Path) -> None:
+    assert translated(Core(core.component, core.name, precision), tmp_path) == ""
+
+
+RESTARTS = {0.25: 30.0, 0.5: 600.0, 0.75: 20000.0}
+"""Share of the time after which the controller was off, and for how many s."""
+
+
+@pytest.mark.platform
+@with_matiec
+@pytest.mark.parametrize("count", [3600, pytest.param(86400, marks=pytest.mark.slow)])
+def test_it_gives_the_numbers_of_the_c(core: Core, count: int, tmp_path: Path) -> None:
+    """Bit for bit, restarts, drop-outs and faults too; but `analytic` needs erf, which the standard lacks."""
+    rows, size = hours(tuple(core.component.u.names), count), core.component.y.size
+    restarts = {int(share * count): passed for share, passed in RESTARTS.items()}
+    libraries = of_structured_text(core, tmp_path), of_c(core, tmp_path)
+    st, c = (run(each, rows, size, restarts) for each in libraries)
+    place = core.component.y.index["correction"]
+    assert np.abs(c[:, place]).max() > 1e-5
+    if core.name == "analytic":
+        np.testing.assert_allclose(st, c, rtol=1e-9, atol=1e-18)
+        return
+    np.testing.assert_array_equal(st, c)
+    if core.goes_on:
+        first = int(0.25 * count)
+        assert abs(st[first, place] - st[first - 1, place]) < 1e-9, "a restart makes no leap"
+
+
+@pytest.mark.platform
+@with_matiec
+@pytest.mark.parametrize("count", [3600, pytest.param(86400, marks=pytest.mark.slow)])
+def test_single_precision_loses_less_than_a_tenth_of_a_micrometre_or_a_quarter_in_an_observer(
+    core: Core, count: int, tmp_path: Path
+) -> None:
+    rows, size = hours(tuple(core.component.u.names), count), core.component.y.size
+    single, double = tmp_path / "single", tmp_path / "double"
+    for folder in (single, double):
+        folder.mkdir()
+    real = run(of_structured_text(Core(core.component, core.name, "single"), single), rows, size, {})
+    lreal = run(of_c(core, double), rows, size, {})
+    place = core.component.y.index["correction"]
+    off = np.abs(real[:, place] - lreal[:, place])
+    # An observer decides by thresholds: now and then it does so a sample earlier or later.
+    assert off.max() < (0.25e-6 if core.name in OBSERVERS else 0.1e-6)

@@ -1,0 +1,90 @@
+"""Of several systems in one SSP one is chosen by its name, wherever an SSP is taken."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.command import exit_code
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.check.checked import check
+from warmlink.orchestration.describe import describe
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.system.assemble import read_system
+
+from .ssp_text import Lab, connection, parameters
+
+
+@pytest.fixture
+def two(lab: Lab) -> Path:
+    """Give an SSP whose default couples motor and link, and whose variant `Long` does not."""
+    coupled = lab.cell(connection("motor.heat_flow", "link.heat_flow"))
+    return lab.ssp(coupled, {"Long.ssd": lab.cell(link=parameters("length:Real:3:m"))})
+
+
+def test_a_variant_is_read_by_its_name_and_the_default_says_what_else_there_is(two: Path) -> None:
+    assert read_system(two, variant="Long").components["link"].values == {"length": 3.0}
+    assert read_system(two, variant="Long.ssd").remarks == ()
+    system = read_system(two)
+    assert len(system.connections) == 1
+    assert system.remarks == (
+        "cell1.ssp: SystemStructure is run, one of several variants; beside it Long; variant='Long' takes "
+        "that instead",
+    )
+    with pytest.raises(
+        InputError, match=r"variant='Lung': no variant of the system in cell1.ssp; did you mean"
+    ):
+        read_system(two, variant="Lung")
+
+
+def test_list_and_check_name_the_variants_and_take_one(two: Path) -> None:
+    assert describe(two).facts["variants"] == "SystemStructure, Long"
+    assert describe(two).facts["connections"] == "1"
+    assert describe(two, variant="Long").facts["connections"] == "0"
+    found = [check(two, variant=each).results[0].detail for each in (None, "Long")]
+    assert found == [f"2 components, {n} connections; variants: SystemStructure and Long" for n in (1, 0)]
+
+
+def test_files_take_one_as_ssp_writes_it(two: Path) -> None:
+    with pytest.raises(InputError, match=r"no variant of the system in cell1\.ssp; did you mean Long"):
+        rig_of(f"{two.name}#Lung", two.parent)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("check", "Motor.fmu"), "--variant Long: no variant of the system in Motor.fmu; leave this out"),
+        (
+            ("list", "ThermalLink"),
+            "--variant Long: ThermalLink has no variants, being no SSP; leave this out",
+        ),
+        (("list",), "--variant Long: is for one SSP; name it"),
+        (("run", "warm_up"), "--variant Long: warm_up names no SSP; leave this out"),
+        (("run", "mine.toml"), "--variant Long: the scenario's system is no SSP; leave this out"),
+    ],
+)
+def test_what_has_no_variants_says_so(
+    arguments: tuple[str, ...],
+    sentence: str,
+    lab: Lab,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    lab.entries()
+    (lab.folder / "mine.toml").write_text('duty = "windshield_wiper"\n')
+    monkeypatch.chdir(lab.folder)
+    assert exit_code([*arguments, "--variant", "Long"], monkeypatch) == 2
+    assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+def test_run_takes_a_variant_of_the_scenarios_system(
+    two: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    roles = '[roles]\nscore = "link.elongation"\nspeed = "motor.ambient"\n'
+    (two.parent / "mine.toml").write_text(f'system = "{two.name}"\nduty = "windshield_wiper"\n{roles}')
+    monkeypatch.chdir(two.parent)
+    assert exit_code(["run", "mine.toml", "--variant", "Lung"], monkeypatch) == 2
+    assert "--variant Lung: no variant of the system in cell1.ssp" in " ".join(
+        capsys.readouterr().err.split()
+    )
