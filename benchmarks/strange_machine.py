@@ -183,9 +183,9 @@ class Machine:
     def run(
         self, demands: list[Demand], seed: int, room: Room | None = None, since: Run | None = None
     ) -> Run:
-        """Temperatures and growth through demands, from a cold start in the room's air or from the end of a run.
+        """Temperatures and growth through demands, from a cold start in the room's air, or on from a run.
 
-        After a run its air goes on too: the last one's is followed by the course that `room` gives from there.
+        After a run the air goes on as `room` has it from there.
         """
         draw = np.random.default_rng([seed, 46])
         rows = [each for each in demands for _ in range(max(1, round(each.duration / STEP)))]
@@ -224,7 +224,7 @@ class Machine:
 
 @dataclass(frozen=True)
 class Run:
-    """A run: the demand and the air of each step, temperatures in degC from the start on, and steps since then."""
+    """A run: demand and air of each step, temperatures in degC from the start, steps since a cold start."""
 
     machine: Machine
     rows: list[Demand]
@@ -263,6 +263,7 @@ class Run:
         return pd.DataFrame(logged)
 
     def places(self) -> dict[str, Array]:
+        """True temperatures in degC where thermometers are, at each step."""
         plate = self.history[:, self.machine.cells].mean(axis=2)
         return {
             "shaft": self.history[:, LUMPS.index("rotor")],

@@ -1,8 +1,8 @@
 """False alarms of `warmlink watch` over sound days, and how soon and under which name it finds faults.
 
-The machines are those of `strange_machine.py`, whose structure is another than that of the model that watches them:
-every figure is for a filter whose equations are wrong. Their rooms wander, their thermometers round, and their
-loggers write rows now and then.
+The machines are those of `strange_machine.py`, whose structure is another than that of the model that
+watches them: every figure is for a filter whose equations are wrong. Their rooms wander, their thermometers
+round, and their loggers write rows now and then.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.strange_machine import STEP, Demand, Machine, Room, Run
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.rows import Reader
@@ -54,7 +54,7 @@ _READ = 4
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault: parameters of the machine that are multiplied, or what it does to the rows; and right names."""
+    """A fault: what is multiplied of the machine, or what happens to its rows; and the right names."""
 
     names: frozenset[str]
     factors: tuple[tuple[str, float], ...] = ()
@@ -143,7 +143,7 @@ class Cell:
     def made(cls, seed: int, sound_days: float, rate: float) -> Cell:
         """A sound machine with a watcher that has seen nothing yet."""
         rig = rig_of("WarmupCell")
-        reader = Reader("log", HEADERS, rig, Said())
+        reader = Reader("log", HEADERS, rig, ReadOptions())
         machine = watched(rig, {}, reader.inputs, reader.readings, reader.names)
         watcher = Watcher(machine, sound_days * DAY, rate)
         draw = np.random.default_rng([seed, 48])
@@ -193,7 +193,7 @@ def sound_days(seed: int, days: int, known: int, rate: float) -> tuple[Cell, lis
 
 
 def faulty(cell: Cell, fault: Fault, day: int, hours: float) -> tuple[float | None, list[tuple[str, ...]]]:
-    """Time in s until an alarm, None without one, and the names it gives, of a fault in the middle of a shift."""
+    """Time in s until an alarm, None without one, and its names, of a fault in the middle of a shift."""
     fork, began, names, found = cell.fork(), DAY * day + ONSET, list[tuple[str, ...]](), None
     before, after = _cut(demands(fork.seed, day), ONSET)
     for _ in fork.works(before):

@@ -42,18 +42,18 @@ def watch(
     Parameters
     ----------
     source : A log that grows (CSV), or - for standard input.
-    sound : How long the opening part lasts that you declare sound. The longer it is and the more of your work it
-        holds, the less evidence an alarm needs.
+    sound : How long the opening part lasts that you declare sound. The longer it is and the more of your
+        work it holds, the less evidence an alarm needs.
     alarms : How often a false alarm is bearable.
     scenario : Scenario file (TOML) of your machine, with its [parameters]. Default: the warm-up cell.
-    set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800 mm".
-        Repeatable.
+    set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800
+        mm". Repeatable.
     unit : Unit that is missing from a header: --unit "T_base=degC". Repeatable.
     map_ : Which variable a column holds, for example --map "T_base=base_temperature". Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
     until_end : End where the log ends, rather than wait for more.
-    speed : Replay the log so many times faster than it was recorded, for example --speed 60. Default: as fast as it
-        comes.
+    speed : Replay the log so many times faster than it was recorded, for example --speed 60. Default: as
+        fast as it comes.
     serve : Serve the page, read only, at HOST:PORT, for example --serve 127.0.0.1:8080.
     out : Folder for the files.
     json : Print events as JSON, one object a line, for other programs.

@@ -12,7 +12,7 @@ from typing import Any
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer
-from warmlink.orchestration.diagnosis.data.columns import NOTHING_SAID, said
+from warmlink.orchestration.diagnosis.data.columns import read_options
 from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.machine import DEFAULT
@@ -105,7 +105,7 @@ def watching(
         raise InputError(f"{argument('speed', speed)}: is no speed; give how many times faster, or 0")
     rate = rate_of(alarms, argument("alarms"))
     machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
-    columns = replace(said(**told), machine=machine) if told else replace(NOTHING_SAID, machine=machine)
+    columns = replace(read_options(**told), machine=machine)
     rig = rig_of(machine)
     known = {
         name: start_value(name, text, rig.components, argument("parameters"))

@@ -75,7 +75,7 @@ def lead(watching: Watching) -> str:
     watcher = watching.watcher
     if watcher.limits is None:
         hours = (watcher.opening[-1].end - watcher.opening[0].start) / 3600 if watcher.opening else 0.0
-        return f"Learning: {hours:.1f} h of the {watcher.sound / 3600:.4g} h that are declared sound have come in."
+        return f"Learning: {hours:.1f} h of the {watcher.sound / 3600:.4g} h declared sound have come in."
     last = f"Last row judged at {when(watcher.moments[-1].time)}; {watcher.limits.told()}."
     if watcher.standing is not None:
         names = " or ".join(watcher.standing.causes) or "no known cause"

@@ -19,13 +19,13 @@ from warmlink.orchestration.diagnosis.model.simulation import start_values
 from warmlink.orchestration.machine.rig import Rig
 
 CELLS = 12
-"""Finite volumes of a link in the filter: coarse, as the sound part calibrates it and its noise covers the rest."""
+"""Finite volumes of a link in the filter: coarse, as it is calibrated and its noise covers the rest."""
 
 MODEL, THERMOMETER, CLOCK, LAW = "model", "thermometer", "clock", "law"
 """Verdicts."""
 
 _SPAN = 6.0
-"""Share of the room between a cause's bounds that counts as one standard deviation before anything is seen."""
+"""Standard deviations, before anything is seen, between a cause's bounds."""
 
 _OFFSET = {"K": 0.5, "m": 5e-6}
 """The same of a reading's offset, by its unit."""

@@ -1,7 +1,7 @@
 """What is learnt from the sound part: the model's values, and the sizes of what it does not say; then frozen.
 
-The filter is run over the sound part once and again, and each time what is linear about it is kept: that tells,
-within a moment, how likely the readings are with other noise, and how far each value must move.
+The filter is run over the sound part once and again, and each time what is linear about it is kept: that
+tells, within a moment, how likely the readings are with other noise, and how far each value must move.
 """
 
 from __future__ import annotations
@@ -18,17 +18,14 @@ from warmlink.orchestration.watch.hypotheses import Watched
 from warmlink.orchestration.watch.shadow import Linear, Noise, Shadow, corrected
 from warmlink.orchestration.watch.ticks import Tick
 
-_ROUNDS = 3
-"""Passes of the filter, each after a calibration about the last one."""
+_STRIDES = ((), (4.0,), (2.0, 1.5))
+"""Factors by which each size of the noise is tried larger and smaller, in each pass of the filter."""
 
 _MOST_TICKS = 1440
 """Ticks by which the noise is learnt: a day; values are calibrated on all."""
 
 _MEMORIES = (1800.0, 7200.0, 28800.0)
 """Correlation times in s of the model's own misfit, of which the likeliest is taken."""
-
-_STRIDES = (4.0, 2.0, 1.5)
-"""Factors by which each size of the noise is tried larger and smaller, one after another."""
 
 _UNIT = {"K": 1.0, "m": 1e-5}
 """What counts as much as 1 K, by unit."""
@@ -54,7 +51,8 @@ class Learnt:
     offsets : of the readings, shape (outputs,)
     moved : by which each hypothesis' value was calibrated, shape (hypotheses,)
     lean, weight : of each tick of the sound part, shape (ticks, hypotheses)
-    surprise : sum of squares of each tick's innovations less their number, in standard deviations, shape (ticks,)
+    surprise : sum of squares of each tick's innovations less their number, in standard deviations, shape
+        (ticks,)
     """
 
     noise: Noise
@@ -77,13 +75,13 @@ def learn(machine: Watched, ticks: Sequence[Tick], progress: Progress = unseen) 
     """
     noise, moved = _first(machine, ticks), np.zeros(len(machine.hypotheses))
     memories = [each for each in _MEMORIES if 4 * each <= ticks[-1].end - ticks[0].start] or _MEMORIES[:1]
-    for k in range(_ROUNDS):
-        progress("calibrating on the sound part", k / (_ROUNDS + 1))
+    for k, strides in enumerate(_STRIDES):
+        progress("calibrating on the sound part", k / (len(_STRIDES) + 1))
         passed = _pass(machine, noise, moved, ticks)[1]
-        if k:
-            noise = _likeliest(passed[:_MOST_TICKS], noise, memories, machine)
+        if strides:
+            noise = _likeliest(passed[:_MOST_TICKS], noise, memories, strides, machine)
         moved = moved + _calibration(machine, passed, noise, moved)
-    progress("judging the sound part", _ROUNDS / (_ROUNDS + 1))
+    progress("judging the sound part", len(_STRIDES) / (len(_STRIDES) + 1))
     said, _ = _pass(machine, noise, moved, ticks)
     values, offsets = applied(machine, moved)
     lean, weight = (np.array([getattr(each, name) for each in said]) for name in ("lean", "weight"))
@@ -181,7 +179,7 @@ def _likeliest(passed: Sequence[Linear], noise: Noise, memories: Sequence[float]
         tried = replace(noise, misfit_memory=memory)
         if (log := _filtered(passed, tried)[0]) > best:
             best, noise = log, tried
-    for stride in _STRIDES:
+    for stride in strides:
         for name in ("misfit", "steady", "wander"):
             for i in range(getattr(noise, name).size):
                 for factor in (stride, 1 / stride):

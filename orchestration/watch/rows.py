@@ -1,7 +1,7 @@
 """Cells of a source's rows as signals in SI, one row at a time, by the rules of `diagnose`.
 
-What a cell means depends on its row alone, never on how many rows came at once: so a log says the same through
-every source.
+What a cell means depends on its row alone, never on how many rows came at once: so a log says the same
+through every source.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import Assignment, Said
+from warmlink.orchestration.diagnosis.data.columns import Assignment, ReadOptions
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.cells import MARKS, MOST_PLAUSIBLE, OVERRANGE
 from warmlink.orchestration.scenarios.logged.layout import conversion_to
@@ -32,7 +32,7 @@ Cells = Sequence[str | float | None]
 
 
 class Row(NamedTuple):
-    """One row in SI: time in s, inputs and readings by variable, NaN where there is none, and a correction."""
+    """One row in SI: time in s, inputs and readings by variable, NaN if there is none, and a correction."""
 
     time: float
     inputs: dict[str, float]
@@ -82,7 +82,9 @@ class Reader:
         A header does not fit, there is no time, or nothing is measured.
     """
 
-    def __init__(self, name: str, headers: Sequence[str], rig: Rig, told: Said, comma: bool = False) -> None:
+    def __init__(
+        self, name: str, headers: Sequence[str], rig: Rig, told: ReadOptions, comma: bool = False
+    ) -> None:
         import pandas as pd
 
         own = [h for h in headers if _is_correction(h)]
@@ -102,8 +104,8 @@ class Reader:
         self._correction = self._own(sheet, own)
         if not self.readings:
             raise InputError(
-                f"{name}: no measured column is known; give at least one of {', '.join(rig.measurable)}, and say "
-                f"which is which with {assigned.offers()}"
+                f"{name}: no measured column is known; give at least one of {', '.join(rig.measurable)}, "
+                f"and say which is which with {assigned.offers()}"
             )
 
     def _time_unit(self, sheet: Sheet) -> float | None:

@@ -1,11 +1,11 @@
 """The sequential test: sums that forget, one for each thing that may be wrong, against thresholds.
 
-Each sum collects how far the innovations lean one way, over some ten minutes, an hour and six hours: a score test
-with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abrupt Changes, Prentice-Hall 1993). Its
-thresholds come from the sound part alone: blocks of it are drawn anew into many made-up days, as many as it takes to
-see the stated rate of false alarms, and nothing is tuned. What a short sound part does not tell counts against an
-alarm: every made-up machine has weights of the blocks and a size of the noise of its own (D. B. Rubin, "The Bayesian
-bootstrap", Annals of Statistics 9, 1981).
+Each sum collects how far the innovations lean one way, over some ten minutes, an hour and six hours: a score
+test with windows that fade (M. Basseville and I. V. Nikiforov, Detection of Abrupt Changes, Prentice-Hall
+1993). Its thresholds come from the sound part alone: blocks of it are drawn anew into many made-up days, as
+many as it takes to see the stated rate of false alarms, and nothing is tuned. What a short sound part does
+not tell counts against an alarm: every made-up machine has weights of the blocks and a size of the noise of
+its own (D. B. Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981).
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Sums:
         self.weight = np.full_like(self.lean, _LEAST_WEIGHT)
 
     def add(self, lean: Array, weight: Array) -> Array:
-        """Take a tick; give each sum in its standard deviations, were the innovations white, (..., memories, things)."""
+        """Take a tick; give each sum in standard deviations of white innovations, (..., memories, things)."""
         self.lean *= self._kept
         self.lean += lean[..., None, :]
         self.weight *= self._kept**2
@@ -102,7 +102,8 @@ class Limits:
         if self.blocks < 2 * _BLOCKS:
             short = f"; the sound part has only {self.blocks} blocks, so that alarms wait for more evidence"
         every = 1 / self.rate
-        return f"thresholds for one false alarm in {every:.3g} days, {seen} in {self.days:.0f} made-up days{short}"
+        days = f"{self.days:.0f} made-up days{short}"
+        return f"thresholds for one false alarm in {every:.3g} days, {seen} in {days}"
 
 
 def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits:
@@ -164,14 +165,14 @@ def _usual(
 
 
 def _peaks(highest: Array, apart: int) -> Array:
-    """Largest values of stretches of the longest memory, in which one fault would be one alarm, shape (stretches,)."""
+    """Largest values of stretches of the longest memory, each one alarm at most, shape (stretches,)."""
     stretches = max(highest.shape[0] // apart, 1)
     cut = highest[: stretches * apart].reshape(stretches, -1, highest.shape[1])
     return np.asarray(cut.max(axis=1).ravel())
 
 
 def _beyond(order: Array, wanted: float) -> float:
-    """Level that is passed less often than was seen: the number of peaks falls with the square of their height."""
+    """Level that is passed less often than was seen: peaks grow rarer with the square of their height."""
     low, high = order[min(60, order.size - 1)], order[min(10, order.size - 1)]
     fall = np.log(60 / 10) / max(high**2 - low**2, 1e-9)
     return float(np.sqrt(high**2 + np.log(10 / max(wanted, 1e-12)) / fall))

@@ -1,9 +1,9 @@
 """The plant's own filter in shadow: an extended Kalman filter on the joined machine, tick after tick.
 
-Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at each
-reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part. A reading
-is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at its start, with
-what the readings within it say, and then goes on to its end.
+Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at
+each reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part.
+A reading is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at
+its start, with what the readings within it say, and then goes on to its end.
 
 Beside the state goes what each hypothesis would have changed in what the filter expects, had it been true all
 along: the direction in which the innovations would then lean (A. S. Willsky and H. L. Jones, "A generalized
@@ -69,7 +69,7 @@ class Noise:
         return np.exp(-lasting / times)
 
     def process(self, plant: int, lasting: float) -> Array:
-        """Variances that come to so many states of the plant and to the slow processes in a tick, shape (n,)."""
+        """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
         slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
         return np.append(np.full(plant, _ROUGH**2 * lasting / TICK), slow)
 
@@ -112,7 +112,8 @@ class Innovation(NamedTuple):
     Attributes
     ----------
     white : whitened innovations, shape (outputs,); NaN where nothing was read
-    lean, weight : sums of products of the innovations with each direction, and of its squares, shape (hypotheses,)
+    lean, weight : sums of products of the innovations with each direction, and of its squares, shape
+        (hypotheses,)
     expected, sigma : reading that was expected and its standard deviation in SI, shape (outputs,)
     """
 

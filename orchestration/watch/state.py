@@ -1,4 +1,4 @@
-"""What a watcher knows as one checksummed line of JSON: a restart goes on as if nothing had happened, bit for bit."""
+"""What a watcher knows as one checksummed line of JSON, so that a restart goes on bit for bit."""
 
 from __future__ import annotations
 
@@ -113,8 +113,8 @@ def restored(
     if facts["asked"] != dict(asked):
         differ = ", ".join(n for n in asked if facts["asked"].get(n) != asked[n])
         raise InputError(
-            f"{path}: holds the state of a watch with another {differ}; choose another {argument('out')}, or remove "
-            "the file to learn anew"
+            f"{path}: holds the state of a watch with another {differ}; choose another {argument('out')}, "
+            "or remove the file to learn anew"
         )
     gatherer.restore(facts["gatherer"])
     for name, value in decoded(facts["watcher"]).items():

@@ -30,7 +30,7 @@ GAP = 900.0
 """s without rows after which nobody knows what the machine did: the filter begins anew."""
 
 _SET_BACK = 20
-"""Rows one after another, each later than the one before, that lie before the newest: the clock was set back."""
+"""Rows that follow one another before the newest row, from which on the clock was set back."""
 
 _SPIKE = 8.0
 """Robust standard deviations from the median of a tick at which a reading is a spike of the line."""
@@ -49,7 +49,8 @@ class Tick(NamedTuple):
     readings : means in SI, shape (outputs,); NaN where there is none
     places : mean time of these readings as a share of the tick, shape (outputs,)
     counts : how many readings each mean has, shape (outputs,)
-    scatter : standard deviation of one reading from one to the next, NaN where there are too few, shape (outputs,)
+    scatter : standard deviation of one reading from one to the next, NaN where there are too few, shape
+        (outputs,)
     correction : mean of the logged correction in m, NaN where there is none
     anew : whether a gap came before that nobody knows about
     """

@@ -1,4 +1,4 @@
-"""The twin: it learns from the sound part, judges what follows tick after tick, and names what it alarms of."""
+"""The twin: it learns from the sound part, judges every tick that follows, and names what it alarms of."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _QUIET, _QUIET_TICKS = 0.7, 60
 
 @dataclass
 class Standing:
-    """An alarm that is not over: when it began, ticks since, ticks that were quiet, and what it is put down to."""
+    """An alarm that is not over: when it began, ticks since, quiet ticks, and what it is put down to."""
 
     time: float
     ticks: int = 0
@@ -44,7 +44,7 @@ class Standing:
 
 
 class Moment(NamedTuple):
-    """A tick as a page shows it: time in s, levels by verdict, readings, expected ones and their 1 sigma in SI."""
+    """A tick as a page shows it: time in s, levels by verdict, readings, expected ones and 1 sigma in SI."""
 
     time: float
     levels: dict[str, float]
@@ -96,7 +96,7 @@ class Watcher:
 
     @property
     def levels(self) -> Array:
-        """Each thing's largest sum as a share of its threshold, shape (things,); 0 while nothing is judged."""
+        """Largest sum of each thing as a share of its threshold, shape (things,); 0 before judging."""
         return np.zeros(len(self.things)) if self.test is None else self.test.level
 
     def add(self, tick: Tick) -> Iterator[dict[str, Any]]:
@@ -112,18 +112,20 @@ class Watcher:
         """Raise InputError where the log has ended within its sound part."""
         if self.test is None:
             hours = (self.opening[-1].end - self.opening[0].start) / 3600 if self.opening else 0.0
+            given = argument("sound", f"{self.sound / 3600:.4g} h")
             raise InputError(
-                f"{argument('sound', f'{self.sound / 3600:.4g} h')}: the log ends after {hours:.4g} h, within the part "
-                "that is declared sound; nothing was judged, declare a shorter part"
+                f"{given}: the log ends after {hours:.4g} h, "
+                "within the part that is declared sound; nothing was judged, declare a shorter part"
             )
 
     def _begin(self) -> dict[str, Any]:
         """Learn from the sound part, and work out the thresholds."""
         if len(self.opening) < FEWEST + SETTLED:
             least = (FEWEST + SETTLED) * TICK / 3600
+            given = argument("sound", f"{self.sound / 3600:.4g} h")
             raise InputError(
-                f"{argument('sound', f'{self.sound / 3600:.4g} h')}: holds only {len(self.opening)} min with rows; "
-                f"the noise and the thresholds need at least {least:.2g} h"
+                f"{given}: holds only {len(self.opening)} min with "
+                f"rows; the noise and the thresholds need at least {least:.2g} h"
             )
         self.learnt = learn(self.machine, self.opening, self.progress)
         lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise)
@@ -224,7 +226,10 @@ def sentence(found: Naming, time: float, first: str) -> str:
     causes = found.set
     if not causes:
         near = ", ".join(each.name for each in found.ranked[:3])
-        return f"the readings lean as {first} would make them, but no known cause explains them (nearest: {near})"
+        return (
+            f"the readings lean as {first} would make them, but no known cause explains them "
+            f"(nearest: {near})"
+        )
     best = causes[0]
     names = " or ".join(dict.fromkeys(each.name for each in causes))
     minutes = max(time - best.since, 0.0) / 60

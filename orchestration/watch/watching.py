@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.diagnosis.data.columns import Said
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
@@ -57,7 +57,7 @@ class Asked:
 
     rig: Rig
     known: Mapping[str, float]
-    told: Said
+    told: ReadOptions
     sound: float
     rate: float
     until_end: bool = False
@@ -95,7 +95,7 @@ class Watching:
 
     def __post_init__(self) -> None:
         asked, source = self.asked, self.source
-        told = Said(asked.told.units, asked.told.common, asked.told.names, asked.told.decimal)
+        told = ReadOptions(asked.told.units, asked.told.common, asked.told.names, asked.told.decimal)
         self.reader = Reader(source.name, source.headers, asked.rig, told, source.comma)
         machine = watched(asked.rig, asked.known, self.reader.inputs, self.reader.readings, self.reader.names)
         self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress)
@@ -113,7 +113,7 @@ class Watching:
         return int(facts.get("place", 0)) if facts else 0
 
     def restore(self) -> bool:
-        """Go on from the state in the folder; False if there is none. Raises InputError as `state.restored`."""
+        """Go on from the state in the folder; False if there is none; InputError as by `state.restored`."""
         facts = restored(self.folder / STATE, self.asked.facts(self.source), self.watcher, self.gatherer)
         if facts is None:
             return False

@@ -165,6 +165,7 @@ class OnCasadi:
 
     @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
+        """Fill states and slopes of steps, of shapes as `Integrator` gives them, from the first states on."""
         self._equations.taken += len(left)
         time = steps.time.ravel().tolist()
         for k, (first, last) in enumerate(pairwise(steps.begins.tolist())):

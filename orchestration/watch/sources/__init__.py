@@ -1,1 +1,1 @@
-"""Where rows come from: a growing file, standard input, MQTT, OPC UA; nothing is ever written to a machine."""
+"""Where rows come from: a growing file, standard input, MQTT, OPC UA; nothing is written to a machine."""

@@ -97,7 +97,7 @@ class LinesSource:
             )
 
     def _lines(self) -> Iterator[str | None]:
-        """Whole lines; None where there is nothing new. The last one at the end of a file may lack its end."""
+        """Whole lines; None if there is nothing new. The last line of a file may lack its end."""
         while True:
             *lines, self._rest = self._rest.split(b"\n")
             for i, line in enumerate(lines):
@@ -135,7 +135,7 @@ class LinesSource:
         return None
 
     def _rotated(self) -> bool:
-        """Whether another file has taken the name, or this one was emptied; it is then read from its beginning."""
+        """Whether another file has the name, or this one was emptied; it is then read from its beginning."""
         assert self._path is not None
         try:
             now, here = self._path.stat(), os.fstat(self._file.fileno())

@@ -16,7 +16,8 @@ class Source(Protocol):
     name : for sentences
     headers : as in a CSV file, `tip_temperature [degC]`
     comma : whether a comma is the decimal mark
-    told : what is to be said of the source, as that it was rotated or is connected again; whoever says it empties it
+    told : what is to be said of the source, as that it was rotated or is connected again; whoever says it
+        empties it
     """
 
     name: str
@@ -25,10 +26,10 @@ class Source(Protocol):
     told: list[str]
 
     def rows(self) -> Iterator[Cells | None]:
-        """Rows as they come; None where there is nothing new for the moment. It ends where the source does."""
+        """Rows as they come; None if there is nothing new for the moment. It ends with the source."""
 
     def place(self) -> int:
-        """Where a restart may go on: bytes of a file that whole rows were read from; 0 if it cannot go back."""
+        """Where a restart may go on: bytes of whole rows read from a file; 0 if the source cannot go back."""
 
     def close(self) -> None:
         """Let go of files and connections."""
