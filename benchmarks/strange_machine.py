@@ -10,7 +10,6 @@ noise, offset, lag and steps; the room's reading is biased.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -107,7 +106,7 @@ class Machine:
     """One machine: parameters drawn by a seed, within a share of the nominal ones."""
 
     def __init__(self, seed: int, share: float = 0.1) -> None:
-        draw = np.random.default_rng([seed, 45])
+        draw, self.seed = np.random.default_rng([seed, 45]), seed
         drawn = {name: value * (1 + share * draw.uniform(-1, 1)) for name, value in _NOMINAL.items()}
         drawn["expansion"] = _NOMINAL["expansion"] * (1 + 0.15 * share * draw.uniform(-1, 1))
         self.p: Mapping[str, float] = drawn
@@ -122,6 +121,10 @@ class Machine:
         capacity = [self.p[f"{name}_capacity"] for name in LUMPS]
         volume = self.p["length"] * self.p["width"] * self.p["thickness"] / cells.size
         self.capacity = np.append(capacity, np.full(cells.size, self.p["heat_capacity"] * volume))
+        self.join()
+
+    def join(self) -> None:
+        """Take the parameters as they are now: what conducts between the nodes."""
         self._inside = self._conduction()
         self._solver: Callable[[float, float, float], tuple[Array, Array, Array]] = lru_cache(maxsize=256)(
             self._solved
@@ -171,14 +174,6 @@ class Machine:
         piece[LUMPS.index("tool")] = workpiece
         matrix = np.diag(self.capacity / STEP + room + piece) - self._inside
         return np.asarray(np.linalg.inv(matrix)), room, piece
-
-    def worn(self, **factors: float) -> Machine:
-        """The same machine with some of its parameters multiplied."""
-        other = copy(self)
-        other.p = {**self.p, **{name: self.p[name] * factor for name, factor in factors.items()}}
-        other._inside = other._conduction()
-        other._solver = lru_cache(maxsize=256)(other._solved)
-        return other
 
     def run(
         self, demands: list[Demand], seed: int, room: Room | None = None, since: Run | None = None

@@ -23,7 +23,7 @@ from benchmarks.strange_machine import STEP, Demand, Machine, Room, Run
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.hypotheses import watched
-from warmlink.orchestration.watch.rows import Reader
+from warmlink.orchestration.watch.rows import RowReader
 from warmlink.orchestration.watch.ticks import Gatherer
 from warmlink.orchestration.watch.watcher import Watcher, twin_of
 
@@ -53,7 +53,7 @@ _READ = 4
 
 
 @dataclass(frozen=True)
-class Fault:
+class MachineFault:
     """A fault: what is multiplied of the machine, or what happens to its rows; and the right names."""
 
     names: frozenset[str]
@@ -68,21 +68,29 @@ def _drifting(rows: Array, began: float) -> Array:
     return rows
 
 
-SOUND = Fault(frozenset())
+SOUND = MachineFault(frozenset())
 
 FAULTS = {
-    "joint loosens by 20 %": Fault(frozenset({"joint_resistance"}), (("flange_plate", 0.8),)),
-    "friction +30 %": Fault(
+    "joint loosens by 20 %": MachineFault(frozenset({"joint_resistance"}), (("flange_plate", 0.8),)),
+    "friction +30 %": MachineFault(
         frozenset({"friction_level", "input_scale:speed"}), (("coulomb", 1.3), ("viscous", 1.3))
     ),
-    "thermometer drifts by 0.5 K/h": Fault(
+    "thermometer drifts by 0.5 K/h": MachineFault(
         frozenset({"sensor_drift:base_temperature", "sensor_offset:base_temperature"}), on_rows=_drifting
     ),
-    "logger's clock jumps by 60 s": Fault(
+    "logger's clock jumps by 60 s": MachineFault(
         frozenset({"clock_offset", "clock_offset:link", "clock_offset:motor"}), late=60.0
     ),
-    "motor's fan stops": Fault(frozenset({"housing_heat_loss"}), (("rotor_room", 0.6),)),
+    "motor's fan stops": MachineFault(frozenset({"housing_heat_loss"}), (("rotor_room", 0.6),)),
 }
+
+
+def worn(machine: Machine, **factors: float) -> Machine:
+    """The same machine with some of its parameters multiplied; all else is as it was drawn."""
+    other = Machine(machine.seed)
+    other.p = {**machine.p, **{name: machine.p[name] * factor for name, factor in factors.items()}}
+    other.join()
+    return other
 
 
 def demands(seed: int, day: int) -> list[Demand]:
@@ -123,7 +131,7 @@ def rows_of(run: Run, draw: np.random.Generator, late: float) -> Array:
 
 
 @dataclass
-class Cell:
+class WatchedCell:
     """A machine at work under a logger, and what watches it.
 
     Attributes
@@ -136,20 +144,20 @@ class Cell:
     draw: np.random.Generator
     watcher: Watcher
     gatherer: Gatherer
-    reader: Reader
+    reader: RowReader
     run: Run | None = None
 
     @classmethod
-    def made(cls, seed: int, sound_days: float, rate: float) -> Cell:
+    def made(cls, seed: int, sound_days: float, rate: float) -> WatchedCell:
         """A sound machine with a watcher that has seen nothing yet."""
         rig = rig_of("WarmupCell")
-        reader = Reader("log", HEADERS, rig, ReadOptions())
+        reader = RowReader("log", HEADERS, rig, ReadOptions())
         machine = watched(rig, {}, reader.inputs, reader.readings, reader.names)
         watcher = Watcher(machine, sound_days * DAY, rate)
         draw = np.random.default_rng([seed, 48])
         return cls(seed, Machine(seed), draw, watcher, Gatherer(rig, {}, reader.readings), reader)
 
-    def fork(self) -> Cell:
+    def fork(self) -> WatchedCell:
         """The same, to go on by itself."""
         watcher = replace(
             self.watcher,
@@ -162,10 +170,10 @@ class Cell:
         return replace(self, draw=deepcopy(self.draw), watcher=watcher, gatherer=deepcopy(self.gatherer))
 
     def works(
-        self, work: Sequence[Demand], fault: Fault = SOUND, since: float = 0.0
+        self, work: Sequence[Demand], fault: MachineFault = SOUND, since: float = 0.0
     ) -> Iterator[dict[str, Any]]:
         """Events while the machine works through demands; of a fault that is there since so many s."""
-        machine = self.machine.worn(**dict(fault.factors)) if fault.factors else self.machine
+        machine = worn(self.machine, **dict(fault.factors)) if fault.factors else self.machine
         self.run = machine.run(list(work), self.seed, Room(swing=1.0), self.run)
         rows = rows_of(self.run, self.draw, fault.late)
         for row in (fault.on_rows(rows, since) if fault.on_rows else rows).tolist():
@@ -185,14 +193,16 @@ def _cut(work: Sequence[Demand], at: float) -> tuple[list[Demand], list[Demand]]
     return before, after
 
 
-def sound_days(seed: int, days: int, known: int, rate: float) -> tuple[Cell, list[dict[str, Any]]]:
+def sound_days(seed: int, days: int, known: int, rate: float) -> tuple[WatchedCell, list[dict[str, Any]]]:
     """A cell after so many sound days, of which some are declared sound, and its false alarms."""
-    cell = Cell.made(seed, known, rate)
+    cell = WatchedCell.made(seed, known, rate)
     found = [each for day in range(days) for each in cell.works(demands(seed, day))]
     return cell, [each for each in found if each["alarm"] and "again" not in each]
 
 
-def faulty(cell: Cell, fault: Fault, day: int, hours: float) -> tuple[float | None, list[tuple[str, ...]]]:
+def faulty(
+    cell: WatchedCell, fault: MachineFault, day: int, hours: float
+) -> tuple[float | None, list[tuple[str, ...]]]:
     """Time in s until an alarm, None without one, and its names, of a fault in the middle of a shift."""
     fork, began, names, found = cell.fork(), DAY * day + ONSET, list[tuple[str, ...]](), None
     before, after = _cut(demands(fork.seed, day), ONSET)
@@ -246,7 +256,7 @@ def main() -> None:
         print(_line(name, fault, rows[name]))
 
 
-def _answer(fault: Fault, found: float | None, names: list[tuple[str, ...]]) -> tuple[str, str, str]:
+def _answer(fault: MachineFault, found: float | None, names: list[tuple[str, ...]]) -> tuple[str, str, str]:
     """When, how well and as what a fault was found."""
     if found is None:
         return "-", "missed", ""
@@ -264,7 +274,7 @@ def _answer(fault: Fault, found: float | None, names: list[tuple[str, ...]]) -> 
     return f"{found / 60:.0f} min", how, " or ".join(last)
 
 
-def _line(name: str, fault: Fault, found: list[tuple[float | None, list[tuple[str, ...]]]]) -> str:
+def _line(name: str, fault: MachineFault, found: list[tuple[float | None, list[tuple[str, ...]]]]) -> str:
     answers = [_answer(fault, *each)[1] for each in found]
     minutes = sorted(each[0] / 60 for each in found if each[0] is not None)
     median = f"{minutes[len(minutes) // 2]:.0f} min, {minutes[-1]:.0f} at most" if minutes else "-"

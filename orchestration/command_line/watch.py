@@ -86,7 +86,7 @@ def watch(
 
 def _in_words(event: dict[str, Any]) -> str:
     """An event as a line."""
-    from warmlink.orchestration.report.watch import when
+    from warmlink.orchestration.watch.page import when
 
     at = f"{when(event['time_s'])}  " if "time_s" in event else ""
     kind = f"ALARM ({event['verdict']}): " if event["alarm"] else ""

@@ -18,14 +18,14 @@ from warmlink.orchestration.files import locked_folder
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.progress import spinner
-from warmlink.orchestration.report.watch import write_watch
 from warmlink.orchestration.scenarios.overrides import start_value
+from warmlink.orchestration.watch.page import write_watch
 from warmlink.orchestration.watch.sources.opening import opened
-from warmlink.orchestration.watch.watching import Asked, Watching, rate_of
+from warmlink.orchestration.watch.watching import Watching, WatchOptions, rate_of
 from warmlink.orchestration.written.quantities import positive
 
 
-class Watched(Answer):
+class WatchedLog(Answer):
     """What a watch of a log told."""
 
     def __init__(self, events: list[dict[str, Any]], remarks: list[str]) -> None:
@@ -50,7 +50,7 @@ def watch(
     scenario: str | Path | None = None,
     parameters: Mapping[str, str] = MappingProxyType({}),
     out: str | Path = "out/watch",
-) -> Watched:
+) -> WatchedLog:
     """Watch a log to its end: when does the model, a thermometer or a clock no longer fit, and why.
 
     Parameters
@@ -76,7 +76,7 @@ def watch(
     with watching(str(source), Path(out), {}, until_end=True, sound=sound, alarms=alarms, **options) as work:
         for _ in work.run():
             pass
-        return Watched(work.events, work.remarks())
+        return WatchedLog(work.events, work.remarks())
 
 
 @contextmanager
@@ -117,7 +117,11 @@ def watching(
         rows = opened(source, not until_end, Watching.begin_of(folder))
         stack.callback(rows.close)
         work = Watching(
-            rows, Asked(rig, known, columns, lasting, rate, until_end, speed), folder, write_watch, show
+            rows,
+            WatchOptions(rig, known, columns, lasting, rate, until_end, speed),
+            folder,
+            write_watch,
+            show,
         )
         work.restore()
         if serve:

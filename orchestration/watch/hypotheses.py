@@ -67,7 +67,7 @@ class Hypothesis:
 
 
 @dataclass(frozen=True)
-class Watched:
+class WatchedMachine:
     """A machine with what is measured of it, as equations with a slot for everything that may be wrong.
 
     Attributes
@@ -108,7 +108,7 @@ def watched(
     inputs: Sequence[str],
     outputs: Sequence[str],
     names: Mapping[str, str],
-) -> Watched:
+) -> WatchedMachine:
     """A machine as it is watched.
 
     Parameters
@@ -146,7 +146,7 @@ def watched(
     wander = np.array([[float(s in each) for each in rig.wandering.values()] for s in slots])
     maker = _Maker(rig, tuple(outputs), names, slots, values)
     found = tuple(h for each in offered if (h := maker.hypothesis(*each)) is not None)
-    return Watched(
+    return WatchedMachine(
         rig,
         known,
         tuple(outputs),

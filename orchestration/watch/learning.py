@@ -14,8 +14,16 @@ import numpy as np
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.watch.hypotheses import Watched
-from warmlink.orchestration.watch.shadow import Linear, Noise, Shadow, corrected
+from warmlink.orchestration.watch.hypotheses import WatchedMachine
+from warmlink.orchestration.watch.shadow import (
+    CLIPPED,
+    Corrected,
+    Innovation,
+    Linear,
+    Shadow,
+    ShadowNoise,
+    corrected,
+)
 from warmlink.orchestration.watch.ticks import Tick
 
 _STRIDES = ((), (4.0,), (2.0, 1.5))
@@ -41,7 +49,7 @@ _INSIDE = 0.02
 
 
 @dataclass(frozen=True)
-class Learnt:
+class SoundPart:
     """What was learnt and is frozen.
 
     Attributes
@@ -55,7 +63,7 @@ class Learnt:
         (ticks,)
     """
 
-    noise: Noise
+    noise: ShadowNoise
     values: Array
     offsets: Array
     moved: Array
@@ -64,7 +72,7 @@ class Learnt:
     surprise: Array
 
 
-def learn(machine: Watched, ticks: Sequence[Tick], progress: Progress = unseen) -> Learnt:
+def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = unseen) -> SoundPart:
     """Learn from the ticks of the sound part.
 
     Parameters
@@ -86,30 +94,30 @@ def learn(machine: Watched, ticks: Sequence[Tick], progress: Progress = unseen) 
     values, offsets = applied(machine, moved)
     lean, weight = (np.array([getattr(each, name) for each in said]) for name in ("lean", "weight"))
     surprise = np.array([surprise_of(each.white) for each in said])
-    return Learnt(noise, values, offsets, moved, lean, weight, surprise)
+    return SoundPart(noise, values, offsets, moved, lean, weight, surprise)
 
 
 def surprise_of(white: Array) -> float:
     """Sum of squares of whitened innovations less their number, in its standard deviations."""
-    from warmlink.orchestration.watch.shadow import CLIPPED
-
     squares = np.minimum(white[np.isfinite(white)] ** 2, CLIPPED**2)
     return float((squares.sum() - squares.size) / np.sqrt(2 * max(squares.size, 1)))
 
 
-def applied(machine: Watched, moved: Array) -> tuple[Array, Array]:
+def applied(machine: WatchedMachine, moved: Array) -> tuple[Array, Array]:
     """Values of the slots and offsets of the readings, with hypotheses' values moved."""
     reading = np.array([each.reading for each in machine.hypotheses]).T
     return machine.slots + machine.groups @ moved, reading @ moved
 
 
-def _pass(machine: Watched, noise: Noise, moved: Array, ticks: Sequence[Tick]) -> tuple[list, list[Linear]]:
+def _pass(
+    machine: WatchedMachine, noise: ShadowNoise, moved: Array, ticks: Sequence[Tick]
+) -> tuple[list[Innovation], list[Linear]]:
     shadow = Shadow(machine, noise, *applied(machine, moved))
     both = [shadow.step(tick) for tick in ticks]
     return [said for said, _ in both], [linear for _, linear in both]
 
 
-def _first(machine: Watched, ticks: Sequence[Tick]) -> Noise:
+def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
     """Noise to begin with: that of single readings by their scatter, and the rest guessed."""
     unit = np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
     scatter = np.array([each.scatter for each in ticks])
@@ -119,10 +127,12 @@ def _first(machine: Watched, ticks: Sequence[Tick]) -> Noise:
     rough = np.array([row_noise(middles, column) for column in means.T])
     steady = np.maximum(rough, _LEAST * unit) / 2
     signals = np.array([_SIGNALS[each] for each in machine.signals])
-    return Noise(white, steady, signals, _FIRST * unit)
+    return ShadowNoise(white, steady, signals, _FIRST * unit)
 
 
-def _calibration(machine: Watched, passed: Sequence[Linear], noise: Noise, moved: Array) -> Array:
+def _calibration(
+    machine: WatchedMachine, passed: Sequence[Linear], noise: ShadowNoise, moved: Array
+) -> Array:
     """By how much the value of each hypothesis of a usual calibration moves, within its bounds."""
     from scipy.optimize import lsq_linear
 
@@ -146,11 +156,14 @@ def _calibration(machine: Watched, passed: Sequence[Linear], noise: Noise, moved
     return found
 
 
-def _filtered(passed: Sequence[Linear], noise: Noise, free: Array | None = None) -> tuple[float, list]:
+def _filtered(
+    passed: Sequence[Linear], noise: ShadowNoise, free: Array | None = None
+) -> tuple[float, list[Corrected]]:
     """Twice the log-likelihood of a linear pass with other noise, and what each tick says."""
     plant = passed[0].onward.shape[0] - noise.slow.size
     columns = slice(0, 0) if free is None else slice(None)
-    n, total, said = passed[0].onward.shape[0], 0.0, []
+    n, total = passed[0].onward.shape[0], 0.0
+    said = list[Corrected]()
     apart, P, directions = np.zeros(n), np.zeros((n, n)), np.zeros((n, 0))
     for tick in passed:
         if tick.anew:
@@ -171,7 +184,13 @@ def _filtered(passed: Sequence[Linear], noise: Noise, free: Array | None = None)
     return total, said
 
 
-def _likeliest(passed: Sequence[Linear], noise: Noise, memories: Sequence[float], machine: Watched) -> Noise:
+def _likeliest(
+    passed: Sequence[Linear],
+    noise: ShadowNoise,
+    memories: Sequence[float],
+    strides: Sequence[float],
+    machine: WatchedMachine,
+) -> ShadowNoise:
     """Sizes of the noise of the largest likelihood, each tried larger and smaller in turn."""
     unit = np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
     best = _filtered(passed, noise)[0]

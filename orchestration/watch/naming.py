@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
@@ -84,7 +85,7 @@ class _Seen(NamedTuple):
     pushed: Array
     direct: Array
     gain: Array
-    there: Array
+    there: NDArray[np.intp]
     whiten: Array
     white: Array
     end: float

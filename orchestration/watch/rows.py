@@ -31,7 +31,7 @@ Cells = Sequence[str | float | None]
 """One row as a source gives it: text or numbers in the order of the headers, None where there is nothing."""
 
 
-class Row(NamedTuple):
+class LoggedRow(NamedTuple):
     """One row in SI: time in s, inputs and readings by variable, NaN if there is none, and a correction."""
 
     time: float
@@ -58,7 +58,7 @@ class _Signal:
         return math.nan if none else value
 
 
-class Reader:
+class RowReader:
     """Reads rows under one line of headers.
 
     Parameters
@@ -146,8 +146,8 @@ class Reader:
         conversion, _ = conversion_to(unit, "m", sheet.of(column), difference=True)
         return _Signal(column, CORRECTION, conversion, *MOST_PLAUSIBLE["m"])
 
-    def read(self, cells: Cells) -> Row | None:
-        """Row of some cells; None if it has no time, or the line is not whole."""
+    def read(self, cells: Cells) -> LoggedRow | None:
+        """LoggedRow of some cells; None if it has no time, or the line is not whole."""
         time = self._time(cells[self._clock.column]) if self._clock.column < len(cells) else math.nan
         if not math.isfinite(time):
             self.doubtful += 1
@@ -156,7 +156,7 @@ class Reader:
         inputs = {name: values[name] for name in self.inputs}
         readings = {name: values[name] for name in self.readings}
         correction = math.nan if self._correction is None else self._value(cells, self._correction)
-        return Row(time, inputs, readings, correction)
+        return LoggedRow(time, inputs, readings, correction)
 
     def _value(self, cells: Cells, signal: _Signal) -> float:
         """A cell in SI; NaN where it is empty, or what it holds stands for no reading."""

@@ -22,7 +22,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.integrator import Courses, OnCasadi, Steps
 from warmlink.orchestration.diagnosis.model.simulation import initial_values
-from warmlink.orchestration.watch.hypotheses import Watched
+from warmlink.orchestration.watch.hypotheses import WatchedMachine
 from warmlink.orchestration.watch.ticks import TICK, Tick
 
 CLIPPED = 5.0
@@ -36,7 +36,7 @@ _ROUGH = 1e-3
 
 
 @dataclass(frozen=True)
-class Noise:
+class ShadowNoise:
     """What was learnt from the sound part: 1 sigma in SI, and correlation times in s.
 
     Attributes
@@ -142,7 +142,7 @@ class Shadow:
     directions : what each hypothesis has changed, shape (n, hypotheses)
     """
 
-    def __init__(self, machine: Watched, noise: Noise, values: Array, offsets: Array) -> None:
+    def __init__(self, machine: WatchedMachine, noise: ShadowNoise, values: Array, offsets: Array) -> None:
         self.machine, self.noise, self.values, self.offsets = machine, noise, values, offsets
         self.plant, self.signals = len(machine.equations.states), machine.wander.shape[1]
         self.outputs, self.size = len(machine.outputs), self.plant + self.signals + len(machine.outputs)

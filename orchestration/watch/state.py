@@ -14,13 +14,15 @@ import numpy as np
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.files import fresh_file, stamped, unstamped
-from warmlink.orchestration.watch.learning import Learnt
+from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
-from warmlink.orchestration.watch.shadow import Innovation, Noise, Shadow
+from warmlink.orchestration.watch.shadow import Innovation, Shadow, ShadowNoise
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Moment, Standing, Watcher
 
-_KINDS = {each.__name__: each for each in (Tick, Noise, Learnt, Limits, Innovation, Standing, Moment)}
+_KINDS = {
+    each.__name__: each for each in (Tick, ShadowNoise, SoundPart, Limits, Innovation, Standing, Moment)
+}
 _SHADOW = ("x", "rest", "P", "directions")
 
 
@@ -36,11 +38,8 @@ def encoded(value: Any) -> Any:
             "kind": type(value).__name__,
             "of": {f.name: encoded(getattr(value, f.name)) for f in fields(value)},
         }
-    if isinstance(value, tuple) and type(value).__name__ in _KINDS:
-        return {
-            "kind": type(value).__name__,
-            "of": {n: encoded(v) for n, v in zip(value._fields, value, strict=True)},
-        }
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return {"kind": type(value).__name__, "of": {n: encoded(v) for n, v in value._asdict().items()}}
     if isinstance(value, Mapping):
         return {"map": {name: encoded(each) for name, each in value.items()}}
     if isinstance(value, tuple):

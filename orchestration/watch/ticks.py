@@ -18,7 +18,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.simulation import input_table
 from warmlink.orchestration.machine.rig import Rig
-from warmlink.orchestration.watch.rows import Row
+from warmlink.orchestration.watch.rows import LoggedRow
 
 TICK = 60.0
 """s of the log in one tick."""
@@ -83,14 +83,14 @@ class Gatherer:
     readings: Sequence[str]
     counts: Counter[str] = field(default_factory=Counter)
     shift: float = 0.0
-    _open: list[tuple[float, int, Row]] = field(default_factory=list)
+    _open: list[tuple[float, int, LoggedRow]] = field(default_factory=list)
     _held: dict[str, float] = field(default_factory=dict)
     _end: float = -math.inf
     _newest: float = -math.inf
     _number: int = 0
     _back: list[float] = field(default_factory=list)
 
-    def add(self, row: Row) -> Iterator[Tick]:
+    def add(self, row: LoggedRow) -> Iterator[Tick]:
         """Take a row; give the ticks that are over with it, which are mostly none."""
         self._number += 1
         time = row.time + self.shift
@@ -122,7 +122,7 @@ class Gatherer:
         whole = math.ceil((self._open[0][0] - self._end) / TICK)
         return self._end + TICK * max(whole, 1)
 
-    def _came_late(self, row: Row, time: float) -> float:
+    def _came_late(self, row: LoggedRow, time: float) -> float:
         """Time of a row that lies before what was judged; NaN if it cannot be used any more."""
         if time == self._newest or (self._back and time == self._back[-1]):
             self.counts["repeated"] += 1
@@ -155,7 +155,7 @@ class Gatherer:
         correction = math.fsum(said) / len(said) if said else math.nan
         return Tick(start, end, levels, shares, readings, places, counts, scatter, correction, anew)
 
-    def _levels(self, rows: Sequence[Row], start: float, end: float) -> tuple[Array, Array]:
+    def _levels(self, rows: Sequence[LoggedRow], start: float, end: float) -> tuple[Array, Array]:
         """Inputs that acted, and for how much of the time; what surrounds the machine as its mean."""
         first = dict(self._held) if self._held else self._filled(rows[0])
         courses, times = [first], [start]
@@ -176,9 +176,10 @@ class Gatherer:
         ]
         table[:, room] = shares @ table[:, room]
         levels, which = np.unique(table[shares > 0], axis=0, return_inverse=True)
-        return levels, np.bincount(which.ravel(), shares[shares > 0], len(levels))
+        acted = np.bincount(which.ravel(), shares[shares > 0], len(levels)).astype(float)
+        return levels, acted
 
-    def _filled(self, row: Row) -> dict[str, float]:
+    def _filled(self, row: LoggedRow) -> dict[str, float]:
         """Inputs of a row with the last value in each empty cell; an empty cell of a pad switches it off."""
         found = {}
         for name, value in row.inputs.items():
@@ -219,4 +220,4 @@ class Gatherer:
         for name in ("shift", "_held", "_end", "_newest", "_number", "_back"):
             setattr(self, name, state[name])
         self.counts = Counter(state["counts"])
-        self._open = [(time, number, Row(time, *rest)) for time, number, *rest in state["open"]]
+        self._open = [(time, number, LoggedRow(time, *rest)) for time, number, *rest in state["open"]]

@@ -13,8 +13,8 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.watch.hypotheses import CLOCK, MODEL, THERMOMETER, Watched
-from warmlink.orchestration.watch.learning import Learnt, learn, surprise_of
+from warmlink.orchestration.watch.hypotheses import CLOCK, MODEL, THERMOMETER, WatchedMachine
+from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
 from warmlink.orchestration.watch.naming import Naming, named
 from warmlink.orchestration.watch.sequential import FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
@@ -69,11 +69,11 @@ class Watcher:
     levels : each thing's largest sum as a share of its threshold, shape (things,)
     """
 
-    machine: Watched
+    machine: WatchedMachine
     sound: float
     rate: float
     progress: Progress = unseen
-    learnt: Learnt | None = None
+    learnt: SoundPart | None = None
     limits: Limits | None = None
     shadow: Shadow | None = None
     test: Sequential | None = None
@@ -137,7 +137,7 @@ class Watcher:
         end, self.opening = self.opening[-1].end, []
         return {"time_s": end, "alarm": False, "watching": True, "told": self.limits.told()}
 
-    def restart(self, learnt: Learnt, limits: Limits) -> None:
+    def restart(self, learnt: SoundPart, limits: Limits) -> None:
         """Begin to judge, with what was learnt and the thresholds."""
         self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets)
         self.test = Sequential(limits, len(self.things))

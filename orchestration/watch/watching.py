@@ -15,7 +15,7 @@ from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import watched
-from warmlink.orchestration.watch.rows import Reader
+from warmlink.orchestration.watch.rows import RowReader
 from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.state import restored, saved
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
@@ -41,7 +41,7 @@ _SAID = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class WatchOptions:
     """What is asked of a watch.
 
     Attributes
@@ -86,7 +86,7 @@ class Watching:
     """
 
     source: Source
-    asked: Asked
+    asked: WatchOptions
     folder: Path
     show: Show
     progress: Progress = unseen
@@ -96,12 +96,12 @@ class Watching:
     def __post_init__(self) -> None:
         asked, source = self.asked, self.source
         told = ReadOptions(asked.told.units, asked.told.common, asked.told.names, asked.told.decimal)
-        self.reader = Reader(source.name, source.headers, asked.rig, told, source.comma)
+        self.reader = RowReader(source.name, source.headers, asked.rig, told, source.comma)
         machine = watched(asked.rig, asked.known, self.reader.inputs, self.reader.readings, self.reader.names)
         self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress)
         self.gatherer = Gatherer(asked.rig, asked.known, self.reader.readings)
-        self._due, self._paced = 0.0, None
-        self._place = 0
+        self._due = 0.0
+        self._paced: float | None = None
 
     @staticmethod
     def begin_of(folder: Path) -> int:
