@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,8 +14,33 @@ from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
 from warmlink.orchestration.watch.shadow import Shadow, corrected
 from warmlink.orchestration.watch.ticks import TICK, Tick
 
-_AGES = (3, 6, 10, 15, 22, 32, 45, 62, 85, 120, 170, 240, 340, 480, 660)
-"""Ticks before the last one at which a fault may have begun."""
+_AGES = (
+    *range(1, 21),
+    24,
+    28,
+    33,
+    39,
+    46,
+    55,
+    65,
+    77,
+    92,
+    110,
+    130,
+    155,
+    185,
+    220,
+    260,
+    310,
+    370,
+    440,
+    530,
+    630,
+)
+"""Ticks before the last one at which a fault may have begun, before those around the best are tried."""
+
+_FINER = 12
+"""Ticks to either side of the best that are tried then, at most."""
 
 _ALIKE, _SHARE = 6.0, 0.15
 """Evidence, in chi-square, and share of the best's by which others fall short and are still in the set."""
@@ -91,31 +116,40 @@ class _Seen(NamedTuple):
     end: float
 
 
-def named(shadow: Shadow, ticks: Sequence[Tick]) -> Naming:
+def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
     """Name what explains the last ticks.
 
     Parameters
     ----------
     shadow : as it was before the first of the ticks; it is stepped on
     ticks : the last ones, in order
+    since : s of the log at which it was found to begin when less was read; 0 if it was not
     """
+    shadow.clipped = np.inf  # what is named is a fault by now, whose course tells which
     hypotheses = shadow.machine.hypotheses
-    wears = np.array([each.wears for each in hypotheses])
     drifting = np.array([each.verdict == THERMOMETER for each in hypotheses])
     seen = [_seen(shadow, tick) for tick in ticks]
     found: dict[str, tuple[Explanation, float]] = {}
-    for age in (each for each in _AGES if each <= len(seen)):
-        rows = _rows(seen[len(seen) - age :], drifting)
-        since = seen[-age].end - TICK
-        table = np.concatenate(rows)
-        white, leaning = table[:, 0], table[:, 1:]
-        excess = float(np.sum(white**2) - white.size)
-        for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
-            if not wears[hypotheses.index(hypothesis)]:
-                continue
-            each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow)
-            if each.name not in found or each.evidence > found[each.name][0].evidence:
-                found[each.name] = each, excess
+
+    def tried(ages: Iterable[int]) -> None:
+        for age in (each for each in ages if 0 < each <= len(seen)):
+            table = np.concatenate(_rows(seen[len(seen) - age :], drifting))
+            white, leaning = table[:, 0], table[:, 1:]
+            excess = float(np.sum(white**2) - white.size)
+            for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
+                if hypothesis.wears:
+                    since = seen[-age].end - TICK
+                    each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow)
+                    if each.name not in found or each.evidence > found[each.name][0].evidence:
+                        found[each.name] = each, excess
+
+    tried(_AGES)
+    begins = [since] if since else []
+    if found:
+        begins.append(max(found.values(), key=lambda pair: pair[0].evidence)[0].since)
+    for begin in begins:
+        age = round((seen[-1].end - begin) / TICK)
+        tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
     ranked = sorted(found.values(), key=lambda pair: -pair[0].evidence)
     return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
 
@@ -133,7 +167,12 @@ def _seen(shadow: Shadow, tick: Tick) -> _Seen:
     P = shadow.P
     _, linear = shadow.step(tick._replace(anew=False))
     said, _, gain = corrected(
-        linear.error, linear.seen, P, shadow.noise.variances(tick.counts), np.eye(linear.error.size)
+        linear.error,
+        linear.seen,
+        P,
+        shadow.noise.variances(tick.counts),
+        np.eye(linear.error.size),
+        shadow.clipped,
     )
     there = np.flatnonzero(np.isfinite(linear.error))
     parts = linear.seen, linear.onward, linear.pushed, linear.direct
@@ -162,12 +201,8 @@ def _explained(
     value = float(leaning @ white) / information
     if hypothesis.slots and not drifts:
         now = float(shadow.values[hypothesis.slots[0]])
-        shift = hypothesis.start - float(shadow.machine.slots[hypothesis.slots[0]])
-        low, high = hypothesis.lower - now + min(shift, 0), hypothesis.upper - now
-        slack = (
-            hypothesis.span if hypothesis.lower >= hypothesis.start else 0.0
-        )  # the calibrated value may fall
-        value = min(max(value, low - slack), high)
+        low, high = hypothesis.lower - now, hypothesis.upper - now
+        value = min(max(value, min(low, 0.0)), max(high, 0.0))
     evidence = 2 * value * float(leaning @ white) - value**2 * information
     name = hypothesis.name.replace("sensor_offset", "sensor_drift") if drifts else hypothesis.name
     scale = 3600.0 if drifts else 1.0

@@ -123,7 +123,8 @@ def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits
     draw = np.random.default_rng(seed)
     per_chain = int(np.ceil(days * DAY / _CHAINS))
     rows = _drawn(draw, ticks, length, blocks, per_chain)
-    factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _CHAINS))[:, None]
+    free = _freedom(lean, weight, blocks)
+    factor = np.sqrt(free / draw.chisquare(free, _CHAINS))[:, None]
     begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
     tried = Sums(memories, (_CHAINS, things))
     usual = _usual(Sums(memories, (_CHAINS, things)), lean, weight, rows[: 4 * begin], factor, begin)
@@ -149,6 +150,14 @@ def _drawn(draw: np.random.Generator, ticks: int, length: int, blocks: int, step
     begin = which * (ticks / blocks) + draw.uniform(0, ticks / blocks, which.shape)
     rows = (begin.astype(np.int64)[:, :, None] + np.arange(length)) % ticks
     return np.ascontiguousarray(rows.reshape(_CHAINS, -1)[:, :steps].T)
+
+
+def _freedom(lean: Array, weight: Array, blocks: int) -> float:
+    """Degrees of freedom of the noise's size, by how unlike the blocks' mean squares are."""
+    squares = np.mean(lean**2 / np.maximum(weight, _LEAST_WEIGHT), axis=1)
+    means = np.array([each.mean() for each in np.array_split(squares, blocks)])
+    scatter = float(np.var(means, ddof=1)) / blocks
+    return float(np.clip(2 * means.mean() ** 2 / max(scatter, 1e-12), blocks - 1, squares.size))
 
 
 def _usual(

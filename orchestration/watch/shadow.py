@@ -140,10 +140,12 @@ class Shadow:
     rest : wandering signals and misfits, shape (signals + outputs,)
     P : covariance of both, shape (n, n)
     directions : what each hypothesis has changed, shape (n, hypotheses)
+    clipped : standard deviations beyond which an innovation counts as this much
     """
 
     def __init__(self, machine: WatchedMachine, noise: ShadowNoise, values: Array, offsets: Array) -> None:
         self.machine, self.noise, self.values, self.offsets = machine, noise, values, offsets
+        self.clipped = CLIPPED
         self.plant, self.signals = len(machine.equations.states), machine.wander.shape[1]
         self.outputs, self.size = len(machine.outputs), self.plant + self.signals + len(machine.outputs)
         self._groups = np.column_stack([machine.wander, machine.groups])
@@ -184,7 +186,12 @@ class Shadow:
         error = tick.readings - expected
         lasting = tick.end - tick.start
         said, correction, gain = corrected(
-            error, seen, self.P, self.noise.variances(tick.counts), direct + seen @ self.directions
+            error,
+            seen,
+            self.P,
+            self.noise.variances(tick.counts),
+            direct + seen @ self.directions,
+            self.clipped,
         )
         self.directions = onward @ (self.directions - gain @ said.leaning) + pushed
         self.rest = self.rest + correction[self.plant :]
@@ -258,7 +265,7 @@ class Corrected(NamedTuple):
 
 
 def corrected(
-    error: Array, seen: Array, P: Array, variances: Array, leaning: Array
+    error: Array, seen: Array, P: Array, variances: Array, leaning: Array, clipped: float = CLIPPED
 ) -> tuple[Corrected, Array, Array]:
     """Correct a state with readings that are there.
 
@@ -269,6 +276,7 @@ def corrected(
     P : covariance of the state, shape (n, n)
     variances : of the readings' noise, shape (outputs,)
     leaning : direction of the innovations by hypothesis, shape (outputs, hypotheses)
+    clipped : standard deviations beyond which an innovation counts as this much
 
     Returns
     -------
@@ -282,7 +290,7 @@ def corrected(
     S = H @ spread + np.diag(variances[there])
     lower = np.linalg.cholesky(S)
     whitened = solve_triangular(lower, np.column_stack([error[there], leaning[there]]), lower=True)
-    counted = np.clip(whitened[:, 0], -CLIPPED, CLIPPED)
+    counted = np.clip(whitened[:, 0], -clipped, clipped)
     gain = solve_triangular(lower.T, solve_triangular(lower, spread.T, lower=True), lower=False).T
     white, sigma = np.full(error.size, np.nan), np.full(error.size, np.nan)
     white[there], sigma[there] = whitened[:, 0], np.sqrt(np.diag(S))

@@ -201,7 +201,8 @@ class Gatherer:
             away = np.abs(values - np.median(values))
             usual = max(1.4826 * float(np.median(away)), float(np.min(away[away > 0], initial=1e9)))
             kept = away <= _SPIKE * usual
-            self.counts["spikes"] += int(values.size - kept.sum())
+            if not kept.all():
+                self.counts["spikes"] += int(values.size - kept.sum())
             times, values = times[kept], values[kept]
         place = (float(times.mean()) - start) / (end - start)
         scatter = float(np.sqrt(np.mean(np.diff(values) ** 2) / 2)) if values.size >= _FEWEST else math.nan

@@ -35,12 +35,13 @@ _QUIET, _QUIET_TICKS = 0.7, 60
 
 @dataclass
 class Standing:
-    """An alarm that is not over: when it began, ticks since, quiet ticks, and what it is put down to."""
+    """An alarm that is not over: when it began, ticks since, quiet ticks, what it is put down to, and since."""
 
     time: float
     ticks: int = 0
     quiet: int = 0
     causes: tuple[str, ...] = ()
+    since: float = 0.0
 
 
 class Moment(NamedTuple):
@@ -200,7 +201,8 @@ class Watcher:
         assert self.snapshots
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
-        return named(twin_of(shadow), list(self.recent)[at - first :])
+        since = self.standing.since if self.standing else 0.0
+        return named(twin_of(shadow), list(self.recent)[at - first :], since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
@@ -208,6 +210,7 @@ class Watcher:
         found = self.named()
         causes = found.set
         self.standing.causes = tuple(each.name for each in causes)
+        self.standing.since = causes[0].since if causes else self.standing.since
         best = self.things[int(np.argmax(self.levels))]
         return {
             "time_s": time,
