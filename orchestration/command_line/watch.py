@@ -16,13 +16,14 @@ COMMANDS = ("watch",)
 def watch(
     source: str,
     *,
-    sound: str = "3 h",
+    sound: str = "24 h",
     alarms: str = "1 per 30 days",
     scenario: str | None = None,
     set_: list[str] | None = None,
     unit: list[str] | None = None,
     map_: list[str] | None = None,
     decimal: str = "",
+    mapping: Path | None = None,
     until_end: bool = False,
     speed: float = 0.0,
     serve: str = "",
@@ -37,11 +38,12 @@ def watch(
     page that renews itself, and watch.state, from which the same command goes on after a restart. Nothing is
     ever written to the machine. Ctrl-C ends it.
 
-    Examples: `warmlink watch cell.csv --sound "24 h"`, `tail -F cell.csv | warmlink watch -`
+    Examples: `warmlink watch cell.csv --sound "48 h"`, `tail -F cell.csv | warmlink watch -`
 
     Parameters
     ----------
-    source : A log that grows (CSV), or - for standard input.
+    source : A log that grows (CSV), - for standard input, mqtt://HOST/TOPIC (JSON, a row in each message), or
+        opc.tcp://HOST:PORT.
     sound : How long the opening part lasts that you declare sound. The longer it is and the more of your
         work it holds, the less evidence an alarm needs.
     alarms : How often a false alarm is bearable.
@@ -51,7 +53,9 @@ def watch(
     unit : Unit that is missing from a header: --unit "T_base=degC". Repeatable.
     map_ : Which variable a column holds, for example --map "T_base=base_temperature". Repeatable.
     decimal : Decimal mark, `comma` or `point`, if the file could be read either way.
-    until_end : End where the log ends, rather than wait for more.
+    mapping : TOML file whose [columns] say which value of a server stands under which header, for example
+        "shaft_temperature [degC]" = "Motor_1/MotorTemperature".
+    until_end : End where the log ends, rather than wait for more; a server's ends after 5 s of silence.
     speed : Replay the log so many times faster than it was recorded, for example --speed 60. Default: as
         fast as it comes.
     serve : Serve the page, read only, at HOST:PORT, for example --serve 127.0.0.1:8080.
@@ -67,7 +71,9 @@ def watch(
         "scenario": scenario,
         "parameters": settings_given(set_),
     }
-    with watching(source, out, told, until_end=until_end, speed=speed, serve=serve, **options) as work:
+    with watching(
+        source, out, told, until_end=until_end, speed=speed, serve=serve, mapping=mapping, **options
+    ) as work:
         try:
             for event in work.run():
                 if json:

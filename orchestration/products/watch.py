@@ -45,7 +45,7 @@ class WatchedLog(Answer):
 def watch(
     source: str | Path,
     *,
-    sound: str = "3 h",
+    sound: str = "24 h",
     alarms: str = "1 per 30 days",
     scenario: str | Path | None = None,
     parameters: Mapping[str, str] = MappingProxyType({}),
@@ -92,6 +92,7 @@ def watching(
     until_end: bool = False,
     speed: float = 0.0,
     serve: str = "",
+    mapping: Path | None = None,
 ) -> Iterator[Watching]:
     """A watch with its source open and its folder locked; what an earlier one knew is taken up.
 
@@ -114,7 +115,7 @@ def watching(
     with ExitStack() as stack:
         stack.enter_context(locked_folder(folder))
         show = stack.enter_context(spinner("Watching"))
-        rows = opened(source, not until_end, Watching.begin_of(folder))
+        rows = opened(source, not until_end, Watching.begin_of(folder), mapping)
         stack.callback(rows.close)
         work = Watching(
             rows,

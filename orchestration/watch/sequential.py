@@ -28,7 +28,7 @@ SETTLED = 30
 FEWEST = 120
 """Ticks of a sound part below which nothing can be learnt."""
 
-_SOUND_FOR_MEMORY = 3
+_SOUND_FOR_MEMORY = 5
 """Times a memory that the sound part has to last for it."""
 
 _BLOCK = (20, 120)
@@ -37,14 +37,17 @@ _BLOCK = (20, 120)
 _BLOCKS = 8
 """Blocks that a short sound part is cut into, at least."""
 
-_CHAINS, _DAYS = 192, (600.0, 3000.0)
+_MACHINES, _DAYS = 192, (600.0, 3000.0)
 """Made-up machines, and days that are made up, at least and at most, of all of them together."""
 
-_SEEN = 20
-"""Alarms that are seen at the stated rate in the made-up days, where they last long enough."""
+_SEEN, _FEWEST_SEEN = 20, 5
+"""Alarms that are seen at the stated rate in the made-up days, and so few that the rate is extrapolated."""
 
 DAY = 86400.0 / TICK
 """Ticks of a day."""
+
+APART = 60
+"""Quiet ticks after which an alarm is over, so that the next one counts as another."""
 
 _LEAST_WEIGHT = 1e-12
 
@@ -115,66 +118,65 @@ def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits
     rate : of false alarms in 1/day, of all things and memories together
     seed : of the made-up days
     """
-    ticks, things = lean.shape
+    ticks = len(lean)
     memories = tuple(m for m in MEMORIES if m * _SOUND_FOR_MEMORY <= ticks) or MEMORIES[:1]
     length = int(np.clip(ticks // _BLOCKS, *_BLOCK))
     blocks = max(ticks // length, 2)
-    days = float(np.clip(_SEEN / rate, *_DAYS))
     draw = np.random.default_rng(seed)
-    per_chain = int(np.ceil(days * DAY / _CHAINS))
-    rows = _drawn(draw, ticks, length, blocks, per_chain)
-    free = _freedom(lean, weight, blocks)
-    factor = np.sqrt(free / draw.chisquare(free, _CHAINS))[:, None]
+    per_machine = int(np.ceil(float(np.clip(_SEEN / rate, *_DAYS)) * DAY / _MACHINES))
+    # What makes a block louder than another, as a work that is seldom done, comes but once a block.
+    factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _MACHINES))[:, None]
     begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
-    tried = Sums(memories, (_CHAINS, things))
-    usual = _usual(Sums(memories, (_CHAINS, things)), lean, weight, rows[: 4 * begin], factor, begin)
-    highest = np.empty((per_chain, _CHAINS))
+    found = []
+    # Blocks keep how alike neighbours are; but a sum over less than a block takes no value that was not seen.
+    # Single ticks do not, and their sums take all others.
+    for each in (length, 1):
+        rows = _drawn(draw, ticks, each, blocks, per_machine)
+        usual, highest = _made_up(memories, lean, weight, rows, factor, begin)
+        found.append((usual, _level(_peaks(highest, APART), rate * highest.size / DAY)))
+    days, usual = highest.size / DAY, found[0][0]
+    threshold = max(level for _, level in found)
+    return Limits(memories, usual, threshold, rate, blocks, days, rate * days < _FEWEST_SEEN)
+
+
+def _made_up(
+    memories: Sequence[int], lean: Array, weight: Array, rows: NDArray[np.int64], factor: Array, begin: int
+) -> tuple[Array, Array]:
+    """Root mean square of each sum, so that all are judged alike, and the largest of all at each tick.
+
+    Of shapes (memories, things) and (ticks, machines); the first ticks, in which sums begin, are left out.
+    """
+    sums, total, usual = (Sums(memories, (_MACHINES, lean.shape[1])) for _ in range(2)), 0.0, np.empty(0)
+    first, second = sums
+    for row in rows[: 4 * begin]:
+        total = total + np.mean(first.add(factor * lean[row], weight[row]) ** 2, axis=0)
+    usual = np.sqrt(np.maximum(total / min(len(rows), 4 * begin), 1e-6))
+    highest = np.empty((len(rows), _MACHINES))
     for k, row in enumerate(rows):
-        now = np.abs(tried.add(factor * lean[row], weight[row])) / usual
-        highest[k] = now.max(axis=(1, 2))
-    found = _peaks(highest[begin:], memories[-1])
-    days = highest[begin:].size / DAY
-    wanted = rate * days
-    order = np.sort(found)[::-1]
-    if wanted >= 5:
-        count = int(np.clip(wanted - np.sqrt(wanted), 1, order.size))
-        return Limits(memories, usual, float(order[count - 1]), rate, blocks, days, False)
-    return Limits(memories, usual, _beyond(order, wanted), rate, blocks, days, True)
+        highest[k] = (np.abs(second.add(factor * lean[row], weight[row])) / usual).max(axis=(1, 2))
+    return usual, highest[begin:]
+
+
+def _level(peaks: Array, wanted: float) -> float:
+    """Level that so many peaks pass, by a standard deviation of their number on the safe side."""
+    order = np.sort(peaks)[::-1]
+    if wanted < _FEWEST_SEEN:
+        return _beyond(order, wanted)
+    return float(order[int(np.clip(wanted - np.sqrt(wanted), 1, order.size)) - 1])
 
 
 def _drawn(draw: np.random.Generator, ticks: int, length: int, blocks: int, steps: int) -> NDArray[np.int64]:
     """Rows of the sound part for each made-up machine, shape (steps, machines): blocks after one another."""
-    share = draw.dirichlet(np.ones(blocks), _CHAINS)
+    share = draw.dirichlet(np.ones(blocks), _MACHINES)
     count = -(-steps // length)
     which = np.array([draw.choice(blocks, count, p=each) for each in share])
     begin = which * (ticks / blocks) + draw.uniform(0, ticks / blocks, which.shape)
     rows = (begin.astype(np.int64)[:, :, None] + np.arange(length)) % ticks
-    return np.ascontiguousarray(rows.reshape(_CHAINS, -1)[:, :steps].T)
-
-
-def _freedom(lean: Array, weight: Array, blocks: int) -> float:
-    """Degrees of freedom of the noise's size, by how unlike the blocks' mean squares are."""
-    squares = np.mean(lean**2 / np.maximum(weight, _LEAST_WEIGHT), axis=1)
-    means = np.array([each.mean() for each in np.array_split(squares, blocks)])
-    scatter = float(np.var(means, ddof=1)) / blocks
-    return float(np.clip(2 * means.mean() ** 2 / max(scatter, 1e-12), blocks - 1, squares.size))
-
-
-def _usual(
-    sums: Sums, lean: Array, weight: Array, rows: NDArray[np.int64], factor: Array, begin: int
-) -> Array:
-    """Root mean square of each sum, so that all are judged alike, shape (memories, things)."""
-    total, count = np.zeros(sums.lean.shape[-2:]), 0
-    for k, row in enumerate(rows):
-        now = sums.add(factor * lean[row], weight[row])
-        if k >= begin:
-            total += np.mean(now**2, axis=0)
-            count += 1
-    return np.sqrt(np.maximum(total / max(count, 1), 1e-6))
+    return np.ascontiguousarray(rows.reshape(_MACHINES, -1)[:, :steps].T)
 
 
 def _peaks(highest: Array, apart: int) -> Array:
-    """Largest values of stretches of the longest memory, each one alarm at most, shape (stretches,)."""
+    """Largest values of stretches of so many ticks, each one alarm at most, shape (stretches,)."""
     stretches = max(highest.shape[0] // apart, 1)
     cut = highest[: stretches * apart].reshape(stretches, -1, highest.shape[1])
     return np.asarray(cut.max(axis=1).ravel())

@@ -16,7 +16,7 @@ from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import CLOCK, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
 from warmlink.orchestration.watch.naming import Naming, named
-from warmlink.orchestration.watch.sequential import FEWEST, SETTLED, Limits, Sequential, worked_out
+from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import TICK, Tick
 
@@ -29,13 +29,13 @@ WINDOW, _SNAPSHOT = 720, 60
 _AGAIN = (10, 30, 60, 120, 240, 480)
 """Ticks after an alarm at which its name is sought again, with what was read since."""
 
-_QUIET, _QUIET_TICKS = 0.7, 60
-"""Share of the threshold below which all sums have to stay for so many ticks for an alarm to be over."""
+_QUIET = 0.7
+"""Share of the threshold below which all sums have to stay for some time for an alarm to be over."""
 
 
 @dataclass
 class Standing:
-    """An alarm that is not over: when it began, ticks since, quiet ticks, what it is put down to, and since."""
+    """An alarm that is not over: when it came, ticks since, quiet ticks, its causes and since when."""
 
     time: float
     ticks: int = 0
@@ -186,7 +186,7 @@ class Watcher:
             return
         self.standing.ticks += 1
         self.standing.quiet = self.standing.quiet + 1 if level < _QUIET else 0
-        if self.standing.quiet >= _QUIET_TICKS:
+        if self.standing.quiet >= APART:
             began, self.standing = self.standing.time, None
             told = "the readings are again what the model explains; what came before stays on the list"
             yield {"time_s": tick.end, "alarm": False, "over": True, "began_s": began, "told": told}
