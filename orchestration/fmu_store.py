@@ -164,10 +164,10 @@ def fmu_files(components: str | Component | Iterable[str | Component]) -> dict[s
             raise InputError(f"{name}: two components of this name; rename one, or leave it out")
         wanted[name] = entries()[name] if isinstance(each, str) else Entry(each, "__main__")
     native.files([name for name, entry in wanted.items() if entry == entries().get(name)])
-    return {name: _kept(native, entry) for name, entry in wanted.items()}
+    return {name: own_file(native, entry) for name, entry in wanted.items()}
 
 
-def _kept(native: FmuStore, entry: Entry) -> Path:
+def own_file(native: FmuStore, entry: Entry) -> Path:
     """FMU of a component; one's own is kept under the digest of its code, variables and texts."""
     from warmlink.fmus.packaging.beside import files_beside
     from warmlink.fmus.packaging.model_description import model_description

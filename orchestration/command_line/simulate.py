@@ -257,8 +257,8 @@ def _summary(
         column, unit = result[name], result.table.units[name]
         # A camera that has taken no picture yet reads NaN: this is no fault.
         finite = column[np.isfinite(column)]
-        ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
-        outputs[name] = {"unit": unit, "last": _finite(float(column[-1])), "min": ends[0], "max": ends[1]}
+        ends = (finite.min().item(), finite.max().item()) if len(finite) else (None, None)
+        outputs[name] = {"unit": unit, "last": _finite(column[-1].item()), "min": ends[0], "max": ends[1]}
         if name in bounds:
             outputs[name]["coupling_error"] = _finite(bounds[name])
     balances = []
@@ -315,4 +315,4 @@ def _print_rest(summary: dict[str, Any]) -> None:
 
 
 def _cell(value: float | None) -> str:
-    return "-" if value is None else f"{value:.6g}"
+    return "-" if value is None else str(value) if isinstance(value, int) else f"{value:.6g}"

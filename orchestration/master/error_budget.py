@@ -171,8 +171,16 @@ def coupling_error(coarse: Result, fine: Result, order: int, variables: Sequence
     factor, found = whole_error(order), {}
     for name in variables:
         both = min(len(coarse[name]), len(fine[name][::2]))  # as a slave may end them
-        found[name] = factor * float(np.max(np.abs(coarse[name][:both] - fine[name][::2][:both])))
+        found[name] = factor * float(np.max(_distances(coarse[name][:both], fine[name][::2][:both])))
     return found
+
+
+def _distances(one: Array, other: Array) -> Array:
+    """Absolute differences; those of integers are exact, though they may not fit into the integers' type."""
+    if one.dtype.kind not in "iu":
+        return np.abs(one - other)
+    larger, smaller = (of(one, other).view(np.uint64) for of in (np.maximum, np.minimum))
+    return np.asarray(larger - smaller, dtype=np.float64)
 
 
 def unseen_in(fine: Result, variables: Sequence[str]) -> list[str]:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import cast
 
-import numpy as np
-
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
-from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.algorithms.algorithm import Algorithm
 from warmlink.orchestration.master.algorithms.explicit import Jacobi
 from warmlink.orchestration.master.algorithms.parts import REPEATABLE, InParts, Retry
@@ -112,18 +109,20 @@ def simulate(
     once, begins_anew = carried_out(Retry(algorithm, back=False))
     if not begins_anew:
         return once
-    last = np.array(once.table.values[-1:])  # for the memory is that of the run that follows
+    last = {
+        name: once.table[name][-1:].tolist() for name in once.table.names
+    }  # the next run takes the memory
     # A checkpoint of the run that ended is one of this run, too.
     again, _ = carried_out(Retry(algorithm), long_run and replace(long_run, resume=True))
-    return replace(again, remarks=(*again.remarks, *differing(len(once.table) - 1, last.ravel(), again)))
+    return replace(again, remarks=(*again.remarks, *differing(len(once.table) - 1, last, again)))
 
 
-def differing(row: int, values: Array, again: Result) -> tuple[str, ...]:
+def differing(row: int, values: Mapping[str, list[float]], again: Result) -> tuple[str, ...]:
     """Say what differs from an earlier run, of which the values of one row are known, at that row."""
     if not 0 <= row < len(again.table):
         return ()
-    pairs = zip(again.table.names, values.tolist(), again.table.values[row].tolist(), strict=True)
-    for name, before, now in pairs:
+    for name, (before,) in values.items():
+        now = again.table[name][row].item()
         if before == before and not math.isclose(before, now, rel_tol=SAME, abs_tol=SAME):
             return (
                 f"{name} is {before:g} at {again.times[row]:g} s in a run that never repeats a step, and "

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from shutil import copyfile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from warmlink.orchestration.diagnosis.diagnose import write_next
 from warmlink.orchestration.diagnosis.fit.fitted import Wrong
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.search import NEAR
+from warmlink.orchestration.diagnosis.ladder.wired import predictor_file
 from warmlink.orchestration.diagnosis.terms.words import Equation, content_with, summary_with
 from warmlink.orchestration.report.diagnosis_figures import (
     equation_sections,
@@ -44,13 +46,15 @@ from warmlink.orchestration.system.ssp.parameter_values import write_ssv
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 if TYPE_CHECKING:
+    from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
     from warmlink.orchestration.fmu_store import FmuStore
 
 _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
-
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
+
+VIRTUAL = "VirtualMeasurement.fmu"  # the growth by what thermometers read
 
 
 def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = None) -> None:
@@ -266,17 +270,21 @@ def write_diagnosis(
     as nothing explains the run, is not written. With an `equation` that was found the extended model is the
     one with it. Returns the paths by name of the file.
     """
-    rig, learnt = diagnosis.experiment.rig, diagnosis.delivery.remainder
+    rig = diagnosis.experiment.rig
+    learnt: Delivery | None = diagnosis.delivery
     values: Mapping[str, float] = extended_values(diagnosis.assessment.problem, diagnosis.adopted.fit)
     if equation is not None and equation.extends:
         (rig, values), learnt = equation.extended, None
-    ssv, ssp = extended_files(diagnosis, store is not None, equation)
+    compiles = store is not None and store.kind == "native"
+    ssv, ssp = extended_files(diagnosis, store is not None, equation, compiles)
     proposed = _proposed(diagnosis, equation)
     with results_folder(folder, "diagnose") as work:
         if ssv is not None:
             write_ssv(values, work / ssv, name="extended")
         if ssp is not None and store is not None:
             write_ssp_of(rig, values, work / ssp, store, learnt)
+        if compiles and diagnosis.delivery.virtual_measurement is not None:
+            copyfile(predictor_file(diagnosis.delivery.virtual_measurement), work / VIRTUAL)
         _write_json(content_with(diagnosis, equation, ssv, ssp), work / JSON)
         write_report(diagnosis, work / PAGE, equation)
         if proposed is not None and proposed.duty:
@@ -286,12 +294,16 @@ def write_diagnosis(
 
 
 def extended_files(
-    diagnosis: Diagnosis, as_system: bool, equation: Equation | None = None
+    diagnosis: Diagnosis, as_system: bool, equation: Equation | None = None, compiles: bool = True
 ) -> tuple[str | None, str | None]:
-    """Names of the parameter set and the system that are written, None for what is not."""
-    if not (diagnosis.delivers or (equation is not None and equation.extends)):
+    """Names of the parameter set and the system that are written, None for what is not.
+
+    A system that holds plain fits is written only if something here `compiles` them.
+    """
+    extends = equation is not None and equation.extends
+    if not (diagnosis.delivers or extends):
         return None, None
-    return SSV, SSP if as_system else None
+    return SSV, SSP if as_system and (extends or compiles or not diagnosis.delivery.plain) else None
 
 
 def write_diagnoses(parts: Mapping[str, Diagnosis], whole: dict[str, Any], folder: Path) -> None:

@@ -132,17 +132,20 @@ def series_writers(
     names = [name for name in table.names if any(_matches(name, p) for p in patterns)] or table.names
     headings = [TIME, *(table.heading(name) for name in names)]
     columns = [table.names.index(name) for name in names]
-    kind = pyarrow.float64()
+    kinds = [pyarrow.float64(), *(getattr(pyarrow, table.types.get(name, "float64"))() for name in names)]
 
     def schema(named: Sequence[str]) -> Any:
-        return pyarrow.schema([(heading, kind) for heading in named])
+        return pyarrow.schema(zip(named, kinds, strict=True))
 
     def write(writer: Any, named: Sequence[str]) -> None:
         with writer:
             for block in _blocks(table, columns):
                 # From buffers, since anything else would load pandas first.
                 buffers = [[None, pyarrow.py_buffer(column)] for column in np.ascontiguousarray(block)]
-                arrays = [pyarrow.Array.from_buffers(kind, block.shape[1], each) for each in buffers]
+                arrays = [
+                    pyarrow.Array.from_buffers(kind, block.shape[1], each)
+                    for kind, each in zip(kinds, buffers, strict=True)
+                ]
                 writer.write_table(pyarrow.Table.from_arrays(arrays, names=named))
 
     writers: dict[str, Callable[[Path], object]] = {

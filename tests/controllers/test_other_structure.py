@@ -41,9 +41,9 @@ def judged(law: Component, log: MeasuredLog) -> tuple[np.ndarray, np.ndarray, np
     """Error in m, its stated standard deviation and `ready` after the first two minutes, without a camera."""
     inputs, _, acting = log.inputs_of(law, 1.0)
     told, late = replay(law, inputs), log.time - log.time[0] > 120.0
-    late &= np.isfinite(log.judged_by)
+    late &= np.isfinite(log.reference_growth)
     at = acting[late]
-    return log.judged_by[late] - told.correction[at], told.correction_std[at], told.ready[at] > 0
+    return log.reference_growth[late] - told.correction[at], told.correction_std[at], told.ready[at] > 0
 
 
 @LAWS

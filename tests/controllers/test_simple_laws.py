@@ -171,7 +171,7 @@ def test_the_losses_are_those_of_the_motor() -> None:
     """At 20 degC winding and 22 degC shaft, where the motor's coefficients have no effect."""
     p = np.array([Instance(MOTOR).get(name) for name in MOTOR.p.names])
     u = np.array([{"speed": -3.1, "torque": 2.2}.get(name, COLD) for name in MOTOR.u.names])
-    for name in ("current", "pad_mode", "pad_power"):
+    for name in ("current", "pad_mode", "pad_power", "added_shaft_heat", "added_winding_heat"):
         u[MOTOR.u.index[name]] = 0.0
     rates = MOTOR.rates_of(np.array([293.15, 295.15, 0.0]), u, p, 0.0)
     # Housing and joint are without effect at room temperature; what passes from shaft to winding cancels.

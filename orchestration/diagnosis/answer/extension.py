@@ -11,8 +11,8 @@ import numpy as np
 from warmlink.orchestration.catalogue import components, controller
 from warmlink.orchestration.diagnosis.fit.fitting import Fit
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.ladder.remainder import Remainder
-from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
+from warmlink.orchestration.diagnosis.ladder.delivered import Delivery
+from warmlink.orchestration.diagnosis.ladder.wired import with_predictor, with_remainder
 from warmlink.orchestration.machine.heat_paths import extended
 from warmlink.orchestration.machine.rig import Rig
 
@@ -47,10 +47,18 @@ def kinds_needed(diagnosed: Rig) -> list[str]:
 
 
 def write_ssp_of(
-    rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore, learnt: Remainder | None = None
+    rig: Rig, values: Mapping[str, float], path: Path, store: FmuStore, delivery: Delivery | None = None
 ) -> None:
-    """Write the system with the extended values bound, and the heat paths and remainder found wired in."""
+    """Write the system with the extended values bound, and what was found wired in.
+
+    That is heat paths, and of a delivery its remainder and its plain fits; InputError if these need a
+    compiler and there is none.
+    """
     from warmlink.orchestration.system.write import write_ssp
 
     system = extended(rig, values, store)
-    write_ssp(system if learnt is None else with_remainder(system, learnt), path)
+    if delivery is not None and delivery.remainder is not None:
+        system = with_remainder(system, delivery.remainder)
+    if delivery is not None and delivery.predictor is not None:
+        system = with_predictor(system, delivery.predictor)
+    write_ssp(system, path)

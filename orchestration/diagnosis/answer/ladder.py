@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from warmlink.fmus.names import listed
 from warmlink.orchestration.diagnosis.answer.diagnosis import Diagnosis
 from warmlink.orchestration.diagnosis.ladder.delivered import (
     CALIBRATED,
     CAUSES,
     NEAREST,
+    PLAIN,
     REMAINDER,
     UNCORRECTED,
 )
@@ -24,6 +26,8 @@ _WORDS = {
 """What models are called in a sentence."""
 
 _PLAIN = {"ARX": "an ARX model", "first-order lag": "a first-order lag"}
+
+_HOLD_OUT = "; hold out a whole run, which can tell whether it is to be used"
 
 _MUCH = 0.5
 """Share of the delivered model's error from which a virtual measurement is worth a sentence."""
@@ -83,6 +87,8 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
         ]
     elif name == UNCORRECTED:
         lines = [f"On held-out rows {row.channel} is off by {after:.3g} {row.unit} rms."]
+    elif name == PLAIN:
+        lines = [_with_plain_fits(diagnosis, row, before, after)]
     else:
         fitted = f" ({len(diagnosis.adopted.fit.freed)} numbers)" if name == CALIBRATED else ""
         change = f"{before:.3g} to {after:.3g} {row.unit} rms"
@@ -91,6 +97,19 @@ def ladder_lines(diagnosis: Diagnosis) -> list[str]:
             f"held-out error of {row.channel} {change}."
         ]
     return [*lines, *_better(diagnosis, rows)]
+
+
+def _with_plain_fits(diagnosis: Diagnosis, row: LadderRow, before: float, after: float) -> str:
+    """Which channels plain fits tell from now on, beside which model, and where they stand."""
+    by_fit: dict[str, list[str]] = {}
+    for channel, rung in diagnosis.delivery.plain.items():
+        by_fit.setdefault(_PLAIN[rung.name], []).append(diagnosis.ladder.channels[channel])
+    fits = "; ".join(f"{fit} for {listed(names)}" for fit, names in by_fit.items())
+    model = _WORDS.get(diagnosis.delivery.best_model, "uncorrected model")
+    return (
+        f"To use from now on: the {model}, and {fits} (outputs of the extended system's part predictor); "
+        f"held-out error of {row.channel} {before:.3g} to {after:.3g} {row.unit} rms."
+    )
 
 
 def _telling(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> str:
@@ -130,7 +149,8 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         pair = f"{row.errors[name]:.3g} against {row.errors[ours]:.3g} {row.unit}"
         more = len({each[2].channel for each in found}) - 1
         also = f", and {more} more channel{'s' * (more > 1)}" if more else ""
-        lines.append(f"Yet {word} predicts {row.channel}{also} better: {pair}.")
+        remedy = "" if name == UNCORRECTED or diagnosis.ladder.judges_whole_runs else _HOLD_OUT
+        lines.append(f"Yet {word} predicts {row.channel}{also} better: {pair}{remedy}.")
     gained = [
         (row.errors[n] / max(row.errors[ours], 1e-300), n, row)
         for row in rows.values()
@@ -142,7 +162,8 @@ def _better(diagnosis: Diagnosis, rows: dict[str, LadderRow]) -> list[str]:
         if row.channel == growth and share < _MUCH:
             lines.append(
                 f"Where thermometers are read, a {name} on them tells {row.channel} "
-                f"to {row.errors[name]:.3g} {row.unit}."
+                f"to {row.errors[name]:.3g} {row.unit}"
+                f"{' (VirtualMeasurement.fmu)' if diagnosis.delivery.virtual else ''}."
             )
     return lines
 
@@ -154,6 +175,7 @@ def ladder_entries(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "delivered": diagnosis.delivered if diagnosis.delivers else None,
         "said": ladder_lines(diagnosis),
+        "plain": {ladder.channels[c]: rung.name for c, rung in diagnosis.delivery.plain.items()},
         "rungs": [_rung(diagnosis, rung, units) for rung in ladder.rungs if units],
     }
 

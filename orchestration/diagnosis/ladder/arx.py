@@ -5,15 +5,15 @@ L. Ljung, System Identification, 2nd edition (1999), section 4.2.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Form, solved
+from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted, Form, Linear, regressed
 from warmlink.orchestration.diagnosis.ladder.signals import Signals, interpolated
 
 _STEPS = (100, 300)
@@ -34,19 +34,27 @@ def arx(runs: Sequence[Signals]) -> Iterator[Form]:
 def _autoregressive(step: float, rich: bool, order: int, coupled: bool, share: float) -> Form:
     """Readings from the last ones and the inputs, in steps in s; after the start it uses its own."""
 
-    def form(runs: Sequence[Signals]) -> list[Array]:
+    def form(runs: Sequence[Signals]) -> Fitted:
         grids = [_on_grid(run, step, rich) for run in runs]
         channels = runs[0].readings.shape[1]
         groups = [list(range(channels))] if coupled else [[c] for c in range(channels)]
         result = [np.full(run.readings.shape, np.nan) for run in runs]
+        linear: dict[int, Linear] = {}
         for group in groups:
-            weights = _one_step(grids, group, order, share)
+            found = _one_step(grids, group, order, share)
+            if found is None:
+                continue
+            ahead, driven, constant = found
             for run, grid, table in zip(runs, grids, result, strict=True):
-                if weights is not None:
-                    free = _free(grid, run.start[group], *weights)
-                    for k, channel in enumerate(group):
-                        table[:, channel] = np.interp(run.time, grid.time, free[:, k])
-        return result
+                free = _free(grid, run.start[group], ahead, driven, constant)
+                for k, channel in enumerate(group):
+                    table[:, channel] = np.interp(run.time, grid.time, free[:, k])
+            by_feature = dict(zip(runs[0].features(rich), driven.T, strict=True))
+            whole = Linear(
+                step, ahead, by_feature, constant, tuple(group), above=np.zeros(len(group), dtype=bool)
+            )
+            linear |= {channel: replace(whole, place=k) for k, channel in enumerate(group)}
+        return Fitted(result, linear)
 
     return form
 
@@ -79,8 +87,9 @@ def _on_grid(run: Signals, step: float, rich: bool) -> _Grid:
 
 def _one_step(
     grids: Sequence[_Grid], group: Sequence[int], order: int, share: float
-) -> tuple[Array, Callable[[Array], Array], int] | None:
-    rows, targets = [], []
+) -> tuple[Array, Array, Array] | None:
+    """Weights of past readings, (order, n, n), and of inputs, (n, inputs), and a constant, (n,)."""
+    rows, targets, n = [], [], len(group)
     for grid in grids:
         y = grid.readings[:, group]
         past = [y[order - 1 - k : len(y) - 1 - k] for k in range(order)]
@@ -91,22 +100,21 @@ def _one_step(
     x, y = np.concatenate(rows), np.concatenate(targets)
     if len(y) < FEWEST + x.shape[1]:
         return None
-    weights, scale = solved(x, y, share)
-    return weights, scale, order
+    weights, constant = regressed(x, y, share)
+    ahead = np.array([weights[k * n : (k + 1) * n].T for k in range(order)])
+    return ahead, weights[order * n :].T, constant
 
 
-def _free(grid: _Grid, start: Array, weights: Array, scale: Callable[[Array], Array], order: int) -> Array:
+def _free(grid: _Grid, start: Array, ahead: Array, driven: Array, constant: Array) -> Array:
     """Readings at the grid's times that begin at `start` and go on by themselves, NaN if they run away."""
-    count, width = len(grid.time), start.size
-    # One affine map a step: what the scaling does is taken into the weights.
-    zero = scale(np.zeros((1, order * width + grid.inputs.shape[1])))[0] @ weights
-    unit = scale(np.eye(order * width + grid.inputs.shape[1])) @ weights - zero
-    ahead, driven = unit[: order * width], grid.inputs @ unit[order * width :] + zero
+    order, count = len(ahead), len(grid.time)
+    added = grid.inputs @ driven.T + constant
+    whole = np.concatenate(list(ahead), axis=1)
     result = np.tile(start, (count, 1))
     limit = 1e3 * (1.0 + np.abs(start).max())
-    for k in range(order - 1, count - 1):
-        past = result[k - order + 1 : k + 1][::-1].ravel()
-        result[k + 1] = past @ ahead + driven[k]
+    for k in range(count - 1):
+        past = [result[max(k - i, 0)] for i in range(order)]  # as if it had been so before
+        result[k + 1] = whole @ np.concatenate(past) + added[k]
         if not np.all(np.abs(result[k + 1]) < limit):
             return np.full(result.shape, np.nan)
     return result

@@ -7,16 +7,17 @@ rows are used by none. Regularised least squares as in A. E. Hoerl and R. W. Ken
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.ladder.arx import arx
-from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Form, solved
+from warmlink.orchestration.diagnosis.ladder.least_squares import FEWEST, Fitted, Form, Linear, regressed
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
 
 Question = Literal["simulation", "virtual measurement"]
@@ -28,17 +29,24 @@ _RIDGES = (1e-6, 1e-3, 1e-1)
 _TIME_CONSTANTS = 10
 """Time constants of lags that are tried, from a few rows to the whole of a run."""
 
+_FINE = 20.0
+"""Steps in a time constant of a lag, where it is used."""
+
 _LATER = 0.7
 """Share of the fitted time of a run on which forms are fitted that are then judged on the rest."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What a plain fit says of every run: readings in SI, shape (rows, channels) each; NaN if it has none."""
+    """What a plain fit says of every run: readings in SI, shape (rows, channels) each; NaN if it has none.
+
+    `linear` is how, by number of the channel.
+    """
 
     name: str
     question: Question
     readings: tuple[Array, ...]
+    linear: Mapping[int, Linear]
 
 
 def baselines(runs: Sequence[Signals], temperatures: Sequence[bool]) -> tuple[Baseline, ...]:
@@ -54,21 +62,21 @@ def baselines(runs: Sequence[Signals], temperatures: Sequence[bool]) -> tuple[Ba
     for name, forms in (("first-order lag", list(_lags(runs))), ("ARX", list(arx(runs)))):
         if any(run.ambient.any() for run in runs):
             forms += [_above_ambient(form, thermometers) for form in forms]
-        found.append(Baseline(name, "simulation", _best(runs, forms)))
+        found.append(Baseline(name, "simulation", *_best(runs, forms)))
     if thermometers.sum() > 0 and thermometers.size > 1:
         ridges = [_ridge(rich, share, thermometers) for rich, share in product((False, True), _RIDGES)]
-        found.append(Baseline("ridge", "virtual measurement", _best(runs, ridges)))
+        found.append(Baseline("ridge", "virtual measurement", *_best(runs, ridges)))
     return tuple(each for each in found if any(np.isfinite(table).any() for table in each.readings))
 
 
-def _best(runs: Sequence[Signals], forms: Sequence[Form]) -> tuple[Array, ...]:
-    """For each channel what the form says that is best on the later part of the fitted rows."""
+def _best(runs: Sequence[Signals], forms: Sequence[Form]) -> tuple[tuple[Array, ...], dict[int, Linear]]:
+    """For each channel what the form says that is best on the later part of the fitted rows, and how."""
     channels = runs[0].readings.shape[1]
     early = _earlier(runs)
     least, chosen = np.full(channels, np.inf), [0] * channels
     for i, form in enumerate(forms):
         squares, count = np.zeros(channels), np.zeros(channels)
-        for run, part, readings in zip(runs, early, form(early), strict=True):
+        for run, part, readings in zip(runs, early, form(early).readings, strict=True):
             error = (run.readings - readings)[run.fitted & ~part.fitted]
             read = np.isfinite(run.readings)[run.fitted & ~part.fitted]
             squares += np.where(read, np.where(np.isfinite(error), error, np.inf) ** 2, 0.0).sum(axis=0)
@@ -78,9 +86,12 @@ def _best(runs: Sequence[Signals], forms: Sequence[Form]) -> tuple[Array, ...]:
         least = np.minimum(least, mean)
     whole = {i: forms[i](runs) for i in set(chosen)}
     picked = (
-        np.column_stack([whole[chosen[c]][run][:, c] for c in range(channels)]) for run in range(len(runs))
+        np.column_stack([whole[chosen[c]].readings[run][:, c] for c in range(channels)])
+        for run in range(len(runs))
     )
-    return tuple(np.where(np.isfinite(least), table, np.nan) for table in picked)
+    said = tuple(np.where(np.isfinite(least), table, np.nan) for table in picked)
+    told = {c: whole[chosen[c]].linear for c in range(channels) if np.isfinite(least[c])}
+    return said, {c: linear[c] for c, linear in told.items() if c in linear}
 
 
 def _earlier(runs: Sequence[Signals]) -> list[Signals]:
@@ -93,7 +104,7 @@ def _earlier(runs: Sequence[Signals]) -> list[Signals]:
     return [replace(r, fitted=r.fitted & (r.time < _LATER * e)) for r, e in zip(runs, ends, strict=True)]
 
 
-def _above_ambient(form: Form, thermometers: Array) -> Form:
+def _above_ambient(form: Form, thermometers: NDArray[np.bool_]) -> Form:
     """The same for temperatures above ambient, of which no temperature is a cause."""
 
     def risen(run: Signals) -> Signals:
@@ -102,12 +113,24 @@ def _above_ambient(form: Form, thermometers: Array) -> Form:
             readings=run.readings - np.outer(run.ambient, thermometers),
             start=run.start - run.ambient[0] * thermometers,
             inputs=run.inputs[:, ~run.relative],
+            names=tuple(n for n, warm in zip(run.names, run.relative, strict=True) if not warm),
             relative=np.zeros(int(np.sum(~run.relative)), dtype=bool),
         )
 
-    def above(runs: Sequence[Signals]) -> list[Array]:
-        tables = form([risen(run) for run in runs])
-        return [table + np.outer(run.ambient, thermometers) for run, table in zip(runs, tables, strict=True)]
+    def above(runs: Sequence[Signals]) -> Fitted:
+        tables, linear = form([risen(run) for run in runs])
+        room = (runs[0].room,)
+        return Fitted(
+            [table + np.outer(run.ambient, thermometers) for run, table in zip(runs, tables, strict=True)],
+            {
+                c: replace(
+                    each,
+                    above=thermometers[list(each.channels)],
+                    direct={**each.direct, room: 1.0} if thermometers[c] else each.direct,
+                )
+                for c, each in linear.items()
+            },
+        )
 
     return above
 
@@ -122,8 +145,9 @@ def _lags(runs: Sequence[Signals]) -> Iterator[Form]:
 
 def _lag(constant: float, rich: bool, share: float) -> Form:
     """Each channel follows a linear function of the inputs with one time constant in s."""
+    step = constant / _FINE
 
-    def form(runs: Sequence[Signals]) -> list[Array]:
+    def form(runs: Sequence[Signals]) -> Fitted:
         left = [np.exp(-run.time / constant) for run in runs]
         columns = [
             np.column_stack([filtered(run.time, run.columns(rich), constant), 1 - decay])
@@ -131,13 +155,27 @@ def _lag(constant: float, rich: bool, share: float) -> Form:
         ]
         gone = [np.outer(decay, run.start) for run, decay in zip(runs, left, strict=True)]
         driven = [replace(run, readings=run.readings - of) for run, of in zip(runs, gone, strict=True)]
-        result = [np.full(run.readings.shape, np.nan) for run in runs]
+        result, linear = [np.full(run.readings.shape, np.nan) for run in runs], {}
+        kept = float(np.exp(-step / constant))
         for channel in range(runs[0].readings.shape[1]):
-            weights = _weights(columns, driven, channel, share)
-            if weights is not None:
-                for table, column, of in zip(result, columns, gone, strict=True):
-                    table[:, channel] = weights(column) + of[:, channel]
-        return result
+            found = _weights(columns, driven, channel, share)
+            if found is None:
+                continue
+            weights, offset = found
+            # What is fitted beside the two constants from rest is taken for a start that is a little off.
+            for table, column, of in zip(result, columns, gone, strict=True):
+                table[:, channel] = column @ weights + offset + of[:, channel]
+            by_feature = zip(runs[0].features(rich), weights[:-1].tolist(), strict=True)
+            linear[channel] = Linear(
+                step,
+                np.full((1, 1, 1), kept),
+                {feature: np.array([(1 - kept) * each]) for feature, each in by_feature},
+                np.array([(1 - kept) * float(weights[-1])]),
+                (channel,),
+                offset=offset,
+                above=np.zeros(1, dtype=bool),
+            )
+        return Fitted(result, linear)
 
     return form
 
@@ -154,8 +192,8 @@ def filtered(time: Array, columns: Array, constant: float) -> Array:
 
 def _weights(
     columns: Sequence[Array], runs: Sequence[Signals], channel: int, share: float
-) -> Callable[[Array], Array] | None:
-    """Linear function of columns that is fitted to a channel's fitted rows; None if they are too few."""
+) -> tuple[Array, float] | None:
+    """Weights of columns and a constant, fitted to a channel's fitted rows; None if they are too few."""
     rows = [
         r.fitted & np.isfinite(r.readings[:, channel]) & np.isfinite(c).all(axis=1)
         for r, c in zip(runs, columns, strict=True)
@@ -164,16 +202,16 @@ def _weights(
     y = np.concatenate([r.readings[row, channel] for r, row in zip(runs, rows, strict=True)])
     if y.size < FEWEST:
         return None
-    weights, scale = solved(x, y[:, None], share)
-    return lambda table: np.asarray(scale(table) @ weights)[:, 0]
+    weights, constant = regressed(x, y[:, None], share)
+    return weights[:, 0], float(constant[0])
 
 
 def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
     """Each channel from the inputs and the other thermometers, now."""
 
-    def form(runs: Sequence[Signals]) -> list[Array]:
+    def form(runs: Sequence[Signals]) -> Fitted:
         filled = [np.column_stack([_filled(run.time, c) for c in run.readings.T]) for run in runs]
-        result = [np.full(run.readings.shape, np.nan) for run in runs]
+        result, linear = [np.full(run.readings.shape, np.nan) for run in runs], {}
         for channel in range(runs[0].readings.shape[1]):
             others = thermometers & (np.arange(thermometers.size) != channel)
             if not others.any():
@@ -181,11 +219,16 @@ def _ridge(rich: bool, share: float, thermometers: Array) -> Form:
             columns = [
                 np.column_stack([f[:, others], r.columns(rich)]) for f, r in zip(filled, runs, strict=True)
             ]
-            weights = _weights(columns, runs, channel, share)
-            if weights is not None:
-                for table, column in zip(result, columns, strict=True):
-                    table[:, channel] = weights(column)
-        return result
+            found = _weights(columns, runs, channel, share)
+            if found is None:
+                continue
+            weights, offset = found
+            for table, column in zip(result, columns, strict=True):
+                table[:, channel] = column @ weights + offset
+            read = [(name,) for name, other in zip(runs[0].channels, others, strict=True) if other]
+            features = [*read, *runs[0].features(rich)]
+            linear[channel] = Linear(direct=dict(zip(features, weights.tolist(), strict=True)), offset=offset)
+        return Fitted(result, linear)
 
     return form
 

@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import Word
 from warmlink.orchestration.diagnosis.fit.wandering import Wander
 from warmlink.orchestration.diagnosis.ladder.baselines import baselines
 from warmlink.orchestration.diagnosis.ladder.prediction import MISSED, Predicted, Scores
+from warmlink.orchestration.diagnosis.ladder.predictor import Predictor, predictor_of
 from warmlink.orchestration.diagnosis.ladder.remainder import Remainder, remainder
 from warmlink.orchestration.diagnosis.ladder.rungs import Ladder, Rung
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output, signals_of
@@ -23,6 +26,13 @@ NEAREST = "nearest causes"
 
 REMAINDER = "with remainder"
 """The rung of the best of these models with what was learnt of the rest."""
+
+
+PLAIN = "with plain fits"
+"""The rung of the best of all these, with plain fits for the channels that they tell better."""
+
+_MUCH = 0.5
+"""Share of the delivered model's error from which a virtual measurement is worth having."""
 
 
 def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
@@ -40,7 +50,7 @@ def ladder_of(problem: Problem, models: Mapping[str, Predicted]) -> Ladder:
     ]
     unit = problem.experiment.rig.unit
     plain = baselines(runs, [unit(variable) == "K" for variable in problem.variables])
-    rungs += [Rung(each.name, each.question, each.readings) for each in plain]
+    rungs += [Rung(each.name, each.question, each.readings, linear=each.linear) for each in plain]
     wanted = problem.experiment.accuracy
     matters = {i: wanted[name] for i, name in enumerate(problem.variables) if name in wanted}
     name = growth_output(problem)
@@ -99,13 +109,19 @@ class Delivery:
     declared: bool
 
     @cached_property
-    def _without_remainder(self) -> Ladder:
+    def _plainest(self) -> Ladder:
         return ladder_of(self.scores.problem, self.models)
 
     @cached_property
     def base(self) -> str:
         """Name of the rung of the best model, remainders aside."""
-        return chosen(self._without_remainder, self.verdict, self.declared)
+        return chosen(self._plainest, self.verdict, self.declared)
+
+    @cached_property
+    def _is_off(self) -> bool:
+        """Whether rows are held out, and the best model is beyond the noise there."""
+        left = self.scores.held_out(self.models[self.base], self.wander)
+        return self._plainest.is_judged and left is not None and left.in_noise > MISSED
 
     @cached_property
     def _learnt(self) -> tuple[str, Remainder] | None:
@@ -113,43 +129,117 @@ class Delivery:
 
         None if nothing is held out, or the best model is within the noise there.
         """
-        left = self.scores.held_out(self.models[self.base], self.wander)
-        if not self._without_remainder.is_judged or left is None or left.in_noise <= MISSED:
+        if not self._is_off:
             return None
         tried = {
             name: remainder(self.scores.problem, each.readings)
             for name, each in self.models.items()
-            if _may_be_chosen(name, self._without_remainder)
+            if _may_be_chosen(name, self._plainest)
         }
         found = [(name, each) for name, each in tried.items() if each is not None]
         return min(found, key=lambda each: each[1].left, default=None)
 
     @cached_property
-    def ladder(self) -> Ladder:
-        """Models and the plainest fits, by what they get wrong in held-out rows."""
-        plain, count = self._without_remainder, len(self.models)
+    def _modelled(self) -> Ladder:
+        """The ladder of all models, the learnt remainder included."""
+        plain, count = self._plainest, len(self.models)
         if self._learnt is None:
             return plain
         rung = Rung(REMAINDER, "simulation", self._learnt[1].readings, is_model=True)
         return replace(plain, rungs=(*plain.rungs[:count], rung, *plain.rungs[count:]))
 
     @cached_property
+    def best_model(self) -> str:
+        """Name of the rung of the best model, with a remainder or without one."""
+        return chosen(self._modelled, self.verdict, self.declared)
+
+    @cached_property
+    def plain(self) -> Mapping[int, Rung]:
+        """Plain fits that are delivered, by number of the channel that they tell better than the best model.
+
+        As causes that do not explain a run, they may fit its end: whole runs have to speak for them.
+        """
+        ladder = self._modelled
+        if not self._is_off or not ladder.judges_whole_runs:
+            return {}
+        model = ladder.named(self.best_model)
+        found = {}
+        for channel in range(len(ladder.channels)):
+            tried = [each for each in ladder.plain("simulation") if _is_usable(each, channel)]
+            best = ladder.best_in(channel, tried, model)
+            if best is not None:
+                found[channel] = best
+        return found
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Models and the plainest fits, by what they get wrong in held-out rows."""
+        ladder = self._modelled
+        if not self.plain:
+            return ladder
+        tables = [table.copy() for table in ladder.named(self.best_model).readings]
+        for channel, rung in self.plain.items():
+            for table, said in zip(tables, rung.readings, strict=True):
+                table[:, channel] = said[:, channel]
+        whole = Rung(PLAIN, "simulation", tuple(tables), is_model=True)
+        count = sum(each.is_model for each in ladder.rungs)
+        return replace(ladder, rungs=(*ladder.rungs[:count], whole, *ladder.rungs[count:]))
+
+    @property
     def name(self) -> str:
         """Name of the rung that is delivered."""
-        return chosen(self.ladder, self.verdict, self.declared)
+        return PLAIN if self.plain else self.best_model
 
     @property
     def remainder(self) -> Remainder | None:
         """The learnt remainder that is delivered, if one is."""
-        return self._learnt[1] if self.name == REMAINDER and self._learnt else None
+        return self._learnt[1] if self.best_model == REMAINDER and self._learnt else None
 
     @property
     def model(self) -> str:
-        """Name of the rung of the model that is delivered, its remainder aside."""
-        return self._learnt[0] if self.name == REMAINDER and self._learnt else self.name
+        """Name of the rung of the model that is delivered, what stands beside it aside."""
+        return self._learnt[0] if self.best_model == REMAINDER and self._learnt else self.best_model
 
     @cached_property
     def adopted(self) -> Predicted:
-        """The model that is delivered, its remainder included."""
-        model = self.models[self.model]
-        return model if self.remainder is None else replace(model, readings=self.remainder.readings)
+        """The model that is delivered, with what stands beside it."""
+        return replace(self.models[self.model], readings=self.ladder.named(self.name).readings)
+
+    @cached_property
+    def predictor(self) -> Predictor | None:
+        """The plain fits that are delivered as a component, if any are."""
+        return self._component(self.plain, "Predictor", "Plain fits that foretell held-out runs best")
+
+    @cached_property
+    def virtual(self) -> Mapping[int, Rung]:
+        """The plain fit by which thermometers tell the growth, by its channel, if it is worth having."""
+        ladder, growth = self.ladder, self.ladder.growth
+        if growth is None or not ladder.is_judged:
+            return {}
+        tried = [each for each in ladder.plain("virtual measurement") if _is_usable(each, growth)]
+        best = ladder.best_in(growth, tried, ladder.named(self.name))
+        if best is None:
+            return {}
+        name = ladder.channels[growth]
+        share = ladder.rms(best)[name] / ladder.rms(ladder.named(self.name)).get(name, np.inf)
+        return {growth: best} if share < _MUCH else {}
+
+    @cached_property
+    def virtual_measurement(self) -> Predictor | None:
+        """The growth by thermometers as a component, if that is worth having."""
+        return self._component(self.virtual, "VirtualMeasurement", "The growth by what thermometers read")
+
+    def _component(self, plain: Mapping[int, Rung], name: str, description: str) -> Predictor | None:
+        if not plain:
+            return None
+        ladder = self.ladder
+        fits = {
+            channel: (rung.linear[channel], ladder.rms(rung)[ladder.channels[channel]])
+            for channel, rung in plain.items()
+        }
+        return predictor_of(self.scores.problem, ladder.runs, fits, name, description)
+
+
+def _is_usable(rung: Rung, channel: int) -> bool:
+    """Whether a plain fit of a channel can be handed on: it goes by signals alone."""
+    return channel in rung.linear and rung.linear[channel].is_complete

@@ -17,7 +17,7 @@ from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
-from warmlink.orchestration.diagnosis.ladder.least_squares import solved
+from warmlink.orchestration.diagnosis.ladder.least_squares import regressed
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output, held_means
 
 _SHARES_OF_A_RUN = (1 / 30, 1 / 8, 1 / 2)
@@ -187,12 +187,10 @@ class _Form:
 
     def fitted(self, x: Array, y: Array) -> tuple[Array, float]:
         """Weight of each lag, 0 for those that are not used, and a constant."""
-        count = int(self.lags.sum())
-        weights, scaled = solved(x[:, self.lags], y[:, None], self.share)
-        zero = float((scaled(np.zeros((1, count))) @ weights)[0, 0])
+        weights, zero = regressed(x[:, self.lags], y[:, None], self.share)
         whole = np.zeros(self.lags.size)
-        whole[self.lags] = (scaled(np.eye(count)) @ weights)[:, 0] - zero  # back from unit variance
-        return whole, zero
+        whole[self.lags] = weights[:, 0]
+        return whole, float(zero[0])
 
     def squares(self, x: Array, y: Array, block: NDArray[np.int64]) -> Array:
         """Squared error of each block of rows by what the others teach, shape (blocks,)."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.ladder.baselines import Question
+from warmlink.orchestration.diagnosis.ladder.least_squares import Linear
 from warmlink.orchestration.diagnosis.ladder.signals import Signals
 
 _BLOCKS = 8
@@ -26,7 +27,8 @@ AS_GOOD = 1.05
 class Rung:
     """One way to predict: readings by run in SI, shape (rows, channels) each, NaN if it has none.
 
-    `numbers` are those that were fitted for it; `is_model` says that it can be delivered as a model.
+    `numbers` are those that were fitted for it; `is_model` says that it can be delivered as a model, `linear`
+    how a plain fit tells each channel, by its number.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Rung:
     readings: tuple[Array, ...]
     numbers: int = 0
     is_model: bool = False
+    linear: Mapping[int, Linear] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,14 @@ class Ladder:
     rungs: tuple[Rung, ...]
     accuracy: Mapping[int, float] = field(default_factory=dict)
     growth: int | None = None
+
+    def named(self, name: str) -> Rung:
+        """The rung of a name."""
+        return next(each for each in self.rungs if each.name == name)
+
+    def plain(self, question: Question) -> list[Rung]:
+        """The plain fits that answer a question."""
+        return [each for each in self.rungs if not each.is_model and each.question == question]
 
     @cached_property
     def _blocks(self) -> tuple[tuple[int, Array], ...]:
@@ -140,10 +151,20 @@ class Ladder:
 
     def better_by(self, one: Rung, other: Rung) -> tuple[float, float]:
         """By how much of the score a rung is better than another, and the standard error of that."""
-        difference = self._shares(other) - self._shares(one)
-        count = difference.size
-        spread = float(np.sqrt(count) * difference.std(ddof=1)) if count > 1 else 0.0
-        return float(difference.sum()), spread
+        return _gained(self._shares(other) - self._shares(one))
+
+    def best_in(self, channel: int, rungs: Sequence[Rung], than: Rung) -> Rung | None:
+        """The rung that tells a channel best, if that is clearly better than another does; else None.
+
+        Clearly: by more than a standard error, and so that the difference would be told and matters.
+        """
+        matters, name = self.accuracy.get(channel, 0.0), self.channels[channel]
+        best = min(rungs, key=lambda each: self.rms(each).get(name, np.inf), default=than)
+        ours, theirs = (max(self.rms(each).get(name, np.inf), matters) for each in (best, than))
+        if not theirs > AS_GOOD * ours:
+            return None
+        gained, spread = _gained((self._squares(than) - self._squares(best))[:, channel])
+        return best if gained > spread else None
 
     def simplest_of_the_best(self, rungs: Sequence[Rung]) -> Rung:
         """The first of some rungs than which none is better by more than one standard error."""
@@ -153,3 +174,10 @@ class Ladder:
             if gained <= spread:
                 return rung
         return best
+
+
+def _gained(by_block: Array) -> tuple[float, float]:
+    """Sum of what blocks gain, and the standard error of that."""
+    count = by_block.size
+    spread = float(np.sqrt(count) * by_block.std(ddof=1)) if count > 1 else 0.0
+    return float(by_block.sum()), spread

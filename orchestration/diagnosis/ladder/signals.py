@@ -18,6 +18,13 @@ _MOST_PRODUCTS = 6
 """Inputs that are no temperatures, of more of which squares and products are not tried."""
 
 
+Feature = tuple[str, ...]
+"""What a plain fit goes by: a signal's name, or the names of two whose product's size it is.
+
+A name is empty where it is no signal, but whether there is one.
+"""
+
+
 @dataclass(frozen=True)
 class Signals:
     """One run as plain fits see it, in SI.
@@ -32,6 +39,10 @@ class Signals:
     products : squares and products of the inputs that are no temperatures, shape (rows, products)
     fitted : rows that fitting may use, shape (rows,)
     ambient : K, above which temperatures rise, shape (rows,); 0 where none was logged
+    names : of the inputs, shape (inputs,); empty for whether there is one
+    pairs : names of the inputs whose products these are, shape (products,)
+    channels : names of the channels
+    room : name of the ambient temperature
     """
 
     time: Array
@@ -42,10 +53,18 @@ class Signals:
     products: Array
     fitted: NDArray[np.bool_]
     ambient: Array
+    names: tuple[str, ...]
+    pairs: tuple[Feature, ...]
+    channels: tuple[str, ...]
+    room: str
 
     def columns(self, rich: bool) -> Array:
         """Inputs, with squares and products if these are asked for, shape (rows, columns)."""
         return np.column_stack([self.inputs, self.products]) if rich else self.inputs
+
+    def features(self, rich: bool) -> list[Feature]:
+        """What each of these columns is."""
+        return [*((name,) for name in self.names), *(self.pairs if rich else ())]
 
 
 def signals_of(problem: Problem) -> tuple[Signals, ...]:
@@ -63,7 +82,10 @@ def signals_of(problem: Problem) -> tuple[Signals, ...]:
         means = held_means(run.time, table[:, changes], data.time)
         relative = warm[changes]
         starts = [_start(data.time, column) for column in data.readings.T]
-        rest = means[:, ~relative]
+        called = [each for name in names for each in (name, "")]
+        shown = [name for name, changing in zip(called, changes, strict=True) if changing]
+        rest = [name for name, is_warm in zip(shown, relative, strict=True) if not is_warm]
+        pairs = _pairs(len(rest))
         result.append(
             Signals(
                 data.time,
@@ -71,11 +93,15 @@ def signals_of(problem: Problem) -> tuple[Signals, ...]:
                 np.array(starts),
                 means,
                 relative,
-                _products(run.time, table[:, changes][:, ~relative], data.time, rest.shape[1]),
+                _products(run.time, table[:, changes][:, ~relative], data.time, pairs),
                 data.fitted,
                 np.zeros(data.time.size)
                 if run.ambient is None
                 else np.interp(data.time, run.time, run.ambient),
+                tuple(shown),
+                tuple((rest[i], rest[j]) for i, j in pairs),
+                tuple(problem.variables),
+                next((name for name in run.inputs if name.endswith("ambient_temperature")), ""),
             )
         )
     return tuple(result)
@@ -101,11 +127,15 @@ def held_means(time: Array, table: Array, at: Array) -> Array:
     return np.vstack([first, np.diff(there, axis=0) / np.where(spacing > 0, spacing, 1.0)[:, None]])
 
 
-def _products(time: Array, table: Array, at: Array, count: int) -> Array:
-    """Means of squares and products of held signals."""
+def _pairs(count: int) -> list[tuple[int, int]]:
+    """Pairs of inputs whose products are tried, each with itself as well; none of many inputs."""
     if count > _MOST_PRODUCTS:
-        return np.zeros((at.size, 0))
-    pairs = [(i, i) for i in range(count)] + list(combinations(range(count), 2))
+        return []
+    return [(i, i) for i in range(count)] + list(combinations(range(count), 2))
+
+
+def _products(time: Array, table: Array, at: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+    """Means of squares and products of held signals."""
     products = [np.abs(table[:, i] * table[:, j]) for i, j in pairs]
     return held_means(time, np.column_stack(products), at) if products else np.zeros((at.size, 0))
 

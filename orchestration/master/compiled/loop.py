@@ -122,14 +122,17 @@ class MemoryLayout:
     """Tables of addresses and indices that the compiled loop runs over: `tables`, as `Tables` in `loop.c`.
 
     The four buffers hold doubles, ints, bytes and long ints; each batch of a slave's variables has its
-    stretch in one of them, so that FMI calls read and write there directly.
+    stretch in one of them, so that FMI calls read and write there directly. Long ints lie behind the doubles,
+    so that they are recorded bit by bit, as doubles are.
     """
 
     def __init__(self, network: Network, schedule: Schedule, recorder: Recorder) -> None:
         self.network, points = network, recorder.points
         self._slaves = cast("list[Addressed]", network.slaves)  # as `obstacle` found
         room = 4 + sum(len(names) for names in (*network.reads, *network.writes, *recorder.late))
-        self.buffers = [np.zeros(room, kind) for kind in (np.float64, np.int32, np.bool_, np.int64)]
+        both = np.zeros(2 * room)
+        small = (np.zeros(room, kind) for kind in (np.int32, np.bool_))
+        self.buffers: list[Any] = [both[:room], *small, both[room:].view(np.int64)]
         self._used = [1, 0, 3, 0]  # lastSuccessfulTime and the flags of fmi3DoStep
         self.batches: list[Batch] = []  # in the order of their table, which holds their value references
         slaves, count = range(len(network.slaves)), len(network.slaves)
@@ -144,6 +147,9 @@ class MemoryLayout:
         columns = [
             late_places[k][recorder.late[k].index(name)] if position is None else self.outputs[k][position]
             for k, name, position in recorder.sources
+        ]
+        columns = [
+            (0, room + index) if kind == _KINDS["fmi3", "Int64"] else (kind, index) for kind, index in columns
         ]
         factors = [each for w in chain(*network.wires) for each in (w.factor, w.offset)]
         batches = [*reads, *writes, *late]

@@ -63,7 +63,17 @@ class Values:
 
     def open(self, header: RecordTable) -> None:
         """Begin to write; InputError where the folder cannot be written or lacks rows to keep."""
-        points, columns = header.points, [{"name": n, "unit": header.units[n]} for n in header.names]
+        points, columns = (
+            header.points,
+            [
+                {
+                    "name": n,
+                    "unit": header.units[n],
+                    **({"type": header.types[n]} if n in header.types else {}),
+                }
+                for n in header.names
+            ],
+        )
         about = {"columns": columns, "start_time_s": points.start_time, "step_size_s": points.step_size}
         about["steps"] = points.count
         self._columns = len(columns)
@@ -139,8 +149,13 @@ def values_in(folder: Path) -> RecordTable | None:
         if values.ndim == 2 and values.shape[1] == len(names) and len(values) <= count + 1:
             units = {each["name"]: each["unit"] for each in about["columns"]}
             points = CommunicationPoints.between(start, start + count * step, step)
-            return RecordTable(names, units, points, values)
+            types = {each["name"]: str(each["type"]) for each in about["columns"] if "type" in each}
+            return RecordTable(names, units, points, values, types)
     return None
+
+
+WHOLE = {"Int64": "int64", "UInt64": "uint64"}
+"""Types of FMI whose values a double may not hold, and NumPy's names of them."""
 
 
 def is_number(variable: FmuVariable) -> bool:
@@ -178,6 +193,7 @@ class Recorder:
         self.rows = self._base = 0
         self.cells = under_way.here.cells
         units: dict[str, str | None] = {}
+        types: dict[str, str] = {}
         self.sources: list[tuple[int, str, int | None]] = []
         for name in names:
             k, variable = network.locate(name)
@@ -185,6 +201,8 @@ class Recorder:
             if not is_number(about):
                 raise InputError(f"{name}: a {about.type} cannot be recorded; choose a scalar number")
             units[name] = about.unit
+            if about.type in WHOLE:
+                types[name] = WHOLE[about.type]
             read = network.reads[k]
             self.sources.append((k, variable, read.index(variable) if variable in read else None))
         late: list[dict[int, str]] = [{} for _ in network.slaves]
@@ -194,7 +212,8 @@ class Recorder:
         self.late: list[Names] = [tuple(of.values()) for of in late]
         self._others = [(k, self.late[k], list(of)) for k, of in enumerate(late) if of]
         self._exchanged = [(c, k, p) for c, (k, _, p) in enumerate(self.sources) if p is not None]
-        self.header = RecordTable(names, units, points, np.empty((0, len(names))))
+        self.header = RecordTable(names, units, points, np.empty((0, len(names))), types)
+        self._whole = [(names.index(name), kind) for name, kind in types.items()]
         shape = points.count + 1, len(names)
         size = 8 * shape[0] * shape[1]
         if folder is None and size > MOST_BYTES:
@@ -220,7 +239,14 @@ class Recorder:
         for column, k, position in self._exchanged:
             row[column] = outputs[k][position]
         for k, names, columns in self._others:
-            row[columns] = self._network.slaves[k].get(names)
+            row[columns] = got = self._network.slaves[k].get(names)
+            for column, kind in self._whole:
+                if column in columns:
+                    row.view(kind)[column] = got[columns.index(column)]
+        for column, kind in self._whole:
+            slave, _, at = self.sources[column]
+            if at is not None:
+                row.view(kind)[column] = outputs[slave][at]
         self.filled(self.rows)
 
     def filled(self, point: int) -> None:

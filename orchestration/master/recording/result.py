@@ -24,13 +24,15 @@ class RecordTable:
     """Values at the first communication points of a run; a file on disk may stand behind them.
 
     The names are `slave.variable`; a unit is None where the slave gives none; the values in those units have
-    the shape (points, columns).
+    the shape (points, columns). Integers of 64 bits, which a double may not hold, lie there bit by bit: the
+    `types` of such columns are `int64` or `uint64`, and `[]` gives them as integers.
     """
 
     names: tuple[str, ...]
     units: Mapping[str, str | None]
     points: CommunicationPoints
     values: Array = field(repr=False)
+    types: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def _column(self) -> dict[str, int]:
@@ -54,7 +56,8 @@ class RecordTable:
         """Give one column, shape (points,)."""
         if name not in self._column:
             raise KeyError(f"{name} was not recorded; recorded: {', '.join(self.names)}")
-        return self.values[:, self._column[name]]
+        column: Array = self.values[:, self._column[name]]
+        return column.view(self.types[name]) if name in self.types else column
 
     def holding(self, values: Array) -> RecordTable:
         """Give the same columns with other values."""
@@ -69,6 +72,8 @@ class RecordTable:
         import pandas
 
         frame = pandas.DataFrame(np.asarray(self.values), columns=[self.heading(name) for name in self.names])
+        for name in self.types:
+            frame[self.heading(name)] = np.asarray(self[name])
         frame.insert(0, "time [s]", self.times)
         return frame
 

@@ -48,7 +48,7 @@ def rms(law: Component) -> float:
     for log in logs():
         inputs, measured, acting = log.inputs_of(law, 1.0)
         told, late = replay(law, inputs, measured), log.time - log.time[0] > 120.0
-        errors.append((log.judged_by - told.correction[acting])[late])
+        errors.append((log.reference_growth - told.correction[acting])[late])
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 

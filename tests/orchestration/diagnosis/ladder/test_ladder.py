@@ -37,6 +37,10 @@ def made(seed: int = 0, uneven: bool = False, later: float = 0.7) -> Signals:
         np.zeros((400, 0)),
         time < later * time[-1],
         room,
+        ("motor.current",),
+        (),
+        ("shaft", "tip", "growth"),
+        "motor.ambient_temperature",
     )
 
 
@@ -141,7 +145,7 @@ def test_nothing_held_out_judges_nothing() -> None:
 
 
 def test_a_run_that_nothing_drives_has_plain_fits_too() -> None:
-    run = replace(made(), inputs=np.zeros((400, 0)), relative=np.zeros(0, dtype=bool))
+    run = replace(made(), inputs=np.zeros((400, 0)), relative=np.zeros(0, dtype=bool), names=())
     assert {each.name for each in baselines([run], (True, True, False))} == {
         "first-order lag",
         "ARX",
