@@ -19,7 +19,7 @@ from warmlink.orchestration.watch.shadow import (
     CLIPPED,
     Corrected,
     Innovation,
-    Linear,
+    LinearTick,
     Shadow,
     ShadowNoise,
     corrected,
@@ -111,7 +111,7 @@ def applied(machine: WatchedMachine, moved: Array) -> tuple[Array, Array]:
 
 def _pass(
     machine: WatchedMachine, noise: ShadowNoise, moved: Array, ticks: Sequence[Tick]
-) -> tuple[list[Innovation], list[Linear]]:
+) -> tuple[list[Innovation], list[LinearTick]]:
     shadow = Shadow(machine, noise, *applied(machine, moved))
     both = [shadow.step(tick) for tick in ticks]
     return [said for said, _ in both], [linear for _, linear in both]
@@ -131,7 +131,7 @@ def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
 
 
 def _calibration(
-    machine: WatchedMachine, passed: Sequence[Linear], noise: ShadowNoise, moved: Array
+    machine: WatchedMachine, passed: Sequence[LinearTick], noise: ShadowNoise, moved: Array
 ) -> Array:
     """By how much the value of each hypothesis of a usual calibration moves, within its bounds."""
     from scipy.optimize import lsq_linear
@@ -157,7 +157,7 @@ def _calibration(
 
 
 def _filtered(
-    passed: Sequence[Linear], noise: ShadowNoise, free: Array | None = None
+    passed: Sequence[LinearTick], noise: ShadowNoise, free: Array | None = None
 ) -> tuple[float, list[Corrected]]:
     """Twice the log-likelihood of a linear pass with other noise, and what each tick says."""
     plant = passed[0].onward.shape[0] - noise.slow.size
@@ -185,7 +185,7 @@ def _filtered(
 
 
 def _likeliest(
-    passed: Sequence[Linear],
+    passed: Sequence[LinearTick],
     noise: ShadowNoise,
     memories: Sequence[float],
     strides: Sequence[float],

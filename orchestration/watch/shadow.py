@@ -80,7 +80,7 @@ class ShadowNoise:
         return found
 
 
-class Linear(NamedTuple):
+class LinearTick(NamedTuple):
     """A tick as the filter saw it, for learning: linear about its own estimate.
 
     Attributes
@@ -177,7 +177,7 @@ class Shadow:
         self.P = self.noise.at_start(self.plant)
         self.directions = np.zeros((self.size, len(self.machine.hypotheses)))
 
-    def step(self, tick: Tick) -> tuple[Innovation, Linear]:
+    def step(self, tick: Tick) -> tuple[Innovation, LinearTick]:
         """Take a tick: what it says, and the same as learning takes it."""
         anew = tick.anew or not self.x.size
         if anew:
@@ -200,10 +200,12 @@ class Shadow:
         self.P = onward @ said.covariance @ onward.T + np.diag(self.noise.process(self.plant, lasting))
         lean, weight = said.rows[:, 1:].T @ said.rows[:, 0], np.sum(said.rows[:, 1:] ** 2, axis=0)
         innovation = Innovation(said.white, lean, weight, expected, said.sigma)
-        return innovation, Linear(error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew)
+        return innovation, LinearTick(
+            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew
+        )
 
     def _ahead(self, tick: Tick) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """Expected readings, derivatives as in `Linear`, and the plant's states at the end."""
+        """Expected readings, derivatives as in `LinearTick`, and the plant's states at the end."""
         equations, n, lasting = self.machine.equations, self.plant, tick.end - tick.start
         wandering = self.rest[: self.signals]
         z = self.values + self.machine.wander @ wandering

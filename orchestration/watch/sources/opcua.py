@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
+from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain
@@ -45,9 +47,8 @@ class OpcuaSource(ServedSource):
         except ImportError:
             raise MissingExtraError("watching over OPC UA", "watch") from None
         if not columns:
-            raise InputError(
-                f"{address}: nothing says which nodes are meant; name them in a file, --mapping nodes.toml"
-            )
+            say = argument("mapping", Path("nodes.toml"))
+            raise InputError(f"{address}: nothing says which nodes are meant; name them in a file, {say}")
         super().__init__(address)
         self._asyncua, self._columns = asyncua, dict(columns)
         self._timed = any(plain(name_and_unit(header)[0]) == "time" for header in columns)

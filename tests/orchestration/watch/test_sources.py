@@ -27,6 +27,7 @@ from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.watch.rows import LoggedRow, RowReader
 from warmlink.orchestration.watch.sources.lines import LinesSource
+from warmlink.orchestration.watch.sources.mapping import read_mapping
 from warmlink.orchestration.watch.sources.opcua import OpcuaSource
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.sources.protocol import Source
@@ -136,6 +137,16 @@ def test_a_mapping_without_columns_is_refused(tmp_path: Path) -> None:
     path.write_text("[columns]\n")
     with pytest.raises(InputError, match=r"no \[columns\]"):
         opened("mqtt://cell/topic", follow=True, mapping=path)
+
+
+def test_the_mapping_of_the_page_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "watch.md").read_text("utf-8")
+    path = tmp_path / "mapping.toml"
+    path.write_text(page.partition("```toml\n")[2].partition("```")[0])
+    columns = read_mapping(path)
+    assert columns["shaft_temperature [degC]"] == "joint.temperatures.shaft"
+    reader = RowReader("page", list(columns), rig_of("WarmupCell"), ReadOptions())
+    assert len(reader.inputs) == 3
 
 
 def free_port() -> int:
