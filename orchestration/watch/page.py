@@ -25,7 +25,7 @@ _MOST_ALARMS, _HOUR = 20, 60
 _EPOCH = 1e9
 """s from which on times count since 1970."""
 
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 640, 200, 44, 6, 10, 24
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 420, 190, 50, 6, 10, 26
 
 
 class Plot(NamedTuple):
@@ -54,7 +54,8 @@ def page_of(watching: Watching) -> str:
     watcher = watching.watcher
     levels = [{"name": name, "level": level} for name, level in watcher.by_verdict().items()]
     alarms = [
-        {"when": when(e["time_s"]), "verdict": e["verdict"], "told": e["told"]} for e in watching.alarms
+        {"when": when(first["time_s"]), "verdict": last["verdict"], "told": last["told"]}
+        for first, last in zip(watching.alarms, _last_names(watching), strict=True)
     ]
     return rendered(
         "watch.html.j2",
@@ -68,6 +69,17 @@ def page_of(watching: Watching) -> str:
         remarks=watching.remarks(),
         seconds=_SECONDS,
     )
+
+
+def _last_names(watching: Watching) -> list[dict[str, Any]]:
+    """What was told last of each alarm: with more rows its name is surer."""
+    found: list[dict[str, Any]] = []
+    for event in watching.events:
+        if event["alarm"] and "again" in event and found:
+            found[-1] = event
+        elif event["alarm"]:
+            found.append(event)
+    return found
 
 
 def lead(watching: Watching) -> str:
@@ -141,7 +153,11 @@ def _plot(
         return _TOP + (high - values) / (high - low) * (_HEIGHT - _TOP - _BOTTOM)
 
     drawn = [(kind, _points(x, y(values))) for kind, values in lines]
-    marks = [(round(float(y(v)), 1), f"{v:.3g}") for v in np.linspace(low, high, 4)]
+    step = 10 ** np.floor(np.log10((high - low) / 2))
+    step *= next(each for each in (5, 2, 1) if (high - low) / (each * step) >= 2)
+    places = max(0, -int(np.floor(np.log10(step))))
+    rounds = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+    marks = [(round(float(y(v)), 1), f"{v:.{places}f}") for v in rounds.tolist()]
     outline = ""
     if band is not None:
         outline = _points(np.append(x, x[::-1]), y(np.append(band[0], band[1][::-1])))
