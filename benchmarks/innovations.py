@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.rollout import RECORDED, Array, Record, by_rows, compiled
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.kalman import corrected, variance_along
+from warmlink.controllers.kalman import counted, sighted, taught, variance_along
 from warmlink.controllers.observer import model, prediction
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
@@ -113,7 +113,9 @@ def _look() -> Any:
         row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
         innovation = sensed[sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
         series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
-        belief = corrected(belief, row, innovation, variance, 1.0 - after.trust_out[sensor])
+        sight = sighted(belief, row)
+        counts = counted(row, sight, innovation, variance, 1.0 - after.trust_out[sensor])
+        belief = taught(belief, sight, counts, row, variance)
     looked = [ca.densify(each) for each in (ca.vertcat(*series), belief.mean)]
     (look,) = compiled([ca.Function("look", [before, sensed, now], looked)])
     return look

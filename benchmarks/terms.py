@@ -21,10 +21,11 @@ from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment
 from warmlink.orchestration.diagnosis.practice.hidden_terms import hidden_term
 from warmlink.orchestration.diagnosis.practice.hide import INFORMATIVE, REAL, WHITE, hide, write_csv
-from warmlink.orchestration.diagnosis.terms.discovery import Discovery, discover
+from warmlink.orchestration.diagnosis.terms.discovery import Discovery
 from warmlink.orchestration.diagnosis.terms.gates import foretold
 from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate
 from warmlink.orchestration.diagnosis.terms.modelled import Chosen, fitted
+from warmlink.orchestration.diagnosis.terms.words import searched
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.duties.duty import Segment
 
@@ -131,13 +132,7 @@ def trial(kind: str, number: int, seed: int) -> TermTrial:
     with tempfile.TemporaryDirectory() as folder:
         write_csv(columns, Path(folder) / "run.csv")
         diagnosis = diagnose_experiment(read_experiment(Path(folder) / "run.csv"))
-    found = discover(
-        diagnosis.assessment,
-        diagnosis.verdict,
-        diagnosis.experiment,
-        diagnosis.scores,
-        diagnosis.held_out[0],
-    )
+    found = searched(diagnosis)
     outcome = _outcome(kind, found, diagnosis)
     ratio = _ratio(kind, found, diagnosis, values) if outcome in ("right form", "right set") else None
     seconds = time.process_time() - begun

@@ -73,13 +73,6 @@ def counted(row: Number, sight: Sight, innovation: Number, variance: Number, use
     return Counts(share, share * where(use > 0, innovation, 0.0))
 
 
-@kept_whole
-def corrected(belief: Belief, row: Number, innovation: Number, variance: Number, use: Number) -> Belief:
-    """Belief after one scalar measurement; unchanged where `use` is 0. The arguments as for `counted`."""
-    sight = sighted(belief, row)
-    return taught(belief, sight, counted(row, sight, innovation, variance, use), row, variance)
-
-
 def taught(belief: Belief, sight: Sight, counts: Counts, row: Number, variance: Number) -> Belief:
     """Belief after a scalar measurement that counts so much."""
     gain = sight.spread * counts.share

@@ -53,7 +53,6 @@ _RANKED, _FEWEST = 10, 6
 """Sets in the ranking at most; and at least, where so many were thought of."""
 
 SSV, SSP, JSON, PAGE = "extended.ssv", "extended.ssp", "diagnosis.json", "report.html"
-
 VIRTUAL = "VirtualMeasurement.fmu"  # the growth by what thermometers read
 
 
@@ -62,13 +61,15 @@ def write_report(diagnosis: Diagnosis, path: Path, equation: Equation | None = N
     title, lead, *lines = summary_with(diagnosis, equation).splitlines()
     remarks = "\n".join(diagnosis.remarks)
     nearest = " (the nearest causes, none of which explains it)" if diagnosis.verdict == "unknown" else ""
+    by_equation, leads = ([], False) if equation is None else (equation_sections(equation), equation.leads)
     sections = [
         Section("In short", "\n".join(lines), warning=_growing(diagnosis)),
-        *([] if equation is None else equation_sections(equation)),
+        *(by_equation if leads else []),
         *_ladder(diagnosis, equation),
         *([Section("How the measurements were read", remarks)] if remarks else []),
         *_calibrated(diagnosis),
         *_causes(diagnosis),
+        *([] if leads else by_equation),
         *heat_sections(diagnosis.missing_heat),
         *run_sections(diagnosis),
         Section(

@@ -63,6 +63,11 @@ class Equation:
         return {name: (before[name], after[name]) for name in before if name in after}
 
     @property
+    def leads(self) -> bool:
+        """Whether it is the first thing to say: it explains the run, or no cause does."""
+        return self.extends or self.diagnosis.verdict in ("unknown", "empirical")
+
+    @property
     def extended(self) -> tuple[Rig, Mapping[str, float]]:
         """The machine with the terms of the best equation to be wired in, and its values in SI."""
         model, rig = self.discovery.best.model, self.diagnosis.experiment.rig
@@ -108,9 +113,9 @@ class Equation:
         return [f"To use from now on: the model with {which} equation; held-out error of {name} {pair}."]
 
 
-def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
-    """Look for an equation of the heat that a diagnosed model lacks."""
-    found = discover(
+def searched(diagnosis: Diagnosis, progress: Progress = unseen) -> Discovery:
+    """What a search for the heat that a diagnosed model lacks comes to."""
+    return discover(
         diagnosis.assessment,
         diagnosis.verdict,
         diagnosis.experiment,
@@ -118,7 +123,11 @@ def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
         diagnosis.held_out[0],
         progress,
     )
-    equation = Equation(diagnosis, found)
+
+
+def discovered(diagnosis: Diagnosis, progress: Progress = unseen) -> Equation:
+    """What is found of the heat that a diagnosed model lacks, and the experiment to make next."""
+    equation = Equation(diagnosis, searched(diagnosis, progress))
     progress("terms: next experiment", 0.95)
     _ = equation.proposed
     return equation
@@ -163,7 +172,8 @@ def summary_with(diagnosis: Diagnosis, equation: Equation | None) -> str:
         return "\n".join(lines)
     if not equation.extends:
         lines = [each for each in lines if not (equation.proposed and each.startswith("Next: "))]
-        return "\n".join([lines[0], *equation.lines(), *lines[1:]])
+        own = equation.lines()
+        return "\n".join([lines[0], *own, *lines[1:]] if equation.leads else [*lines, *own])
     found = "an equation explains it" if equation.discovery.finding == "equation" else "equations explain it"
     beside = [each for each in lines[1:] if each.startswith(_BESIDE)]
     by_causes = next((each for each in lines[1:] if not each.startswith(_BESIDE)), "")

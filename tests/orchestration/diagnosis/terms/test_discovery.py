@@ -173,6 +173,9 @@ def test_nothing_is_looked_for_where_nothing_is_wrong(few_forms: object, tmp_pat
     found = discovered(diagnosed(tmp_path))
     assert found.discovery.finding == "none"
     assert found.discovery.because == "nothing is wrong beyond the noise"
+    told = summary_with(found.diagnosis, found).splitlines()
+    assert "No equation" not in told[1], "the verdict's own sentence comes first where nothing is unknown"
+    assert "No equation" in told[-1]
 
 
 def test_a_loop_of_unknown_fmus_is_told_so(found: Equation) -> None:
