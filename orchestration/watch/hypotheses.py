@@ -141,6 +141,7 @@ def watched(
     inner |= dict.fromkeys(slot for slots in rig.wandering.values() for slot in slots)
     slots = tuple(inner)
     compiled = equations(rig, CELLS, slots, tuple(outputs), True, frozenset(inputs))
+    compiled.compile()
     begun = np.array([[float(rig.variables[name].start or 0.0)] for name in rig.externals])
     values = start_values(rig, slots, known, begun)
     wander = np.array([[float(s in each) for each in rig.wandering.values()] for s in slots])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,10 @@ from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import WatchedMachine
 from warmlink.orchestration.watch.shadow import (
     CLIPPED,
-    Corrected,
     Innovation,
     LinearTick,
     Shadow,
     ShadowNoise,
-    corrected,
 )
 from warmlink.orchestration.watch.ticks import Tick
 
@@ -43,6 +42,9 @@ _LEAST, _FIRST = 0.01, 0.3
 
 _SIGNALS = {"room": 0.1, "heat": 1.0}
 """Sizes in K and W from which the search starts."""
+
+_ROUNDS = 2
+"""Times that each stride is tried."""
 
 _INSIDE = 0.02
 """Share of the room between bounds that a calibrated value keeps from them."""
@@ -137,7 +139,7 @@ def _calibration(
     from scipy.optimize import lsq_linear
 
     free = np.array([each.cause.usual or each.reading.any() for each in machine.hypotheses])
-    rows = np.concatenate([said.rows for said in _filtered(passed, noise, free)[1]])
+    rows = np.concatenate(_filtered(passed, [noise], directed=True).rows)
     rows = rows[:, np.append(True, free)]
     found = np.zeros(moved.size)
     hypotheses = [h for h, f in zip(machine.hypotheses, free, strict=True) if f]
@@ -156,32 +158,59 @@ def _calibration(
     return found
 
 
+class _Filtered(NamedTuple):
+    """A linear pass with other noises: twice the log-likelihood of each, and rows by which values move."""
+
+    likelihood: Array
+    rows: list[Array]
+
+
 def _filtered(
-    passed: Sequence[LinearTick], noise: ShadowNoise, free: Array | None = None
-) -> tuple[float, list[Corrected]]:
-    """Twice the log-likelihood of a linear pass with other noise, and what each tick says."""
-    plant = passed[0].onward.shape[0] - noise.slow.size
-    columns = slice(0, 0) if free is None else slice(None)
-    n, total = passed[0].onward.shape[0], 0.0
-    said = list[Corrected]()
-    apart, P, directions = np.zeros(n), np.zeros((n, n)), np.zeros((n, 0))
+    passed: Sequence[LinearTick], noises: Sequence[ShadowNoise], directed: bool = False
+) -> _Filtered:
+    """Go through a linear pass with several noises at once.
+
+    Parameters
+    ----------
+    passed : ticks as a pass of the filter has left them
+    noises : that are tried
+    directed : whether rows are wanted: whitened innovations, and their directions by hypothesis, with the
+        first noise
+    """
+    plant = passed[0].onward.shape[0] - noises[0].slow.size
+    n, total = passed[0].onward.shape[0], np.zeros(len(noises))
+    slow, at_start = np.arange(plant, n), np.array([each.at_start(plant) for each in noises])
+    apart, P, directions, rows = np.zeros((len(noises), n)), at_start, np.zeros((n, 0)), list[Array]()
+    single, steady = (np.array([getattr(e, name) for e in noises]) ** 2 for name in ("white", "steady"))
+    held = dict[float, tuple[Array, Array]]()
     for tick in passed:
         if tick.anew:
-            apart, P = np.zeros(n), noise.at_start(plant)
-            directions = np.zeros_like(tick.pushed[:, columns])
-        leaning = tick.direct[:, columns] + tick.seen @ directions
-        error = tick.error - tick.seen @ apart
-        found, correction, gain = corrected(error, tick.seen, P, noise.variances(tick.counts), leaning)
-        onward = tick.onward.copy()
-        slow = np.arange(plant, n)
-        onward[slow, slow] = noise.kept(tick.lasting)
+            apart, P = np.zeros_like(apart), at_start
+            directions = np.zeros_like(tick.pushed)
+        if tick.lasting not in held:
+            added = np.array([each.process(plant, tick.lasting) for each in noises])
+            held[tick.lasting] = np.array([each.kept(tick.lasting) for each in noises]), added
+        kept, process = held[tick.lasting]
+        there = np.flatnonzero(np.isfinite(tick.error))
+        H, variances = tick.seen[there], single[:, there] / tick.counts[there] + steady[:, there]
+        spread = P @ H.T
+        lower = np.linalg.cholesky(H @ spread + variances[:, :, None] * np.eye(there.size))
+        whiten = np.linalg.inv(lower)
+        white = np.einsum("kij,kj->ki", whiten, tick.error[there] - apart @ H.T)
+        counted, gained = np.clip(white, -CLIPPED, CLIPPED), whiten @ spread.transpose(0, 2, 1)
+        total -= 2 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1) + (counted**2).sum(axis=1)
+        onward = np.repeat(tick.onward[None], len(noises), axis=0)
+        onward[:, slow, slow] = kept
         # What the pass itself left of its slow processes was kept by its own memory.
-        apart = onward @ (apart + correction - tick.correction)
-        directions = onward @ (directions - gain @ found.leaning) + tick.pushed[:, columns]
-        P = onward @ found.covariance @ onward.T + np.diag(noise.process(plant, tick.lasting))
-        total += found.likelihood
-        said.append(found)
-    return total, said
+        moved = apart + np.einsum("kij,ki->kj", gained, counted) - tick.correction
+        apart = np.einsum("kij,kj->ki", onward, moved)
+        if directed:
+            leaning = whiten[0] @ (tick.direct[there] + H @ directions)
+            rows.append(np.column_stack([counted[0], leaning]))
+            directions = onward[0] @ (directions - gained[0].T @ leaning) + tick.pushed
+        P = onward @ (P - gained.transpose(0, 2, 1) @ gained) @ onward.transpose(0, 2, 1)
+        P[:, np.arange(n), np.arange(n)] += process
+    return _Filtered(total, rows)
 
 
 def _likeliest(
@@ -191,23 +220,35 @@ def _likeliest(
     strides: Sequence[float],
     machine: WatchedMachine,
 ) -> ShadowNoise:
-    """Sizes of the noise of the largest likelihood, each tried larger and smaller in turn."""
+    """Sizes of the noise of the largest likelihood: each alone larger and smaller, then the best of them."""
     unit = np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
-    best = _filtered(passed, noise)[0]
-    for memory in memories:
-        tried = replace(noise, misfit_memory=memory)
-        if (log := _filtered(passed, tried)[0]) > best:
-            best, noise = log, tried
-    for stride in strides:
-        for name in ("misfit", "steady", "wander"):
-            for i in range(getattr(noise, name).size):
-                for factor in (stride, 1 / stride):
-                    sizes = getattr(noise, name).copy()
-                    sizes[i] *= factor
-                    if name == "misfit":
-                        sizes[i] = max(sizes[i], _LEAST * unit[i])
-                    tried = replace(noise, **{name: sizes})
-                    if (log := _filtered(passed, tried)[0]) > best:
-                        best, noise = log, tried
-                        break
+    noise = _best(passed, [noise, *(replace(noise, misfit_memory=each) for each in memories)])[0]
+    for stride in (each for each in strides for _ in range(_ROUNDS)):
+        moves = [
+            (name, i, factor)
+            for name in ("misfit", "steady", "wander")
+            for i in range(getattr(noise, name).size)
+            for factor in (stride, 1 / stride)
+        ]
+        alone = [_scaled(noise, [each], unit) for each in moves]
+        said = _filtered(passed, [noise, *alone]).likelihood
+        gains = said[1:] - said[0]
+        better = [moves[k] for k in np.argsort(-gains, kind="stable") if gains[k] > 0]
+        if not better:
+            continue
+        noise = _best(passed, [_scaled(noise, better[: k + 1], unit) for k in range(len(better))])[0]
     return noise
+
+
+def _best(passed: Sequence[LinearTick], noises: Sequence[ShadowNoise]) -> tuple[ShadowNoise, float]:
+    said = _filtered(passed, noises).likelihood
+    return noises[int(np.argmax(said))], float(said.max())
+
+
+def _scaled(noise: ShadowNoise, moves: Sequence[tuple[str, int, float]], unit: Array) -> ShadowNoise:
+    """The noise with some of its sizes multiplied; of two moves of one size the first counts."""
+    sizes = {name: getattr(noise, name).copy() for name in ("misfit", "steady", "wander")}
+    for name, i, factor in reversed(moves):
+        sizes[name][i] = getattr(noise, name)[i] * factor
+    sizes["misfit"] = np.maximum(sizes["misfit"], _LEAST * unit)
+    return replace(noise, **sizes)

@@ -20,7 +20,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
-from warmlink.orchestration.diagnosis.model.integrator import Courses, OnCasadi, Steps
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps
 from warmlink.orchestration.diagnosis.model.simulation import initial_values
 from warmlink.orchestration.watch.hypotheses import WatchedMachine
 from warmlink.orchestration.watch.ticks import TICK, Tick
@@ -219,9 +219,8 @@ class Shadow:
             np.tile(each, count),
             np.tile(tick.shares, count),
         )
-        states, left, right = (np.empty((k, n, 1 + self._courses.size)) for k in (count + 1, count, count))
-        states[0] = np.column_stack([self.x, np.eye(n), np.zeros((n, self._groups.shape[0]))])
-        OnCasadi(equations, z, self._p, self._courses)(steps, states, left, right)
+        begun = np.column_stack([self.x, np.eye(n), np.zeros((n, self._groups.shape[0]))])
+        states, _, _ = Integrator(equations, z, self._p, self._courses)(steps, begun)
         reached, by_state = states[-1, :, 0], states[-1, :, 1 : n + 1]
         by_group = states[-1, :, n + 1 :] @ self._groups
         inputs = np.column_stack([tick.levels[0], tick.levels[-1]])
@@ -285,15 +284,14 @@ def corrected(
     tuple
         `Corrected`; the correction, shape (n,); the gain, shape (n, readings).
     """
-    from scipy.linalg import solve_triangular
-
     there = np.flatnonzero(np.isfinite(error))
     H, spread = seen[there], P @ seen[there].T
     S = H @ spread + np.diag(variances[there])
     lower = np.linalg.cholesky(S)
-    whitened = solve_triangular(lower, np.column_stack([error[there], leaning[there]]), lower=True)
+    whiten = np.linalg.inv(lower)
+    whitened = whiten @ np.column_stack([error[there], leaning[there]])
     counted = np.clip(whitened[:, 0], -clipped, clipped)
-    gain = solve_triangular(lower.T, solve_triangular(lower, spread.T, lower=True), lower=False).T
+    gain = spread @ whiten.T @ whiten
     white, sigma = np.full(error.size, np.nan), np.full(error.size, np.nan)
     white[there], sigma[there] = whitened[:, 0], np.sqrt(np.diag(S))
     log = -2.0 * float(np.log(np.diag(lower)).sum()) - float(

@@ -115,6 +115,10 @@ class Equations:
         """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
         return self._before or (self._compiled if self.taken >= _PAYS_FROM else None)
 
+    def compile(self) -> None:
+        """Take C from the first step on if it compiles here: for many steps that must all come out alike."""
+        self.taken = max(self.taken, _PAYS_FROM)
+
     @cached_property
     def _sources(self) -> dict[str, str]:
         import casadi as ca

@@ -125,7 +125,7 @@ class Integrator:
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses = NONE) -> None:
         z, p = np.array(z, dtype=float), np.array(p, dtype=float)
         library = equations.library()
-        kind = OnCasadi if library is None else partial(_InC, library)
+        kind = _OnCasadi if library is None else partial(_InC, library)
         self._fill = kind(equations, z, p, courses)
 
     def __call__(self, steps: Steps, begun: Array) -> tuple[Array, Array, Array]:
@@ -145,7 +145,7 @@ class Integrator:
         return states, left, right
 
 
-class OnCasadi:
+class _OnCasadi:
     """Fills the tables of `Integrator` on CasADi's machine."""
 
     def __init__(self, equations: Equations, z: Array, p: Array, courses: Courses) -> None:
@@ -165,7 +165,6 @@ class OnCasadi:
 
     @np.errstate(over="ignore", invalid="ignore")  # whoever asks refuses what is not finite
     def __call__(self, steps: Steps, states: Array, left: Array, right: Array) -> None:
-        """Fill states and slopes of steps, of shapes as `Integrator` gives them, from the first states on."""
         self._equations.taken += len(left)
         time = steps.time.ravel().tolist()
         for k, (first, last) in enumerate(pairwise(steps.begins.tolist())):
