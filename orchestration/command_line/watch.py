@@ -18,6 +18,7 @@ def watch(
     *,
     sound: str = "24 h",
     alarms: str = "1 per 30 days",
+    tick: str = "60 s",
     scenario: str | None = None,
     set_: list[str] | None = None,
     unit: list[str] | None = None,
@@ -47,6 +48,7 @@ def watch(
     sound : How long the opening part lasts that you declare sound. The longer it is and the more of your
         work it holds, the less evidence an alarm needs.
     alarms : How often a false alarm is bearable.
+    tick : How much of the log is judged at once; less for a small machine that warms within minutes.
     scenario : Scenario file (TOML) of your machine, with its [parameters]. Default: the warm-up cell.
     set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800
         mm". Repeatable.
@@ -68,6 +70,7 @@ def watch(
     options: dict[str, Any] = {
         "sound": sound,
         "alarms": alarms,
+        "tick": tick,
         "scenario": scenario,
         "parameters": settings_given(set_),
     }

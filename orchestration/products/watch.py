@@ -47,6 +47,7 @@ def watch(
     *,
     sound: str = "24 h",
     alarms: str = "1 per 30 days",
+    tick: str = "60 s",
     scenario: str | Path | None = None,
     parameters: Mapping[str, str] = MappingProxyType({}),
     out: str | Path = "out/watch",
@@ -58,6 +59,7 @@ def watch(
     source : the log, as `diagnose` takes it
     sound : how long the opening part lasts that is declared sound
     alarms : how often a false alarm is bearable
+    tick : how much of the log is judged at once; less for a small machine that warms within minutes
     scenario : a scenario (TOML) of the machine, which need not be a warm-up cell
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
     out : folder for the state and the page; a second call with the same goes on from there
@@ -72,7 +74,7 @@ def watch(
     >>> found = wl.watch("cell.csv", sound="24 h")
     >>> print(found)
     """
-    options: dict[str, Any] = {"scenario": scenario, "parameters": parameters}
+    options: dict[str, Any] = {"scenario": scenario, "parameters": parameters, "tick": tick}
     with watching(str(source), Path(out), {}, until_end=True, sound=sound, alarms=alarms, **options) as work:
         for _ in work.run():
             pass
@@ -87,6 +89,7 @@ def watching(
     *,
     sound: str,
     alarms: str,
+    tick: str,
     scenario: str | Path | None,
     parameters: Mapping[str, str],
     until_end: bool = False,
@@ -104,7 +107,7 @@ def watching(
     lasting = positive(sound, "s", argument("sound"))
     if not 0 <= speed < 1e9:
         raise InputError(f"{argument('speed', speed)}: is no speed; give how many times faster, or 0")
-    rate = rate_of(alarms, argument("alarms"))
+    rate, each = rate_of(alarms, argument("alarms")), positive(tick, "s", argument("tick"))
     machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     columns = replace(read_options(**told), machine=machine)
     rig = rig_of(machine)
@@ -119,7 +122,7 @@ def watching(
         stack.callback(rows.close)
         work = Watching(
             rows,
-            WatchOptions(rig, known, columns, lasting, rate, until_end, speed),
+            WatchOptions(rig, known, columns, lasting, rate, each, until_end, speed),
             folder,
             write_watch,
             show,

@@ -17,6 +17,7 @@ from warmlink.orchestration.diagnosis.model.equations import Equations, equation
 from warmlink.orchestration.diagnosis.model.instruments import logger_of
 from warmlink.orchestration.diagnosis.model.simulation import start_values
 from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.watch.ticks import TICK
 
 CELLS = 12
 """Finite volumes of a link in the filter: coarse, as it is calibrated and its noise covers the rest."""
@@ -81,6 +82,7 @@ class WatchedMachine:
     wander : the slots that each signal nobody logged adds to, a matrix of 0 and 1, shape (slots, signals)
     signals : names of those signals, `room` and `heat`
     hypotheses : everything that may be wrong
+    tick : s of the log in one tick
     """
 
     rig: Rig
@@ -92,6 +94,7 @@ class WatchedMachine:
     wander: Array
     signals: tuple[str, ...]
     hypotheses: tuple[Hypothesis, ...]
+    tick: float = TICK
 
     @property
     def groups(self) -> Array:
@@ -108,6 +111,7 @@ def watched(
     inputs: Sequence[str],
     outputs: Sequence[str],
     names: Mapping[str, str],
+    tick: float = TICK,
 ) -> WatchedMachine:
     """A machine as it is watched.
 
@@ -117,6 +121,7 @@ def watched(
     known : values in SI by variable that differ from the nominal ones
     inputs, outputs : that are logged
     names : column by variable
+    tick : s of the log in one tick
 
     Raises
     ------
@@ -157,6 +162,7 @@ def watched(
         wander.reshape(len(slots), -1),
         tuple(rig.wandering),
         found,
+        tick,
     )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.watch.hypotheses import THERMOMETER, Hypothesis
 from warmlink.orchestration.watch.shadow import Shadow, corrected
-from warmlink.orchestration.watch.ticks import TICK, Tick
+from warmlink.orchestration.watch.ticks import Tick
 
 _AGES = (
     *range(1, 21),
@@ -133,12 +133,12 @@ def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
 
     def tried(ages: Iterable[int]) -> None:
         for age in (each for each in ages if 0 < each <= len(seen)):
-            table = np.concatenate(_rows(seen[len(seen) - age :], drifting))
+            since = seen[-age].end - shadow.machine.tick
+            table = np.concatenate(_rows(seen[len(seen) - age :], drifting, since))
             white, leaning = table[:, 0], table[:, 1:]
             excess = float(np.sum(white**2) - white.size)
             for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
                 if hypothesis.wears:
-                    since = seen[-age].end - TICK
                     each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow)
                     if each.name not in found or each.evidence > found[each.name][0].evidence:
                         found[each.name] = each, excess
@@ -148,7 +148,7 @@ def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
     if found:
         begins.append(max(found.values(), key=lambda pair: pair[0].evidence)[0].since)
     for begin in begins:
-        age = round((seen[-1].end - begin) / TICK)
+        age = round((seen[-1].end - begin) / shadow.machine.tick)
         tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
     ranked = sorted(found.values(), key=lambda pair: -pair[0].evidence)
     return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
@@ -179,10 +179,10 @@ def _seen(shadow: Shadow, tick: Tick) -> _Seen:
     return _Seen(*parts, gain, there, said.rows[:, 1:][:, there], said.rows[:, 0], tick.end)
 
 
-def _rows(seen: Sequence[_Seen], drifting: Array) -> list[Array]:
-    """Whitened innovations, and whitened directions of what began with the first of some ticks."""
+def _rows(seen: Sequence[_Seen], drifting: Array, began: float) -> list[Array]:
+    """Whitened innovations, and whitened directions of what began at a time, with the first of some ticks."""
     first, count = seen[0], drifting.size + int(drifting.sum())
-    directions, rows, began = np.zeros((first.seen.shape[1], count)), [], first.end - TICK
+    directions, rows = np.zeros((first.seen.shape[1], count)), list[Array]()
     for tick in seen:
         grown = (tick.end - began) / 3600.0
         direct = np.column_stack([tick.direct, grown * tick.direct[:, drifting]])

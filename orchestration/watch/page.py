@@ -65,7 +65,7 @@ def page_of(watching: Watching) -> str:
         levels=levels,
         alarms=alarms[::-1][:_MOST_ALARMS],
         plots=_plots(watching) if len(watcher.moments) > 1 else [],
-        read=f"{watching.rows} rows of {watching.source.name}; one tick is a minute of the log.",
+        read=f"{watching.rows} rows of {watching.source.name}, judged {watcher.machine.tick:g} s at a time.",
         remarks=watching.remarks(),
         seconds=_SECONDS,
     )

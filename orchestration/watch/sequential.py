@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.watch.ticks import TICK
 
 MEMORIES = (10, 60, 360)
 """Ticks over which a sum forgets."""
@@ -37,14 +36,11 @@ _BLOCK = (20, 120)
 _BLOCKS = 8
 """Blocks that a short sound part is cut into, at least."""
 
-_MACHINES, _DAYS = 192, (600.0, 3000.0)
-"""Made-up machines, and days that are made up, at least and at most, of all of them together."""
+_MACHINES, _TICKS = 192, (864_000, 4_320_000)
+"""Made-up machines, and ticks that are made up, at least and at most, of all of them together."""
 
 _SEEN, _FEWEST_SEEN = 20, 5
 """Alarms that are seen at the stated rate in the made-up days, and so few that the rate is extrapolated."""
-
-DAY = 86400.0 / TICK
-"""Ticks of a day."""
 
 APART = 60
 """Quiet ticks after which an alarm is over, so that the next one counts as another."""
@@ -109,13 +105,14 @@ class Limits:
         return f"thresholds for one false alarm in {every:.3g} days, {seen} in {days}"
 
 
-def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits:
+def worked_out(lean: Array, weight: Array, rate: float, day: float, seed: int = 1) -> Limits:
     """Thresholds for a rate of false alarms.
 
     Parameters
     ----------
     lean, weight : of each tick of the sound part, settled, shape (ticks, things)
     rate : of false alarms in 1/day, of all things and memories together
+    day : ticks of a day
     seed : of the made-up days
     """
     ticks = len(lean)
@@ -123,7 +120,7 @@ def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits
     length = int(np.clip(ticks // _BLOCKS, *_BLOCK))
     blocks = max(ticks // length, 2)
     draw = np.random.default_rng(seed)
-    per_machine = int(np.ceil(float(np.clip(_SEEN / rate, *_DAYS)) * DAY / _MACHINES))
+    per_machine = int(np.ceil(float(np.clip(_SEEN / rate * day, *_TICKS)) / _MACHINES))
     # What makes a block louder than another, as a work that is seldom done, comes but once a block.
     factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _MACHINES))[:, None]
     begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
@@ -133,8 +130,8 @@ def worked_out(lean: Array, weight: Array, rate: float, seed: int = 1) -> Limits
     for each in (length, 1):
         rows = _drawn(draw, ticks, each, blocks, per_machine)
         usual, highest = _made_up(memories, lean, weight, rows, factor, begin)
-        found.append((usual, _level(_peaks(highest, APART), rate * highest.size / DAY)))
-    days, usual = highest.size / DAY, found[0][0]
+        found.append((usual, _level(_peaks(highest, APART), rate * highest.size / day)))
+    days, usual = highest.size / day, found[0][0]
     threshold = max(level for _, level in found)
     return Limits(memories, usual, threshold, rate, blocks, days, rate * days < _FEWEST_SEEN)
 

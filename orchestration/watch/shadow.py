@@ -23,7 +23,7 @@ from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps
 from warmlink.orchestration.diagnosis.model.simulation import initial_values
 from warmlink.orchestration.watch.hypotheses import WatchedMachine
-from warmlink.orchestration.watch.ticks import TICK, Tick
+from warmlink.orchestration.watch.ticks import Tick
 
 CLIPPED = 5.0
 """Standard deviations beyond which an innovation counts as this much: one wild reading is no fault."""
@@ -71,7 +71,7 @@ class ShadowNoise:
     def process(self, plant: int, lasting: float) -> Array:
         """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
         slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
-        return np.append(np.full(plant, _ROUGH**2 * lasting / TICK), slow)
+        return np.append(np.full(plant, _ROUGH**2 * lasting / 60.0), slow)
 
     def at_start(self, plant: int) -> Array:
         """Covariance of the states when hardly anything is known, shape (n, n)."""
@@ -209,7 +209,7 @@ class Shadow:
         equations, n, lasting = self.machine.equations, self.plant, tick.end - tick.start
         wandering = self.rest[: self.signals]
         z = self.values + self.machine.wander @ wandering
-        count, levels = max(1, int(np.ceil(lasting / TICK - 1e-9))), len(tick.levels)
+        count, levels = max(1, int(np.ceil(lasting / self.machine.tick - 1e-9))), len(tick.levels)
         each = np.arange(levels)
         time = np.linspace(0.0, lasting, count + 1)
         steps = Steps(

@@ -1,4 +1,4 @@
-"""Rows of a log gathered into ticks of a minute of its own time, whatever order they come in.
+"""Rows of a log gathered into ticks, mostly of a minute, of its own time, whatever order they come in.
 
 A tick is a function of the rows alone, never of when they arrive; what cannot be used is counted and told.
 """
@@ -21,13 +21,13 @@ from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.watch.rows import LoggedRow
 
 TICK = 60.0
-"""s of the log in one tick."""
+"""s of the log in one tick, unless the user says otherwise."""
 
-LATE = 30.0
-"""s by which a row may come later than newer ones and still count."""
+LATE = 0.5
+"""Ticks by which a row may come later than newer ones and still count."""
 
-GAP = 900.0
-"""s without rows after which nobody knows what the machine did: the filter begins anew."""
+GAP = 15
+"""Ticks without rows after which nobody knows what the machine did: the filter begins anew."""
 
 _SET_BACK = 20
 """Rows that follow one another before the newest row, from which on the clock was set back."""
@@ -76,11 +76,13 @@ class Gatherer:
     rig : the machine
     known : values in SI of parameters and inputs that differ from the nominal ones
     readings : outputs that are measured, in order
+    tick : s of the log in one tick
     """
 
     rig: Rig
     known: Mapping[str, float]
     readings: Sequence[str]
+    tick: float = TICK
     counts: Counter[str] = field(default_factory=Counter)
     shift: float = 0.0
     _open: list[tuple[float, int, LoggedRow]] = field(default_factory=list)
@@ -94,7 +96,7 @@ class Gatherer:
         """Take a row; give the ticks that are over with it, which are mostly none."""
         self._number += 1
         time = row.time + self.shift
-        if time <= self._end or time < self._newest - GAP:
+        if time <= self._end or time < self._newest - GAP * self.tick:
             time = self._came_late(row, time)
             if not math.isfinite(time):
                 return
@@ -109,7 +111,7 @@ class Gatherer:
             self._end = time
         insort(self._open, (time, self._number, row._replace(time=time)))
         self._newest = max(self._newest, time)
-        while self._open and self._newest >= self._boundary() + LATE:
+        while self._open and self._newest >= self._boundary() + LATE * self.tick:
             yield self._tick(self._boundary())
 
     def rest(self) -> Iterator[Tick]:
@@ -119,8 +121,8 @@ class Gatherer:
 
     def _boundary(self) -> float:
         """End of the tick that the oldest open row is in."""
-        whole = math.ceil((self._open[0][0] - self._end) / TICK)
-        return self._end + TICK * max(whole, 1)
+        whole = math.ceil((self._open[0][0] - self._end) / self.tick)
+        return self._end + self.tick * max(whole, 1)
 
     def _came_late(self, row: LoggedRow, time: float) -> float:
         """Time of a row that lies before what was judged; NaN if it cannot be used any more."""
@@ -131,7 +133,7 @@ class Gatherer:
         self.counts["late"] += 1
         if len(self._back) < _SET_BACK:
             return math.nan
-        ahead = self._newest + GAP + TICK - time  # nobody knows how long it stood: as after a gap
+        ahead = self._newest + (GAP + 1) * self.tick - time  # nobody knows how long it stood: as after a gap
         self.shift += ahead
         self.counts["clock set back"] += 1
         self._back.clear()
@@ -142,10 +144,10 @@ class Gatherer:
         rows = [row for time, _, row in self._open if time <= end]
         self._open = self._open[len(rows) :]
         start, self._end = self._end, end
-        anew = rows[0].time - start > GAP
+        anew = rows[0].time - start > GAP * self.tick
         if anew:
             self.counts["gaps"] += 1
-            start = end - TICK
+            start = end - self.tick
         levels, shares = self._levels(rows, start, end)
         found = np.array(
             [self._mean([(r.time, r.readings[n]) for r in rows], start, end) for n in self.readings]

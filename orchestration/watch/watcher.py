@@ -18,7 +18,7 @@ from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
 from warmlink.orchestration.watch.naming import Naming, named
 from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
-from warmlink.orchestration.watch.ticks import TICK, Tick
+from warmlink.orchestration.watch.ticks import Tick
 
 SHOWN = 360
 """Ticks that a page shows."""
@@ -122,15 +122,15 @@ class Watcher:
     def _begin(self) -> dict[str, Any]:
         """Learn from the sound part, and work out the thresholds."""
         if len(self.opening) < FEWEST + SETTLED:
-            least = (FEWEST + SETTLED) * TICK / 3600
+            least = (FEWEST + SETTLED) * self.machine.tick / 3600
             given = argument("sound", f"{self.sound / 3600:.4g} h")
             raise InputError(
-                f"{given}: holds only {len(self.opening)} min with "
+                f"{given}: holds only {len(self.opening)} ticks of {self.machine.tick:g} s with "
                 f"rows; the noise and the thresholds need at least {least:.2g} h"
             )
         self.learnt = learn(self.machine, self.opening, self.progress)
         lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise)
-        self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate)
+        self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate, 86400 / self.machine.tick)
         self.learnt = replace(self.learnt, lean=lean[:0], weight=weight[:0], surprise=lean[:0, 0])
         self.restart(self.learnt, self.limits)
         for each in self.opening[-WINDOW:]:

@@ -18,7 +18,7 @@ from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.rows import RowReader
 from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.state import restored, saved
-from warmlink.orchestration.watch.ticks import Gatherer, Tick
+from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Watcher
 
 STATE, ALARMS = "watch.state", "alarms.jsonl"
@@ -35,7 +35,7 @@ _SAID = {
     "unsorted": "rows came out of order and were sorted in",
     "late": "rows came too late and were passed over",
     "spikes": "readings leapt away from their neighbours and were passed over",
-    "gaps": "gaps of more than 15 min: the filter began anew after each",
+    "gaps": "gaps of more than 15 ticks: the filter began anew after each",
     "clock set back": "times the clock was set back: the filter began anew after it",
 }
 
@@ -51,6 +51,7 @@ class WatchOptions:
     told : units and names of columns
     sound : s of the opening part that is declared sound
     rate : of false alarms in 1/day
+    tick : s of the log that are judged at once
     until_end : whether to end where the log does
     speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
     """
@@ -60,13 +61,14 @@ class WatchOptions:
     told: ReadOptions
     sound: float
     rate: float
+    tick: float = TICK
     until_end: bool = False
     speed: float = 0.0
 
     def facts(self, source: Source) -> dict[str, Any]:
         """What a restart has to ask for as well, as JSON."""
         columns = {"machine": self.rig.name, "known": dict(self.known), "columns": list(source.headers)}
-        return {**columns, "sound": self.sound, "alarms": self.rate}
+        return {**columns, "sound": self.sound, "alarms": self.rate, "tick": self.tick}
 
 
 Show = Callable[["Watching"], None]
@@ -97,9 +99,10 @@ class Watching:
         asked, source = self.asked, self.source
         told = ReadOptions(asked.told.units, asked.told.common, asked.told.names, asked.told.decimal)
         self.reader = RowReader(source.name, source.headers, asked.rig, told, source.comma)
-        machine = watched(asked.rig, asked.known, self.reader.inputs, self.reader.readings, self.reader.names)
+        reader = self.reader
+        machine = watched(asked.rig, asked.known, reader.inputs, reader.readings, reader.names, asked.tick)
         self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress)
-        self.gatherer = Gatherer(asked.rig, asked.known, self.reader.readings)
+        self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
         self._due = 0.0
         self._paced: float | None = None
 

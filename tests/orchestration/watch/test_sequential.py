@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warmlink.orchestration.watch.sequential import DAY, Limits, Sequential, worked_out
+from warmlink.orchestration.watch.sequential import Limits, Sequential, worked_out
 
-THINGS = 6
+THINGS, DAY = 6, 1440
+
+
+@pytest.fixture(autouse=True)
+def _fewer_days(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warmlink.orchestration.watch.sequential._TICKS", (200_000, 400_000))
+    monkeypatch.setattr("warmlink.orchestration.watch.sequential._MACHINES", 96)
 
 
 def noise(ticks: int, seed: int, memory: float = 0.0) -> np.ndarray:
@@ -31,13 +37,13 @@ def alarms(limits: Limits, lean: np.ndarray) -> int:
 @pytest.mark.parametrize("memory", [0.0, 0.7])
 def test_the_stated_rate_of_false_alarms_is_kept(memory: float) -> None:
     """Also of innovations that a missing part of the model has made alike from tick to tick."""
-    limits = worked_out(noise(2000, 1, memory), np.ones((2000, THINGS)), rate=1.0)
+    limits = worked_out(noise(2000, 1, memory), np.ones((2000, THINGS)), rate=1.0, day=DAY)
     found = alarms(limits, noise(int(12 * DAY), 2, memory))
     assert found <= 12 + 3 * np.sqrt(12)
 
 
 def test_what_leans_is_found() -> None:
-    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30)
+    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
     test, lean = Sequential(limits, THINGS), noise(400, 3)
     lean[200:, 4] += 2.0
     levels = np.array([test.add(row, np.ones(THINGS)).copy() for row in lean])
@@ -47,17 +53,17 @@ def test_what_leans_is_found() -> None:
 
 
 def test_a_short_sound_part_and_a_smaller_rate_ask_for_more_evidence() -> None:
-    long, short = (worked_out(noise(n, 1), np.ones((n, THINGS)), 1 / 30) for n in (3000, 200))
+    long, short = (worked_out(noise(n, 1), np.ones((n, THINGS)), 1 / 30, DAY) for n in (3000, 200))
     assert short.threshold > long.threshold
     assert "only 8 blocks" in short.told()
     assert short.memories == (10,)
-    rare = worked_out(noise(3000, 1), np.ones((3000, THINGS)), 1 / 3000)
+    rare = worked_out(noise(3000, 1), np.ones((3000, THINGS)), 1 / 3000, DAY)
     assert rare.threshold > long.threshold
     assert rare.extrapolated
     assert "tail" in rare.told()
 
 
 def test_the_same_sound_part_gives_the_same_thresholds() -> None:
-    one, other = (worked_out(noise(500, 1), np.ones((500, THINGS)), 1 / 30) for _ in range(2))
+    one, other = (worked_out(noise(500, 1), np.ones((500, THINGS)), 1 / 30, DAY) for _ in range(2))
     assert one.threshold == other.threshold
     assert np.array_equal(one.sizes, other.sizes)
