@@ -19,6 +19,8 @@ def watch(
     sound: str = "24 h",
     alarms: str = "1 per 30 days",
     tick: str = "60 s",
+    controller: str | None = None,
+    parameters: Path | None = None,
     scenario: str | None = None,
     set_: list[str] | None = None,
     unit: list[str] | None = None,
@@ -49,6 +51,9 @@ def watch(
         work it holds, the less evidence an alarm needs.
     alarms : How often a false alarm is bearable.
     tick : How much of the log is judged at once; less for a small machine that warms within minutes.
+    controller : A law that runs in shadow and is judged by the growth that it would leave. Default: the log's
+        column `correction` is judged, if it has one.
+    parameters : Parameter set (SSV) of that law.
     scenario : Scenario file (TOML) of your machine, with its [parameters]. Default: the warm-up cell.
     set_ : Parameter of your machine that differs from the nominal one, for example --set "link.length=800
         mm". Repeatable.
@@ -64,18 +69,21 @@ def watch(
     out : Folder for the files.
     json : Print events as JSON, one object a line, for other programs.
     """
-    from warmlink.orchestration.products.watch import watching
+    from warmlink.orchestration.products.watch import Judged, watching
 
     told: dict[str, Any] = {"units": unit or [], "names": map_ or [], "decimal": decimal}
-    options: dict[str, Any] = {
-        "sound": sound,
-        "alarms": alarms,
-        "tick": tick,
-        "scenario": scenario,
-        "parameters": settings_given(set_),
-    }
+    judged = Judged(sound, alarms, tick, controller, parameters)
     with watching(
-        source, out, told, until_end=until_end, speed=speed, serve=serve, mapping=mapping, **options
+        source,
+        out,
+        told,
+        judged,
+        scenario,
+        settings_given(set_),
+        until_end=until_end,
+        speed=speed,
+        serve=serve,
+        mapping=mapping,
     ) as work:
         try:
             for event in work.run():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +19,7 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.scenarios.overrides import start_value
+from warmlink.orchestration.watch.law import law_named
 from warmlink.orchestration.watch.page import write_watch
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.watching import Watching, WatchOptions, rate_of
@@ -48,6 +49,8 @@ def watch(
     sound: str = "24 h",
     alarms: str = "1 per 30 days",
     tick: str = "60 s",
+    controller: str | None = None,
+    controller_parameters: str | Path | None = None,
     scenario: str | Path | None = None,
     parameters: Mapping[str, str] = MappingProxyType({}),
     out: str | Path = "out/watch",
@@ -60,6 +63,9 @@ def watch(
     sound : how long the opening part lasts that is declared sound
     alarms : how often a false alarm is bearable
     tick : how much of the log is judged at once; less for a small machine that warms within minutes
+    controller : a law that runs in shadow and is judged by the growth that it would leave; without one the
+        log's column `correction` is, if it has one
+    controller_parameters : parameter set (SSV) of the law
     scenario : a scenario (TOML) of the machine, which need not be a warm-up cell
     parameters : what is known to differ from nominal, `"800 mm"` under `link.length`
     out : folder for the state and the page; a second call with the same goes on from there
@@ -74,11 +80,22 @@ def watch(
     >>> found = wl.watch("cell.csv", sound="24 h")
     >>> print(found)
     """
-    options: dict[str, Any] = {"scenario": scenario, "parameters": parameters, "tick": tick}
-    with watching(str(source), Path(out), {}, until_end=True, sound=sound, alarms=alarms, **options) as work:
+    judged = Judged(sound, alarms, tick, controller, controller_parameters)
+    with watching(str(source), Path(out), {}, judged, scenario, parameters, until_end=True) as work:
         for _ in work.run():
             pass
         return WatchedLog(work.events, work.remarks())
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How a log is judged, as people write it: arguments of `watch` by their names there."""
+
+    sound: str
+    alarms: str
+    tick: str
+    controller: str | None = None
+    controller_parameters: str | Path | None = None
 
 
 @contextmanager
@@ -86,12 +103,10 @@ def watching(
     source: str,
     folder: Path,
     told: Mapping[str, Any],
-    *,
-    sound: str,
-    alarms: str,
-    tick: str,
+    judged: Judged,
     scenario: str | Path | None,
     parameters: Mapping[str, str],
+    *,
     until_end: bool = False,
     speed: float = 0.0,
     serve: str = "",
@@ -104,10 +119,15 @@ def watching(
     InputError
         Something that was given cannot be used.
     """
-    lasting = positive(sound, "s", argument("sound"))
+    lasting = positive(judged.sound, "s", argument("sound"))
     if not 0 <= speed < 1e9:
         raise InputError(f"{argument('speed', speed)}: is no speed; give how many times faster, or 0")
-    rate, each = rate_of(alarms, argument("alarms")), positive(tick, "s", argument("tick"))
+    rate = rate_of(judged.alarms, argument("alarms"))
+    each = positive(judged.tick, "s", argument("tick"))
+    if judged.controller is None and judged.controller_parameters is not None:
+        say = argument("controller_parameters", judged.controller_parameters)
+        raise InputError(f"{say}: is of no law; name the law with {argument('controller')}")
+    law = judged.controller and law_named(judged.controller, judged.controller_parameters)
     machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     columns = replace(read_options(**told), machine=machine)
     rig = rig_of(machine)
@@ -122,7 +142,7 @@ def watching(
         stack.callback(rows.close)
         work = Watching(
             rows,
-            WatchOptions(rig, known, columns, lasting, rate, each, until_end, speed),
+            WatchOptions(rig, known, columns, lasting, rate, each, law or None, until_end, speed),
             folder,
             write_watch,
             show,

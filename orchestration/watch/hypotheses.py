@@ -82,6 +82,7 @@ class WatchedMachine:
     wander : the slots that each signal nobody logged adds to, a matrix of 0 and 1, shape (slots, signals)
     signals : names of those signals, `room` and `heat`
     hypotheses : everything that may be wrong
+    inputs : that are logged
     tick : s of the log in one tick
     """
 
@@ -94,7 +95,8 @@ class WatchedMachine:
     wander: Array
     signals: tuple[str, ...]
     hypotheses: tuple[Hypothesis, ...]
-    tick: float = TICK
+    inputs: tuple[str, ...]
+    tick: float
 
     @property
     def groups(self) -> Array:
@@ -162,6 +164,7 @@ def watched(
         wander.reshape(len(slots), -1),
         tuple(rig.wandering),
         found,
+        tuple(inputs),
         tick,
     )
 

@@ -7,18 +7,18 @@ tells, within a moment, how likely the readings are with other noise, and how fa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.signals import row_noise
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.watch.hypotheses import WatchedMachine
+from warmlink.orchestration.watch.drives import Drives
+from warmlink.orchestration.watch.hypotheses import Hypothesis, WatchedMachine
+from warmlink.orchestration.watch.likelihood import filtered, likeliest
 from warmlink.orchestration.watch.shadow import (
     CLIPPED,
-    Innovation,
     LinearTick,
     Shadow,
     ShadowNoise,
@@ -43,8 +43,14 @@ _LEAST, _FIRST = 0.01, 0.3
 _SIGNALS = {"room": 0.1, "heat": 1.0}
 """Sizes in K and W from which the search starts."""
 
-_ROUNDS = 2
-"""Times that each stride is tried."""
+_WEIGHT = 0.3
+"""K by which the usual size of a lag may be off by, 1 sigma before anything is seen."""
+
+_STILL = 1e-9
+"""Usual size of a lag below which it says nothing."""
+
+_PARTS = 8
+"""Stretches of the sound part, each of which is judged with what the others taught."""
 
 _INSIDE = 0.02
 """Share of the room between bounds that a calibrated value keeps from them."""
@@ -59,6 +65,7 @@ class SoundPart:
     noise : its sizes
     values : of the slots, shape (slots,)
     offsets : of the readings, shape (outputs,)
+    weights : by which lags of what drives the machine add to the readings, shape (outputs, lags)
     moved : by which each hypothesis' value was calibrated, shape (hypotheses,)
     lean, weight : of each tick of the sound part, shape (ticks, hypotheses)
     surprise : sum of squares of each tick's innovations less their number, in standard deviations, shape
@@ -68,10 +75,19 @@ class SoundPart:
     noise: ShadowNoise
     values: Array
     offsets: Array
+    weights: Array
     moved: Array
     lean: Array
     weight: Array
     surprise: Array
+
+
+@dataclass(frozen=True)
+class _Calibration:
+    """How far values and weights are from those of the model: `moved` and `weights` as in `SoundPart`."""
+
+    moved: Array
+    weights: Array
 
 
 def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = unseen) -> SoundPart:
@@ -83,20 +99,28 @@ def learn(machine: WatchedMachine, ticks: Sequence[Tick], progress: Progress = u
     ticks : of the sound part, in order
     progress : told of each pass
     """
-    noise, moved = _first(machine, ticks), np.zeros(len(machine.hypotheses))
+    lags = Drives(machine.rig, machine.inputs, machine.tick).size
+    noise, known = (
+        _first(machine, ticks),
+        _Calibration(np.zeros(len(machine.hypotheses)), np.zeros((len(machine.outputs), lags))),
+    )
+    unit = _units(machine)
     memories = [each for each in _MEMORIES if 4 * each <= ticks[-1].end - ticks[0].start] or _MEMORIES[:1]
     for k, strides in enumerate(_STRIDES):
         progress("calibrating on the sound part", k / (len(_STRIDES) + 1))
-        passed = _pass(machine, noise, moved, ticks)[1]
+        passed = _pass(machine, noise, known, ticks)
         if strides:
-            noise = _likeliest(passed[:_MOST_TICKS], noise, memories, strides, machine)
-        moved = moved + _calibration(machine, passed, noise, moved)
+            noise = likeliest(passed[:_MOST_TICKS], noise, memories, strides, _LEAST * unit)
+        known = _Fit(machine, noise, known, passed).best()
     progress("judging the sound part", len(_STRIDES) / (len(_STRIDES) + 1))
-    said, _ = _pass(machine, noise, moved, ticks)
-    values, offsets = applied(machine, moved)
-    lean, weight = (np.array([getattr(each, name) for each in said]) for name in ("lean", "weight"))
-    surprise = np.array([surprise_of(each.white) for each in said])
-    return SoundPart(noise, values, offsets, moved, lean, weight, surprise)
+    fit = _Fit(machine, noise, known, _pass(machine, noise, known, ticks))
+    values, offsets = applied(machine, known.moved)
+    return SoundPart(noise, values, offsets, known.weights, known.moved, *fit.held_out())
+
+
+def _units(machine: WatchedMachine) -> Array:
+    """What counts as much as 1 K of each reading, in SI, shape (outputs,)."""
+    return np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
 
 
 def surprise_of(white: Array) -> float:
@@ -112,16 +136,15 @@ def applied(machine: WatchedMachine, moved: Array) -> tuple[Array, Array]:
 
 
 def _pass(
-    machine: WatchedMachine, noise: ShadowNoise, moved: Array, ticks: Sequence[Tick]
-) -> tuple[list[Innovation], list[LinearTick]]:
-    shadow = Shadow(machine, noise, *applied(machine, moved))
-    both = [shadow.step(tick) for tick in ticks]
-    return [said for said, _ in both], [linear for _, linear in both]
+    machine: WatchedMachine, noise: ShadowNoise, known: _Calibration, ticks: Sequence[Tick]
+) -> list[LinearTick]:
+    shadow = Shadow(machine, noise, *applied(machine, known.moved), known.weights)
+    return [shadow.step(tick)[1] for tick in ticks]
 
 
 def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
     """Noise to begin with: that of single readings by their scatter, and the rest guessed."""
-    unit = np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
+    unit = _units(machine)
     scatter = np.array([each.scatter for each in ticks])
     with np.errstate(all="ignore"):
         white = np.array([np.nanmedian(s) if np.isfinite(s).any() else 0.0 for s in scatter.T])
@@ -132,123 +155,84 @@ def _first(machine: WatchedMachine, ticks: Sequence[Tick]) -> ShadowNoise:
     return ShadowNoise(white, steady, signals, _FIRST * unit)
 
 
-def _calibration(
-    machine: WatchedMachine, passed: Sequence[LinearTick], noise: ShadowNoise, moved: Array
-) -> Array:
-    """By how much the value of each hypothesis of a usual calibration moves, within its bounds."""
-    from scipy.optimize import lsq_linear
-
-    free = np.array([each.cause.usual or each.reading.any() for each in machine.hypotheses])
-    rows = np.concatenate(_filtered(passed, [noise], directed=True).rows)
-    rows = rows[:, np.append(True, free)]
-    found = np.zeros(moved.size)
-    hypotheses = [h for h, f in zip(machine.hypotheses, free, strict=True) if f]
-    span = np.array([each.span for each in hypotheses])
-    room = np.array([(each.upper - each.lower) * _INSIDE for each in hypotheses])
-    lower = np.array([each.lower - each.start for each in hypotheses]) - moved[free]
-    upper = np.array([each.upper - each.start for each in hypotheses]) - moved[free]
-    prior = np.column_stack([-moved[free] / span, np.eye(span.size)])  # in spans
-    table = np.vstack([np.column_stack([rows[:, 0], rows[:, 1:] * span]), prior])
-    at_zero = np.array([each.lower >= each.start for each in hypotheses])  # a term that begins at its bound
-    low = np.where(at_zero, lower, lower + room) / span
-    high = (upper - room) / span
-    low, high = np.minimum(low, -1e-9), np.maximum(high, 1e-9)
-    q, r = np.linalg.qr(table[:, 1:])
-    found[free] = span * lsq_linear(r, q.T @ table[:, 0], (low, high)).x
-    return found
-
-
-class _Filtered(NamedTuple):
-    """A linear pass with other noises: twice the log-likelihood of each, and rows by which values move."""
-
-    likelihood: Array
-    rows: list[Array]
-
-
-def _filtered(
-    passed: Sequence[LinearTick], noises: Sequence[ShadowNoise], directed: bool = False
-) -> _Filtered:
-    """Go through a linear pass with several noises at once.
+class _Fit:
+    """Values, offsets and weights that fit a linear pass through the sound part best.
 
     Parameters
     ----------
-    passed : ticks as a pass of the filter has left them
-    noises : that are tried
-    directed : whether rows are wanted: whitened innovations, and their directions by hypothesis, with the
-        first noise
+    machine : what is watched
+    noise : its sizes
+    known : what the pass was made with
+    passed : the pass
     """
-    plant = passed[0].onward.shape[0] - noises[0].slow.size
-    n, total = passed[0].onward.shape[0], np.zeros(len(noises))
-    slow, at_start = np.arange(plant, n), np.array([each.at_start(plant) for each in noises])
-    apart, P, directions, rows = np.zeros((len(noises), n)), at_start, np.zeros((n, 0)), list[Array]()
-    single, steady = (np.array([getattr(e, name) for e in noises]) ** 2 for name in ("white", "steady"))
-    held = dict[float, tuple[Array, Array]]()
-    for tick in passed:
-        if tick.anew:
-            apart, P = np.zeros_like(apart), at_start
-            directions = np.zeros_like(tick.pushed)
-        if tick.lasting not in held:
-            added = np.array([each.process(plant, tick.lasting) for each in noises])
-            held[tick.lasting] = np.array([each.kept(tick.lasting) for each in noises]), added
-        kept, process = held[tick.lasting]
-        there = np.flatnonzero(np.isfinite(tick.error))
-        H, variances = tick.seen[there], single[:, there] / tick.counts[there] + steady[:, there]
-        spread = P @ H.T
-        lower = np.linalg.cholesky(H @ spread + variances[:, :, None] * np.eye(there.size))
-        whiten = np.linalg.inv(lower)
-        white = np.einsum("kij,kj->ki", whiten, tick.error[there] - apart @ H.T)
-        counted, gained = np.clip(white, -CLIPPED, CLIPPED), whiten @ spread.transpose(0, 2, 1)
-        total -= 2 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1) + (counted**2).sum(axis=1)
-        onward = np.repeat(tick.onward[None], len(noises), axis=0)
-        onward[:, slow, slow] = kept
-        # What the pass itself left of its slow processes was kept by its own memory.
-        moved = apart + np.einsum("kij,ki->kj", gained, counted) - tick.correction
-        apart = np.einsum("kij,kj->ki", onward, moved)
-        if directed:
-            leaning = whiten[0] @ (tick.direct[there] + H @ directions)
-            rows.append(np.column_stack([counted[0], leaning]))
-            directions = onward[0] @ (directions - gained[0].T @ leaning) + tick.pushed
-        P = onward @ (P - gained.transpose(0, 2, 1) @ gained) @ onward.transpose(0, 2, 1)
-        P[:, np.arange(n), np.arange(n)] += process
-    return _Filtered(total, rows)
+
+    def __init__(
+        self, machine: WatchedMachine, noise: ShadowNoise, known: _Calibration, passed: Sequence[LinearTick]
+    ) -> None:
+        self._known, hypotheses = known, machine.hypotheses
+        driven = np.array([each.driven for each in passed])
+        scale, first = np.sqrt(np.mean(driven**2, axis=0)), np.unique(driven, axis=1, return_index=True)[1]
+        self._used = np.array([i for i in sorted(first.tolist()) if scale[i] > _STILL], dtype=np.intp)
+        self._scale = scale[self._used]
+        scaled = driven[:, self._used] / self._scale
+        self._rows = filtered(passed, [noise], scaled).rows
+        self._count = len(hypotheses)
+        free = np.array([each.cause.usual or each.reading.any() for each in hypotheses])
+        weights = np.repeat(_WEIGHT * _units(machine), self._used.size)
+        self._free = np.append(free, np.ones(weights.size, dtype=bool))
+        self._span = np.append([h.span for h, f in zip(hypotheses, free, strict=True) if f], weights)
+        scaled_weights = (known.weights[:, self._used] * self._scale).ravel()
+        self._now = np.append(known.moved[free], scaled_weights)
+        self._bounds = _bounds([h for h, f in zip(hypotheses, free, strict=True) if f], known.moved[free])
+
+    def best(self) -> _Calibration:
+        """Best values within their bounds."""
+        from scipy.optimize import lsq_linear
+
+        table = np.concatenate(self._rows)
+        table = np.column_stack([table[:, 0], table[:, 1:][:, self._free] * self._span])
+        prior = np.column_stack([-self._now / self._span, np.eye(self._span.size)])
+        lower, upper = (
+            np.append(each, np.full(self._span.size - each.size, sign * np.inf)) / self._span
+            for each, sign in zip(self._bounds, (-1, 1), strict=True)
+        )
+        q, r = np.linalg.qr(np.vstack([table[:, 1:], prior[:, 1:]]))
+        right = q.T @ np.append(table[:, 0], prior[:, 0])
+        found = self._span * lsq_linear(r, right, (lower, upper)).x
+        moved, weights = self._known.moved.copy(), self._known.weights.copy()
+        values = self._free[: self._count]
+        moved[values] += found[: values.sum()]
+        weights[:, self._used] += found[values.sum() :].reshape(len(weights), -1) / self._scale
+        return _Calibration(moved, weights)
+
+    def held_out(self) -> tuple[Array, Array, Array]:
+        """Lean, weight and surprise of each tick, as if it had not been learnt from.
+
+        What is learnt from rows fits them better than those to come; so each stretch of the sound part is
+        judged with values that fit the others.
+        """
+        parts = np.array_split(np.arange(len(self._rows)), _PARTS)
+        whitened = [np.concatenate([self._rows[i] for i in part]) for part in parts]
+        tables = [each[:, 1:][:, self._free] * self._span for each in whitened]
+        squares = [each.T @ each for each in tables]
+        sides = [t.T @ w[:, 0] for t, w in zip(tables, whitened, strict=True)]
+        square, side = sum(squares) + np.eye(self._span.size), sum(sides) - self._now / self._span
+        lean, weight, surprise = [], [], []
+        for part, own, of_own in zip(parts, squares, sides, strict=True):
+            found = self._span * np.linalg.solve(square - own, side - of_own)
+            for rows in (self._rows[i] for i in part):
+                white = rows[:, 0] - rows[:, 1:][:, self._free] @ found
+                white = np.clip(white, -CLIPPED, CLIPPED)
+                leaning = rows[:, 1 : 1 + self._count]
+                lean.append(leaning.T @ white)
+                weight.append(np.sum(leaning**2, axis=0))
+                surprise.append(surprise_of(white))
+        return np.array(lean), np.array(weight), np.array(surprise)
 
 
-def _likeliest(
-    passed: Sequence[LinearTick],
-    noise: ShadowNoise,
-    memories: Sequence[float],
-    strides: Sequence[float],
-    machine: WatchedMachine,
-) -> ShadowNoise:
-    """Sizes of the noise of the largest likelihood: each alone larger and smaller, then the best of them."""
-    unit = np.array([_UNIT.get(machine.rig.unit(each), 1.0) for each in machine.outputs])
-    noise = _best(passed, [noise, *(replace(noise, misfit_memory=each) for each in memories)])[0]
-    for stride in (each for each in strides for _ in range(_ROUNDS)):
-        moves = [
-            (name, i, factor)
-            for name in ("misfit", "steady", "wander")
-            for i in range(getattr(noise, name).size)
-            for factor in (stride, 1 / stride)
-        ]
-        alone = [_scaled(noise, [each], unit) for each in moves]
-        said = _filtered(passed, [noise, *alone]).likelihood
-        gains = said[1:] - said[0]
-        better = [moves[k] for k in np.argsort(-gains, kind="stable") if gains[k] > 0]
-        if not better:
-            continue
-        noise = _best(passed, [_scaled(noise, better[: k + 1], unit) for k in range(len(better))])[0]
-    return noise
-
-
-def _best(passed: Sequence[LinearTick], noises: Sequence[ShadowNoise]) -> tuple[ShadowNoise, float]:
-    said = _filtered(passed, noises).likelihood
-    return noises[int(np.argmax(said))], float(said.max())
-
-
-def _scaled(noise: ShadowNoise, moves: Sequence[tuple[str, int, float]], unit: Array) -> ShadowNoise:
-    """The noise with some of its sizes multiplied; of two moves of one size the first counts."""
-    sizes = {name: getattr(noise, name).copy() for name in ("misfit", "steady", "wander")}
-    for name, i, factor in reversed(moves):
-        sizes[name][i] = getattr(noise, name)[i] * factor
-    sizes["misfit"] = np.maximum(sizes["misfit"], _LEAST * unit)
-    return replace(noise, **sizes)
+def _bounds(hypotheses: Sequence[Hypothesis], moved: Array) -> tuple[Array, Array]:
+    """By how much values may still move down and up, with a share of the room kept."""
+    lower, upper = (np.array([getattr(each, name) for each in hypotheses]) for name in ("lower", "upper"))
+    start, room = np.array([each.start for each in hypotheses]), (upper - lower) * _INSIDE
+    low = lower - start - moved + np.where(lower >= start, 0.0, room)  # 0: a term that begins at its bound
+    return np.minimum(low, -1e-9), np.maximum(upper - start - moved - room, 1e-9)

@@ -108,6 +108,11 @@ class RowReader:
                 f"and say which is which with {assigned.offers()}"
             )
 
+    @property
+    def has_correction(self) -> bool:
+        """Whether the log holds what the machine's controller took out."""
+        return self._correction is not None
+
     def _time_unit(self, sheet: Sheet) -> float | None:
         unit = self._clock.unit
         if unit is None or "%" in unit:

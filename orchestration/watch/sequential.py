@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 
-MEMORIES = (10, 60, 360)
+MEMORIES = (10, 60, 360, 1440)
 """Ticks over which a sum forgets."""
 
 SETTLED = 30
@@ -45,7 +45,7 @@ _SEEN, _FEWEST_SEEN = 20, 5
 APART = 60
 """Quiet ticks after which an alarm is over, so that the next one counts as another."""
 
-_LEAST_WEIGHT = 1e-12
+_LEAST_WEIGHT, _LEAST_SIZE = 1e-12, 1e-3
 
 
 class Sums:
@@ -78,8 +78,8 @@ class Limits:
     Attributes
     ----------
     memories : in ticks, of the sums that are judged
-    sizes : of each sum that is usual over a day, shape (memories, things)
-    threshold : multiple of it from which there is an alarm
+    sizes : that each sum by itself passes at the stated rate, shape (memories, things)
+    threshold : multiple of them from which there is an alarm
     rate : of false alarms for which it was worked out, in 1/day
     blocks : of the sound part
     days : that were made up
@@ -124,34 +124,37 @@ def worked_out(lean: Array, weight: Array, rate: float, day: float, seed: int = 
     # What makes a block louder than another, as a work that is seldom done, comes but once a block.
     factor = np.sqrt((blocks - 1) / draw.chisquare(blocks - 1, _MACHINES))[:, None]
     begin = 3 * memories[-1]  # until the sums have forgotten that they began at nothing
-    found = []
+    per_machine += begin
     # Blocks keep how alike neighbours are; but a sum over less than a block takes no value that was not seen.
     # Single ticks do not, and their sums take all others.
-    for each in (length, 1):
-        rows = _drawn(draw, ticks, each, blocks, per_machine)
-        usual, highest = _made_up(memories, lean, weight, rows, factor, begin)
-        found.append((usual, _level(_peaks(highest, APART), rate * highest.size / day)))
-    days, usual = highest.size / day, found[0][0]
-    threshold = max(level for _, level in found)
-    return Limits(memories, usual, threshold, rate, blocks, days, rate * days < _FEWEST_SEEN)
+    in_blocks, singly = (
+        _peaks(memories, lean, weight, _drawn(draw, ticks, each, blocks, per_machine), factor, begin)
+        for each in (length, 1)
+    )
+    made_up = len(in_blocks) * APART
+    expected = rate * made_up / day
+    sizes = np.maximum(-np.sort(-in_blocks, axis=0)[: max(int(expected), _FEWEST_SEEN)][-1], _LEAST_SIZE)
+    threshold = max(_level(np.max(each / sizes, axis=(1, 2)), expected) for each in (in_blocks, singly))
+    return Limits(memories, sizes, threshold, rate, blocks, made_up / day, expected < _FEWEST_SEEN)
 
 
-def _made_up(
+def _peaks(
     memories: Sequence[int], lean: Array, weight: Array, rows: NDArray[np.int64], factor: Array, begin: int
-) -> tuple[Array, Array]:
-    """Root mean square of each sum, so that all are judged alike, and the largest of all at each tick.
+) -> Array:
+    """Largest size of each sum in stretches of `APART` ticks, each of which is one alarm at most.
 
-    Of shapes (memories, things) and (ticks, machines); the first ticks, in which sums begin, are left out.
+    Of shape (stretches, memories, things); the first ticks, in which sums begin, are left out.
     """
-    sums, total, usual = (Sums(memories, (_MACHINES, lean.shape[1])) for _ in range(2)), 0.0, np.empty(0)
-    first, second = sums
-    for row in rows[: 4 * begin]:
-        total = total + np.mean(first.add(factor * lean[row], weight[row]) ** 2, axis=0)
-    usual = np.sqrt(np.maximum(total / min(len(rows), 4 * begin), 1e-6))
-    highest = np.empty((len(rows), _MACHINES))
+    sums, found = Sums(memories, (rows.shape[1], lean.shape[1])), list[Array]()
     for k, row in enumerate(rows):
-        highest[k] = (np.abs(second.add(factor * lean[row], weight[row])) / usual).max(axis=(1, 2))
-    return usual, highest[begin:]
+        now = np.abs(sums.add(factor * lean[row], weight[row]))
+        if k < begin:
+            continue
+        if (k - begin) % APART == 0:
+            found.append(now)
+        else:
+            np.maximum(found[-1], now, out=found[-1])
+    return np.concatenate(found)
 
 
 def _level(peaks: Array, wanted: float) -> float:
@@ -170,13 +173,6 @@ def _drawn(draw: np.random.Generator, ticks: int, length: int, blocks: int, step
     begin = which * (ticks / blocks) + draw.uniform(0, ticks / blocks, which.shape)
     rows = (begin.astype(np.int64)[:, :, None] + np.arange(length)) % ticks
     return np.ascontiguousarray(rows.reshape(_MACHINES, -1)[:, :steps].T)
-
-
-def _peaks(highest: Array, apart: int) -> Array:
-    """Largest values of stretches of so many ticks, each one alarm at most, shape (stretches,)."""
-    stretches = max(highest.shape[0] // apart, 1)
-    cut = highest[: stretches * apart].reshape(stretches, -1, highest.shape[1])
-    return np.asarray(cut.max(axis=1).ravel())
 
 
 def _beyond(order: Array, wanted: float) -> float:

@@ -22,6 +22,7 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.measured import Run
 from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps
 from warmlink.orchestration.diagnosis.model.simulation import initial_values
+from warmlink.orchestration.watch.drives import Drives
 from warmlink.orchestration.watch.hypotheses import WatchedMachine
 from warmlink.orchestration.watch.ticks import Tick
 
@@ -93,6 +94,7 @@ class LinearTick(NamedTuple):
     counts, lasting : readings in each mean, and length of the tick in s
     correction : of the state at the start, that the filter made, shape (n,)
     anew : whether the filter began with it
+    driven : lags of what drives the machine, shape (lags,)
     """
 
     error: Array
@@ -104,6 +106,7 @@ class LinearTick(NamedTuple):
     lasting: float
     correction: Array
     anew: bool
+    driven: Array
 
 
 class Innovation(NamedTuple):
@@ -133,6 +136,7 @@ class Shadow:
     noise : as learnt
     values : of the slots as calibrated, shape (slots,)
     offsets : of the readings as calibrated, shape (outputs,)
+    weights : by which lags of what drives the machine add to the readings, shape (outputs, lags)
 
     Attributes
     ----------
@@ -140,11 +144,15 @@ class Shadow:
     rest : wandering signals and misfits, shape (signals + outputs,)
     P : covariance of both, shape (n, n)
     directions : what each hypothesis has changed, shape (n, hypotheses)
+    lags : of what drives the machine, shape (lags,)
     clipped : standard deviations beyond which an innovation counts as this much
     """
 
-    def __init__(self, machine: WatchedMachine, noise: ShadowNoise, values: Array, offsets: Array) -> None:
+    def __init__(
+        self, machine: WatchedMachine, noise: ShadowNoise, values: Array, offsets: Array, weights: Array
+    ) -> None:
         self.machine, self.noise, self.values, self.offsets = machine, noise, values, offsets
+        self.weights, self._drives = weights, Drives(machine.rig, machine.inputs, machine.tick)
         self.clipped = CLIPPED
         self.plant, self.signals = len(machine.equations.states), machine.wander.shape[1]
         self.outputs, self.size = len(machine.outputs), self.plant + self.signals + len(machine.outputs)
@@ -154,7 +162,7 @@ class Shadow:
         count = machine.slots.size
         self._courses = Courses((((),) * self.plant) + tuple((i,) for i in range(count)), np.zeros(1))
         self._p = self.parameters({})
-        self.x = np.zeros(0)
+        self.x, self.lags = np.zeros(0), np.zeros(0)
         self.rest, self.P, self.directions = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
 
     def parameters(self, start: dict[str, float]) -> Array:
@@ -176,6 +184,7 @@ class Shadow:
         self.rest = np.zeros(self.signals + self.outputs)
         self.P = self.noise.at_start(self.plant)
         self.directions = np.zeros((self.size, len(self.machine.hypotheses)))
+        self.lags = self._drives.begin(tick)
 
     def step(self, tick: Tick) -> tuple[Innovation, LinearTick]:
         """Take a tick: what it says, and the same as learning takes it."""
@@ -183,6 +192,9 @@ class Shadow:
         if anew:
             self.begin(tick)
         expected, seen, onward, pushed, direct, reached = self._ahead(tick)
+        before, self.lags = self.lags, self._drives.onward(self.lags, tick)
+        driven = (before + self.lags) / 2
+        expected = expected + self.weights @ driven
         error = tick.readings - expected
         lasting = tick.end - tick.start
         said, correction, gain = corrected(
@@ -201,7 +213,7 @@ class Shadow:
         lean, weight = said.rows[:, 1:].T @ said.rows[:, 0], np.sum(said.rows[:, 1:] ** 2, axis=0)
         innovation = Innovation(said.white, lean, weight, expected, said.sigma)
         return innovation, LinearTick(
-            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew
+            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven
         )
 
     def _ahead(self, tick: Tick) -> tuple[Array, Array, Array, Array, Array, Array]:

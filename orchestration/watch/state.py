@@ -18,12 +18,11 @@ from warmlink.orchestration.watch.learning import SoundPart
 from warmlink.orchestration.watch.sequential import Limits, Sequential
 from warmlink.orchestration.watch.shadow import Innovation, Shadow, ShadowNoise
 from warmlink.orchestration.watch.ticks import Gatherer, Tick
-from warmlink.orchestration.watch.watcher import Moment, Standing, Watcher
+from warmlink.orchestration.watch.watcher import SHADOW_KEPT, Moment, Standing, Watcher
 
 _KINDS = {
     each.__name__: each for each in (Tick, ShadowNoise, SoundPart, Limits, Innovation, Standing, Moment)
 }
-_SHADOW = ("x", "rest", "P", "directions")
 
 
 def encoded(value: Any) -> Any:
@@ -81,13 +80,14 @@ def saved(
         "asked": dict(asked),
         "gatherer": gatherer.state(),
         "watcher": encoded({name: getattr(watcher, name) for name in watcher.KEPT}),
-        "shadow": None if shadow is None else encoded([getattr(shadow, name) for name in _SHADOW]),
+        "shadow": None if shadow is None else encoded([getattr(shadow, name) for name in SHADOW_KEPT]),
         "snapshots": [
-            (at, encoded([getattr(each, name) for name in _SHADOW])) for at, each in watcher.snapshots
+            (at, encoded([getattr(each, name) for name in SHADOW_KEPT])) for at, each in watcher.snapshots
         ],
         "test": None
         if test is None
         else encoded([test.sums.lean, test.sums.weight, test.level, test.settled]),
+        "law": None if watcher.law is None else watcher.law.state(),
         **more,
     }
     with fresh_file(path) as scratch:
@@ -119,6 +119,8 @@ def restored(
     for name, value in decoded(facts["watcher"]).items():
         kept = getattr(watcher, name)
         setattr(watcher, name, deque(value, kept.maxlen) if isinstance(kept, deque) else value)
+    if watcher.law is not None:
+        watcher.law.restore(facts["law"])
     if watcher.learnt is not None and watcher.limits is not None:
         watcher.restart(watcher.learnt, watcher.limits)
         assert watcher.test is not None
@@ -131,7 +133,8 @@ def restored(
 
 def _shadow(watcher: Watcher, arrays: Any) -> Shadow:
     assert watcher.learnt is not None
-    made = Shadow(watcher.machine, watcher.learnt.noise, watcher.learnt.values, watcher.learnt.offsets)
-    for name, value in zip(_SHADOW, decoded(arrays), strict=True):
+    learnt = watcher.learnt
+    made = Shadow(watcher.machine, learnt.noise, learnt.values, learnt.offsets, learnt.weights)
+    for name, value in zip(SHADOW_KEPT, decoded(arrays), strict=True):
         setattr(made, name, value)
     return made

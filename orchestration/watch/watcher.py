@@ -13,12 +13,16 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.progress import Progress, unseen
-from warmlink.orchestration.watch.hypotheses import CLOCK, MODEL, THERMOMETER, WatchedMachine
+from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
+from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
 from warmlink.orchestration.watch.naming import Naming, named
 from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import Tick
+
+SHADOW_KEPT = ("x", "rest", "P", "directions", "lags")
+"""What of a filter changes from tick to tick."""
 
 SHOWN = 360
 """Ticks that a page shows."""
@@ -63,6 +67,7 @@ class Watcher:
     machine : what is watched
     sound : s of the opening part that is declared sound
     rate : of false alarms in 1/day
+    law : what a law leaves of the growth; None if there is no law, or the growth is not measured
 
     Attributes
     ----------
@@ -74,6 +79,7 @@ class Watcher:
     sound: float
     rate: float
     progress: Progress = unseen
+    law: LawError | None = None
     learnt: SoundPart | None = None
     limits: Limits | None = None
     shadow: Shadow | None = None
@@ -92,8 +98,9 @@ class Watcher:
 
     @property
     def things(self) -> list[str]:
-        """Names of what is tested for, in the order of the levels; the last is that anything is wrong."""
-        return [each.name for each in self.machine.hypotheses if each.wears] + ["anything"]
+        """Names of what is tested for, in the order of the levels; then that anything is wrong, and a law."""
+        names = [each.name for each in self.machine.hypotheses if each.wears] + ["anything"]
+        return names if self.law is None else [*names, LAW]
 
     @property
     def levels(self) -> Array:
@@ -102,12 +109,15 @@ class Watcher:
 
     def add(self, tick: Tick) -> Iterator[dict[str, Any]]:
         """Take a tick; give what is to be told, mostly nothing."""
+        error = np.nan if self.law is None else self.law.add(tick)
         if self.test is None:
             self.opening.append(tick)
+            if self.law is not None:
+                self.law.opening.append(error)
             if tick.end - self.opening[0].start >= self.sound:
                 yield self._begin()
             return
-        yield from self._judge(tick)
+        yield from self._judge(tick, error)
 
     def refuse_unlearnt(self) -> None:
         """Raise InputError where the log has ended within its sound part."""
@@ -129,28 +139,34 @@ class Watcher:
                 f"rows; the noise and the thresholds need at least {least:.2g} h"
             )
         self.learnt = learn(self.machine, self.opening, self.progress)
-        lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise)
+        errors = None if self.law is None else self.law.learn()
+        lean, weight = self._tested(self.learnt.lean, self.learnt.weight, self.learnt.surprise, errors)
         self.limits = worked_out(lean[SETTLED:], weight[SETTLED:], self.rate, 86400 / self.machine.tick)
         self.learnt = replace(self.learnt, lean=lean[:0], weight=weight[:0], surprise=lean[:0, 0])
         self.restart(self.learnt, self.limits)
-        for each in self.opening[-WINDOW:]:
-            self._step(each)
+        errors = errors or [np.nan] * len(self.opening)
+        for each, error in list(zip(self.opening, errors, strict=True))[-WINDOW:]:
+            self._step(each, error)
         end, self.opening = self.opening[-1].end, []
         return {"time_s": end, "alarm": False, "watching": True, "told": self.limits.told()}
 
     def restart(self, learnt: SoundPart, limits: Limits) -> None:
         """Begin to judge, with what was learnt and the thresholds."""
-        self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets)
+        self.shadow = Shadow(self.machine, learnt.noise, learnt.values, learnt.offsets, learnt.weights)
         self.test = Sequential(limits, len(self.things))
 
-    def _tested(self, lean: Any, weight: Any, surprise: Any) -> tuple[Any, Any]:
-        """Of what is watched for, and beside it how much is off at all."""
-        wears = np.array([each.wears for each in self.machine.hypotheses])
-        ones = np.ones_like(np.asarray(surprise)[..., None])
-        lean = np.concatenate([lean[..., wears], np.asarray(surprise)[..., None]], axis=-1)
-        return lean, np.concatenate([weight[..., wears], ones], axis=-1)
+    def _tested(self, lean: Any, weight: Any, surprise: Any, errors: Any) -> tuple[Any, Any]:
+        """Of what is watched for, and beside it how much is off at all, and what the law leaves."""
+        wears, surprise = np.array([each.wears for each in self.machine.hypotheses]), np.asarray(surprise)
+        leans, weights = [lean[..., wears], surprise[..., None]], [weight[..., wears]]
+        weights.append(np.ones_like(leans[1]))
+        if self.law is not None:
+            said, known = self.law.leans(errors)
+            leans.append(said[..., None])
+            weights.append(known[..., None])
+        return np.concatenate(leans, axis=-1), np.concatenate(weights, axis=-1)
 
-    def _step(self, tick: Tick) -> None:
+    def _step(self, tick: Tick, error: float) -> None:
         """Step filter and test by a tick, which is kept for naming."""
         assert self.shadow is not None
         assert self.test is not None
@@ -165,19 +181,21 @@ class Watcher:
             self.recent.popleft()
         self.judged += 1
         said, _ = self.shadow.step(tick)
-        self.test.add(*self._tested(said.lean, said.weight, surprise_of(said.white)))
+        self.test.add(*self._tested(said.lean, said.weight, surprise_of(said.white), error))
         self.moments.append(Moment(tick.end, self.by_verdict(), tick.readings, said.expected, said.sigma))
 
     def by_verdict(self) -> dict[str, float]:
         """Largest level of each verdict; that anything is wrong counts as the model's."""
         found = {MODEL: 0.0, THERMOMETER: 0.0, CLOCK: 0.0}
         verdicts = [each.verdict for each in self.machine.hypotheses if each.wears] + [MODEL]
+        verdicts += [] if self.law is None else [LAW]
+        found |= {} if self.law is None else {LAW: 0.0}
         for verdict, level in zip(verdicts, self.levels.tolist(), strict=True):
             found[verdict] = max(found[verdict], level)
         return found
 
-    def _judge(self, tick: Tick) -> Iterator[dict[str, Any]]:
-        self._step(tick)
+    def _judge(self, tick: Tick, error: float) -> Iterator[dict[str, Any]]:
+        self._step(tick, error)
         level = float(self.levels.max())
         if self.standing is None:
             if level >= 1.0:
@@ -245,7 +263,7 @@ def sentence(found: Naming, time: float, first: str) -> str:
 
 def twin_of(shadow: Shadow) -> Shadow:
     """A filter of the same machine that goes on by itself."""
-    other = Shadow(shadow.machine, shadow.noise, shadow.values, shadow.offsets)
-    for name in ("x", "rest", "P", "directions"):
+    other = Shadow(shadow.machine, shadow.noise, shadow.values, shadow.offsets, shadow.weights)
+    for name in SHADOW_KEPT:
         setattr(other, name, getattr(shadow, name).copy())
     return other

@@ -15,6 +15,7 @@ from warmlink.orchestration.files import fresh_file
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import watched
+from warmlink.orchestration.watch.law import WatchedLaw, law_error
 from warmlink.orchestration.watch.rows import RowReader
 from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.state import restored, saved
@@ -52,6 +53,7 @@ class WatchOptions:
     sound : s of the opening part that is declared sound
     rate : of false alarms in 1/day
     tick : s of the log that are judged at once
+    law : of ours that runs in shadow; None if the log's correction is judged, if it has one
     until_end : whether to end where the log does
     speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
     """
@@ -62,13 +64,20 @@ class WatchOptions:
     sound: float
     rate: float
     tick: float = TICK
+    law: WatchedLaw | None = None
     until_end: bool = False
     speed: float = 0.0
 
     def facts(self, source: Source) -> dict[str, Any]:
         """What a restart has to ask for as well, as JSON."""
         columns = {"machine": self.rig.name, "known": dict(self.known), "columns": list(source.headers)}
-        return {**columns, "sound": self.sound, "alarms": self.rate, "tick": self.tick}
+        return {
+            **columns,
+            "sound": self.sound,
+            "alarms": self.rate,
+            "tick": self.tick,
+            "law": self.law.facts if self.law else None,
+        }
 
 
 Show = Callable[["Watching"], None]
@@ -101,7 +110,8 @@ class Watching:
         self.reader = RowReader(source.name, source.headers, asked.rig, told, source.comma)
         reader = self.reader
         machine = watched(asked.rig, asked.known, reader.inputs, reader.readings, reader.names, asked.tick)
-        self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress)
+        law = law_error(asked.law, asked.rig, reader.readings, reader.has_correction, asked.tick)
+        self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress, law)
         self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
         self._due = 0.0
         self._paced: float | None = None
