@@ -28,6 +28,7 @@ from warmlink.orchestration.studies.points import (
     evaluate,
     first_points,
     front,
+    refuse_without_objective,
 )
 from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
@@ -138,7 +139,7 @@ def tune(
     """
     done, first_of_all = storage.trials()[: study.tune.trials], first_points(study)
     if not done:
-        _probe(study, workers)
+        refuse_without_objective(study, workers)
     chooser = Chooser(study, first_of_all)
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
@@ -227,12 +228,3 @@ def tuned(
                 keep=partial(keep, work.folder),
             )
         yield found
-
-
-def _probe(study: Study, workers: Workers) -> None:
-    """Refuse a study whose first point gives no objective: hardly any other would."""
-    point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
-    for probe in evaluate(study, [point], workers):
-        if probe.reason is not None:
-            where = "as shipped" if study.shipped else "in the middle of its bounds"
-            raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")
