@@ -17,7 +17,7 @@ from warmlink.orchestration.studies.case import COMPARED
 from warmlink.orchestration.studies.compare import Comparison, plan_on, run_comparison
 from warmlink.orchestration.studies.joined import tried
 from warmlink.orchestration.studies.processes import LocalWorkers
-from warmlink.orchestration.studies.session import Means, open_study
+from warmlink.orchestration.studies.session import RunOptions, open_study
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def agreement(
         If there is none of a name.
     """
     plan = plan_on(controllers=controllers, duty_cycles=duties, mismatches=mismatches)
-    with open_study(plan.runs, Means(jobs=jobs)) as work:
+    with open_study(plan.runs, RunOptions(jobs=jobs)) as work:
         told = tried(plan.runs, work.fmus, remark)
         with progress_bar("joined") as progress:
             joined = run_comparison(plan.cases, work.workers, progress)
