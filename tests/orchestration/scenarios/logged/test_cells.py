@@ -8,7 +8,7 @@ import pytest
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.motor_heat_source.component import COMPONENT as MOTOR
-from warmlink.orchestration.scenarios.logged.cells import as_input, held, numbers, said_of_empty
+from warmlink.orchestration.scenarios.logged.cells import as_input, numbers, said_of_empty, without_gaps
 from warmlink.orchestration.scenarios.logged.layout import headings
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
@@ -63,17 +63,31 @@ def test_what_looks_like_a_number_and_most_words_are_refused(cells: list[object]
 
 def test_an_empty_cell_of_an_input_holds_the_last_value_and_that_of_a_pad_is_off() -> None:
     values, none = np.array([1.0, np.nan, 2.0, np.nan]), np.array([], dtype=np.intp)
-    assert held(sheet(["1", "", "2", ""]), place("speed", "rad/s"), values, none).tolist() == [1, 1, 2, 2]
-    assert held(sheet(["1", "", "2", ""]), place("pad_power", "W"), values, none).tolist() == [1, 0, 2, 0]
-    pad = held(sheet(["1", "", "2", ""]), place("pad_temperature", "K"), values, none)
+    assert without_gaps(sheet(["1", "", "2", ""]), place("speed", "rad/s"), values, none).tolist() == [
+        1,
+        1,
+        2,
+        2,
+    ]
+    assert without_gaps(sheet(["1", "", "2", ""]), place("pad_power", "W"), values, none).tolist() == [
+        1,
+        0,
+        2,
+        0,
+    ]
+    pad = without_gaps(sheet(["1", "", "2", ""]), place("pad_temperature", "K"), values, none)
     np.testing.assert_array_equal(pad, [1, np.nan, 2, np.nan])
-    unread = held(sheet(["1", "?", "2", ""]), place("pad_power", "W"), values, np.array([1], dtype=np.intp))
+    unread = without_gaps(
+        sheet(["1", "?", "2", ""]), place("pad_power", "W"), values, np.array([1], dtype=np.intp)
+    )
     assert unread.tolist() == [1, 1, 2, 0], "a cell that cannot be read does not switch the pad off"
 
 
 def test_an_input_needs_a_first_value() -> None:
     with pytest.raises(InputError, match=r"row 1, column .*: an input needs a value in the first row"):
-        held(sheet(["", "1"]), place("speed", "rad/s"), np.array([np.nan, 1.0]), np.array([], dtype=np.intp))
+        without_gaps(
+            sheet(["", "1"]), place("speed", "rad/s"), np.array([np.nan, 1.0]), np.array([], dtype=np.intp)
+        )
 
 
 @pytest.mark.parametrize(
