@@ -149,7 +149,7 @@ class Tried(NamedTuple):
 
 
 class PartResponses:
-    """Step responses of a part, and the error of its reduction, over a range of conductivities."""
+    """Step responses of a part, and the error of its reduction within a range of conditions."""
 
     def __init__(self, heat: Heat, within: Range) -> None:
         self.heat, self._per_second = heat, within.per_second
