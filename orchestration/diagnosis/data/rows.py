@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.outliers import outliers
+from warmlink.orchestration.diagnosis.data.outliers import leap, outliers
 from warmlink.orchestration.diagnosis.data.stretches import loose, shifted, stuck
 from warmlink.orchestration.scenarios.logged.cells import Column, Rows
 from warmlink.orchestration.scenarios.logged.sheet import Sheet
@@ -106,8 +106,7 @@ def _without_faults(
     for find, told in ((loose, "leaps to and fro"), (outliers, "leaps away and back")):
         away = np.setdiff1d(find(time, values, driven), pulses)
         if away.size:
-            near = np.interp(away, *_others(values, away))
-            by = float(np.max(np.abs(values[away] - near))) / parse_unit(column.unit).factor
+            by = leap(time, values, away) / parse_unit(column.unit).factor
             values[away] = np.nan
             yield (
                 f"{sheet.name}: {_named(sheet, away)}: {column.name} {told} by up to {by:.3g} {unit}, as no "
@@ -139,12 +138,6 @@ def _pulses(values: Array) -> Rows:
     leaps = np.flatnonzero(moves > usual) + 1
     short = leaps[:-1][np.diff(leaps) <= _SHORT]
     return np.unique(short[:, None] + np.arange(_SHORT + 1))
-
-
-def _others(values: Array, away: Rows) -> tuple[Rows, Array]:
-    """Rows with a reading that are not among some, and their readings."""
-    rows = np.setdiff1d(np.flatnonzero(np.isfinite(values)), away)
-    return rows, values[rows]
 
 
 def _named(sheet: Sheet, rows: Rows) -> str:

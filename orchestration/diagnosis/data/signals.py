@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from warmlink.fmus.component import Scalar
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.logged.cells import Rows
-from warmlink.orchestration.scenarios.logged.sheet import Sheet
+from warmlink.orchestration.scenarios.logged.cells import Column, Rows, signal
+from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
 _FEWEST_CHANGES = 5
 """Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
@@ -15,7 +16,18 @@ _LEAP, _LASTING = 4.0, 3
 """Change from row to row that is a jump, as a multiple of those that noise makes; rows that make a level."""
 
 
-def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:
+def as_reading(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, list[str]]:
+    """A measured column, its readings in SI, NaN where there is none, and remarks on its cells.
+
+    Readings that only repeat the one before are none. InputError as `signal`.
+    """
+    column, values, lost = signal(sheet, place, scalar)
+    missing = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
+    kept, said = _without_repeats(f"{sheet.name}: ", column.name, values)
+    return column, kept, [*missing, *said]
+
+
+def _without_repeats(where: str, name: str, values: Array) -> tuple[Array, list[str]]:
     """Readings of a column without those that only repeat the one before, and what is to be said of these."""
     rows = repeats(values)
     what, why = "repeat the one before", "or the logger writes more often than it samples"
@@ -26,7 +38,7 @@ def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list
         return values, []
     kept = values.copy()
     kept[rows] = np.nan
-    said = f"{sheet.name}: {rows.size} of {values.size} values of {name} {what} and are left out"
+    said = f"{where}{rows.size} of {values.size} values of {name} {what} and are left out"
     return kept, [f"{said}; the sensor sticks, {why}"]
 
 
