@@ -96,8 +96,9 @@ def test_what_is_missing_is_heat_at_the_shaft(found: Equation) -> None:
 def test_it_predicts_rows_that_were_not_fitted(found: Equation) -> None:
     before, after = found.held_out["elongation"]
     assert after < 0.1 * before
-    assert found.discovery.foretold is not None
-    assert found.discovery.foretold.held_out.in_noise < 1.3  # type: ignore[union-attr]
+    (foretold,) = found.discovery.foretold
+    assert foretold.held_out is not None
+    assert foretold.held_out.in_noise < 1.3
 
 
 def test_it_is_said_with_units_and_intervals(found: Equation) -> None:
