@@ -110,7 +110,7 @@ def discover(
     if not missing.places:
         return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
     search = TermSearch(assessment, missing, progress)
-    by_causes = search.bare_score - _catalogue_gain(search, verdict)
+    by_causes = _catalogue_score(search, verdict)
     explaining = search.run(by_causes + NEAR)
     found = Discovery(
         "none",
@@ -195,11 +195,10 @@ def _disguise(tried: FittedTerms) -> str:
     return candidates[0].cause if len(candidates) == 1 else ""
 
 
-def _catalogue_gain(search: TermSearch, verdict: Word) -> float:
-    """Gain of the causes that were found, less their description; minus infinity if they explain nothing."""
+def _catalogue_score(search: TermSearch, verdict: Word) -> float:
+    """Score of the causes that were found, with their description; infinity if they explain nothing."""
     if verdict not in ("named", "ambiguous"):
-        return -np.inf
-    found, best = search.assessment.search, search.assessment.best
-    named = 2 * float(np.log(max(len(found.items), 2))) * len(best.items)
-    numbers = search.of_number * sum(len(item.freed) for item in best.items)
-    return float(found.null.chi2 - best.chi2 - named - numbers)
+        return np.inf
+    best = search.assessment.best
+    named = 2 * float(np.log(max(len(search.assessment.search.items), 2))) * len(best.items)
+    return best.chi2 + named + search.of_number * sum(len(item.freed) for item in best.items)

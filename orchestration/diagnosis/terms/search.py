@@ -33,7 +33,7 @@ _SCREENED = (30, 20, 16)
 _FULL = (12, 6, 4)
 """Models of one, two and three terms that are fitted in the whole simulation, at most."""
 
-_SLACK, _SHARE, _SWITCHED = 6.0, 0.003, 40.0
+_SLACK, _SHARE, _SWITCHED = 6.0, 0.006, 40.0
 """Chi-square, and share of the best one's gain, by which a linear score may be off; and that of a switch.
 
 A switch leaps with its input, at some time between two rows.
