@@ -16,6 +16,7 @@ from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
+from warmlink.orchestration.watch.offers import Design, write_offer
 from warmlink.orchestration.watch.rows import RowReader
 from warmlink.orchestration.watch.sources.protocol import Source
 from warmlink.orchestration.watch.state import restored, saved
@@ -54,6 +55,7 @@ class WatchOptions:
     rate : of false alarms in 1/day
     tick : s of the log that are judged at once
     law : of ours that runs in shadow; None if the log's correction is judged, if it has one
+    design : of that law for other parameters of the plant; None if it has none
     until_end : whether to end where the log does
     speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
     """
@@ -65,6 +67,7 @@ class WatchOptions:
     rate: float
     tick: float = TICK
     law: WatchedLaw | None = None
+    design: Design | None = None
     until_end: bool = False
     speed: float = 0.0
 
@@ -162,9 +165,20 @@ class Watching:
     def _judged(self, ticks: Iterator[Tick]) -> Iterator[dict[str, Any]]:
         for tick in ticks:
             for event in self.watcher.add(tick):
+                if event["alarm"]:
+                    event["offered"] = self._offer("again" in event)
                 self.events = [*self.events, event][-_MOST_TOLD:]
                 self._due = 0.0
                 yield event
+
+    def _offer(self, again: bool) -> list[str]:
+        """Write what the present alarm offers; the names of the files, in the watch's folder."""
+        watcher = self.watcher
+        assert watcher.learnt is not None
+        folder = f"alarm-{len(self.alarms) + (not again)}"
+        ticks = list(watcher.recent)
+        offered = self.folder / folder, watcher.machine, watcher.learnt, ticks, watcher.explained
+        return [f"{folder}/{each}" for each in write_offer(*offered, self.asked.design)]
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         """What the source has to tell; it is not part of what was judged."""
