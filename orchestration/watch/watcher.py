@@ -222,7 +222,9 @@ class Watcher:
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
         since = self.standing.since if self.standing else 0.0
-        return named(twin_of(shadow), list(self.recent)[at - first :], since)
+        assert self.limits is not None
+        usual = dict(zip(self.things, self.limits.sizes.max(axis=0).tolist(), strict=True))
+        return named(twin_of(shadow), list(self.recent)[at - first :], usual, since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
