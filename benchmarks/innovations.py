@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from benchmarks.rollout import RECORDED, Array, Record, by_rows, compiled
 from warmlink.controllers.interface import SENSED
-from warmlink.controllers.kalman import counted, sighted, taught, variance_along
+from warmlink.controllers.kalman import cross_covariance, gain_of, updated, variance_along
 from warmlink.controllers.observer import model, prediction
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import filters_of
-from warmlink.controllers.observer.model import Told
+from warmlink.controllers.observer.model import BelievedDuty
 from warmlink.fmus.component import Component
 
 LAGS = 20
@@ -105,17 +105,17 @@ def _look() -> Any:
     before, now = (ca.SX.sym(name, OBSERVER.x.size) for name in ("before", "now"))
     sensed = ca.SX.sym("sensed", len(SENSED))
     after = OBSERVER.x.read(now)
-    told = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
-    belief = prediction.predict(filters_of(OBSERVER.x.read(before)), told, p).quiet
+    duty = BelievedDuty(after.believed_speed, after.believed_torque, after.believed_ambient)
+    belief = prediction.predict(filters_of(OBSERVER.x.read(before)), duty, p).quiet
     series = []
     for sensor in _used():
         variance = float(p.sensor_std[sensor]) ** 2
         row = np.concatenate([model.sensor_row(sensor, p), np.zeros(model.HEATS)])
         innovation = sensed[sensor] - model.temperature(sensor, belief.mean[: model.MODES], p)
         series.append(innovation / (variance_along(belief.noise_spread, row) + variance) ** 0.5)
-        sight = sighted(belief, row)
-        counts = counted(row, sight, innovation, variance, 1.0 - after.trust_out[sensor])
-        belief = taught(belief, sight, counts, row, variance)
+        across = cross_covariance(belief, row)
+        gain = gain_of(row, across, innovation, variance, 1.0 - after.trust_out[sensor])
+        belief = updated(belief, across, gain, row, variance)
     looked = [ca.densify(each) for each in (ca.vertcat(*series), belief.mean)]
     (look,) = compiled([ca.Function("look", [before, sensed, now], looked)])
     return look

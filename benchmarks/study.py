@@ -20,8 +20,9 @@ from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.mismatch import NOMINAL, draw, load
 from warmlink.orchestration.studies.case import Case, case_of
+from warmlink.orchestration.studies.joined import agreeing, joined_systems
 from warmlink.orchestration.studies.processes import ClusterWorkers, LocalWorkers, connected
-from warmlink.orchestration.studies.workers import FmuSet, Workers, agreeing, joined_systems
+from warmlink.orchestration.studies.workers import FmuSet, Workers
 
 DUTY_CYCLES = ("windshield_wiper", "stop_and_go", "random_jobs", "pick_and_place_medium")
 
@@ -57,7 +58,7 @@ def cases_of(hours: float, controller: str) -> list[Case]:
     rounds = math.ceil(hours / (sum(duty.stop_time for duty in duties) / 3600))
     return [
         case_of(
-            draw(seed).applied(replace(duty, controller=law)),
+            replace(duty, controller=law).mismatched(draw(seed)),
             (controller, duty.name, f"draw_{seed}"),
         )
         for seed in range(1, rounds + 1)
@@ -86,7 +87,7 @@ def bench_study(hours: float, controller: str, jobs: int, dask: bool, exact: boo
             replace(load_scenario(name), controller=catalogue.shipped(controller)) for name in DUTY_CYCLES
         ]
         joined = replace(fmus, rollouts=joined_systems(duties, remark))
-        fmus = agreeing(duties, [load(NOMINAL)], joined, remark)
+        fmus = agreeing([each.mismatched(load(NOMINAL)) for each in duties], joined, remark)
     wall, cpu = time.perf_counter(), _cpu_seconds()
     with LocalWorkers(fmus, jobs) as workers:
         timed = _timed(f"{jobs} processes", jobs, cases, workers, wall)

@@ -16,8 +16,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from warmlink.controllers.interface import SENSED, length, told
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.controllers.interface import SENSED, law_outputs, length
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component import Parameter, Record, State, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -109,7 +109,7 @@ def reported(x: Record, std: Number, p: Record, distrusted: Number = 0.0) -> dic
     """
     correction_std = (std**2 + (x.elongation - x.correction) ** 2) ** 0.5
     raised = warning(x.correction, x.elongation, p)
-    said = told(x.correction, correction_std, p, x.elongation, distrusted, raised)
+    said = law_outputs(x.correction, correction_std, p, x.elongation, distrusted, raised)
     return said | {"ready": said["ready"] * (1.0 - distrusted)}
 
 
@@ -190,7 +190,7 @@ def fresh(trust: Trust, readings: Number, p: Record, step: Number) -> tuple[Numb
     return news, trust._replace(last=last, same_for=same_for)
 
 
-@kept_whole
+@as_c_function
 def _compared(
     readings: Number, last: Number, same_for: Number, p: Record, step: Number
 ) -> tuple[Number, Number, Number]:
@@ -201,20 +201,20 @@ def _compared(
     return there * moving, where(there > 0, readings, last), same_for
 
 
-@kept_whole
+@as_c_function
 def distrusted(trust: Trust, readings: Number, p: Record) -> Number:
     """1 where a sensor that the law goes by is missing, or left out as not credible, else 0."""
     doubtful = trust.out + 1.0 - present(readings)
     return truth(total(where(p.sensor_std > 0, doubtful, 0.0)) > 0)
 
 
-@kept_whole
+@as_c_function
 def in_use(trust: Trust, news: Number, p: Record) -> Number:
     """1 where a sensor in use brings news, else 0: nothing would show an unknown heat come or go."""
     return truth(total(where(p.sensor_std > 0, news * (1.0 - trust.out), 0.0)) > 0)
 
 
-@kept_whole
+@as_c_function
 def begins_again(waited: Number, last: Number, readings: Number, p: Record, step: Number) -> Number:
     """1 where a law has only begun, and a reading leaps or comes for the first time; else 0.
 
@@ -232,7 +232,7 @@ def begins_again(waited: Number, last: Number, readings: Number, p: Record, step
     return truth(total(truth(p.sensor_std > 0) * new) > 0) * truth(waited < FIRST_TIME)
 
 
-@kept_whole
+@as_c_function
 def waited_on(waited: Number, readings: Number, p: Record, step: Number) -> Number:
     """Time in s since the start for which there were readings, or none is asked for."""
     used = truth(p.sensor_std > 0)
@@ -249,7 +249,7 @@ def begun_again(
     return dict(zip(names, states, strict=True))
 
 
-@idle_at_zero
+@skip_if_zero
 def _begun_again(
     before: tuple[Number, ...],
     begin: Callable[[Record, Record], Values],
@@ -270,7 +270,7 @@ class Memory(NamedTuple):
     out: Number
 
 
-def judged(
+def gate_reading(
     memory: Memory,
     news: Number,
     innovation: Number,

@@ -133,7 +133,7 @@ def ready(correction_std: Number, tolerance: Number) -> Number:
     return truth(SIGMAS * correction_std <= tolerance)
 
 
-def told(
+def law_outputs(
     correction: Number,
     std: Number,
     p: Record,

@@ -9,8 +9,8 @@ that size. R. F. Stengel, *Optimal Control and Estimation*, Dover 1994, chapter 
 from typing import NamedTuple
 
 from warmlink.controllers.matrices import dot, outer, symmetric, upper
-from warmlink.fmus.calls import kept_whole
-from warmlink.fmus.component.arithmetic import Number, maximum, stack, where
+from warmlink.fmus.calls import as_c_function
+from warmlink.fmus.component.arithmetic import Number, accumulated, maximum, stack, where
 
 
 class Belief(NamedTuple):
@@ -26,16 +26,16 @@ def carried_over(packed: Number, transition: Number) -> Number:
     return upper(transition @ symmetric(packed, transition.shape[0]) @ transition.T)
 
 
-class Sight(NamedTuple):
+class CrossCovariance(NamedTuple):
     """Covariances of the state with what is measured, shape (n,), by either covariance of a belief."""
 
     spread: Number
     noise_spread: Number
 
 
-@kept_whole
-def sighted(belief: Belief, row: Number) -> Sight:
-    """How a belief sees what is measured.
+@as_c_function
+def cross_covariance(belief: Belief, row: Number) -> CrossCovariance:
+    """Covariances of the state with a scalar measurement, for both covariances of a belief.
 
     Parameters
     ----------
@@ -43,15 +43,15 @@ def sighted(belief: Belief, row: Number) -> Sight:
     """
     size = belief.mean.shape[0]
     row = stack(row, *[0.0] * (size - row.shape[0]))
-    return Sight(*(symmetric(each, size) @ row for each in belief[1:]))
+    return CrossCovariance(*(symmetric(each, size) @ row for each in belief[1:]))
 
 
-class Counts(NamedTuple):
-    """What a measurement counts.
+class Gain(NamedTuple):
+    """How far a measurement moves the state.
 
     Attributes
     ----------
-    share : of what `Sight` has, that the state changes for each unit of innovation
+    share : change of the state for each unit of innovation, divided by the cross covariance
     times : share times innovation
     """
 
@@ -59,39 +59,39 @@ class Counts(NamedTuple):
     times: Number
 
 
-def counted(row: Number, sight: Sight, innovation: Number, variance: Number, use: Number) -> Counts:
-    """What a scalar measurement counts, by the covariance `spread`; nothing where `use` is 0.
+def gain_of(row: Number, across: CrossCovariance, innovation: Number, variance: Number, use: Number) -> Gain:
+    """Gain of a scalar measurement by the covariance `spread`; 0 where `use` is 0.
 
     Parameters
     ----------
-    row : as for `sighted`
+    row : as for `cross_covariance`
     innovation : measured minus predicted; of no effect, and may be NaN, where it is not used
     variance : variance of the measurement's noise
     use : 1 to use the measurement, 0 to leave it out
     """
-    share = use / (maximum(dot(row, sight.spread[: row.shape[0]]), 0.0) + variance)
-    return Counts(share, share * where(use > 0, innovation, 0.0))
+    share = use / (maximum(dot(row, across.spread[: row.shape[0]]), 0.0) + variance)
+    return Gain(share, share * where(use > 0, innovation, 0.0))
 
 
-def taught(belief: Belief, sight: Sight, counts: Counts, row: Number, variance: Number) -> Belief:
-    """Belief after a scalar measurement that counts so much."""
-    gain = sight.spread * counts.share
+def updated(belief: Belief, across: CrossCovariance, gain: Gain, row: Number, variance: Number) -> Belief:
+    """Belief after a scalar measurement, by the gain of that measurement."""
+    moved = across.spread * gain.share
     return Belief(
-        belief.mean + sight.spread * counts.times,
+        accumulated(belief.mean, across.spread * gain.times),
         # The gain is the best there is for this covariance, so that Joseph's form is simple.
-        belief.spread - upper(outer(gain, sight.spread)),
-        _after(belief.noise_spread, row, sight.noise_spread, gain, variance),
+        accumulated(belief.spread, -upper(outer(moved, across.spread))),
+        _after(belief.noise_spread, row, across.noise_spread, moved, variance),
     )
 
 
-def taught_in_part(
-    belief: Belief, sight: Sight, counts: Counts, row: Number, variance: Number, last: int
+def updated_in_part(
+    belief: Belief, across: CrossCovariance, gain: Gain, row: Number, variance: Number, last: int
 ) -> Belief:
-    """Belief as for `taught`, where the measurement may change only the state's `last` so many elements."""
-    seen = sight.spread[-last:]
-    gain, change = (stack(*[0.0] * (row.shape[0] - last), each * seen) for each in counts)
-    seen_by = zip(belief[1:], sight, strict=True)
-    return Belief(belief.mean + change, *(_after(each, row, of, gain, variance) for each, of in seen_by))
+    """Belief as for `updated`, where the measurement may change only the state's `last` so many elements."""
+    seen = across.spread[-last:]
+    moved, change = (stack(*[0.0] * (row.shape[0] - last), each * seen) for each in gain)
+    seen_by = zip(belief[1:], across, strict=True)
+    return Belief(belief.mean + change, *(_after(each, row, of, moved, variance) for each, of in seen_by))
 
 
 def either(which: Number, one: Belief, other: Belief) -> Belief:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from warmlink.controllers.interface import SAMPLE_TIME, compensator, told
+from warmlink.controllers.interface import SAMPLE_TIME, compensator, law_outputs
 from warmlink.fmus.component import Component, Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.errors import InputError
@@ -42,7 +42,7 @@ class Law:
 
     def outputs(self, x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Number]:
         """Outputs of every law by name, which follow from the correction and its standard deviation."""
-        return told(self.correction(x, u, p, time), self.correction_std(x, u, p, time), p)
+        return law_outputs(self.correction(x, u, p, time), self.correction_std(x, u, p, time), p)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
@@ -67,3 +67,28 @@ def component_of(law: type[Law]) -> Component:
     about = (law.__doc__ or name).strip().partition("\n")[0].rstrip(".")
     made = compensator(name, about, given, law.parameters, law.states)
     return made if made.sampled else replace(made, parameters=(SAMPLE_TIME, *made.parameters))
+
+
+def check_symbols(component: Component) -> None:
+    """Compare the law in symbols, from which C is made, with the law in numbers; TypeError if they differ.
+
+    Python's `math` functions turn a symbol into NaN without an error.
+    """
+    import casadi as ca
+    import numpy as np
+
+    p, u = component.start_values()
+    u = 1.1 * u + 0.1
+    d = component.settled(p)
+    x = component.states_at_start(u, d)
+
+    def both(x: Any, u: Any, d: Any) -> list[Any]:
+        observed = component.outputs_of(x, u, d, 7.0)
+        return [observed] if component.update is None else [observed, component.updated(x, u, d, 7.0, 1.0)]
+
+    symbols = [ca.SX.sym(name, len(values)) for name, values in (("x", x), ("u", u), ("d", d))]
+    function = ca.Function("law", symbols, [ca.vertcat(*both(*symbols))])
+    in_symbols = np.asarray(function(x, u, d), dtype=float).ravel()
+    in_numbers = np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in both(x, u, d)])
+    if not np.allclose(in_symbols, in_numbers, rtol=1e-9, atol=1e-12, equal_nan=True):
+        raise TypeError("the law gives another result for symbols than for numbers")

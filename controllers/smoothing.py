@@ -5,7 +5,7 @@
 For growth at a constant rate s_2 is two time constants late, and s_3 three: the combination is not late.
 """
 
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import Number, exp, stack
 
@@ -29,7 +29,7 @@ def begun(growth: Number) -> Number:
     return stack(*[growth] * SMOOTHERS)
 
 
-@kept_whole
+@as_c_function
 def smoothed(before: Number, growth: Number, p: Record, step: Number) -> Number:
     """The filters after a sample, in m."""
     kept = exp(-step / p.smoothing_time)

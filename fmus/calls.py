@@ -15,7 +15,7 @@ from warmlink.fmus.component.arithmetic import Traced, beside, side
 Called = TypeVar("Called", bound=Callable[..., Any])
 
 
-def kept_whole(function: Called, idle: bool = False) -> Called:
+def as_c_function(function: Called, idle: bool = False) -> Called:
     """Mark a function of numbers that the generated C is to contain once.
 
     With floats and with CasADi's SX it is an ordinary function. Where its first number is an MX, of which the
@@ -25,7 +25,7 @@ def kept_whole(function: Called, idle: bool = False) -> Called:
     ----------
     function : takes numbers, vectors, and named tuples of them, by position, and returns the same; integers
         among the arguments become constants of the C
-    idle : as `idle_at_zero` says
+    idle : as `skip_if_zero` says
     """
 
     @wraps(function)
@@ -49,15 +49,15 @@ def kept_whole(function: Called, idle: bool = False) -> Called:
     return cast(Called, either)
 
 
-def idle_at_zero(function: Called) -> Called:
+def skip_if_zero(function: Called) -> Called:
     """Mark a function, kept whole, that returns its first argument as it is where its last one is 0.
 
     It must do so by its own arithmetic too; floats and the C skip it there.
     """
-    return kept_whole(function, idle=True)
+    return as_c_function(function, idle=True)
 
 
-def side_by_side(one: Called, paired: int) -> Called:
+def vectorised_pair(one: Called, paired: int) -> Called:
     """A function, kept whole, for both at once of two that lie side by side, from that of one of them.
 
     The first arguments, so many as are `paired`, and all results hold two of each number, one beside the
@@ -71,7 +71,7 @@ def side_by_side(one: Called, paired: int) -> Called:
         return _mapped(found[0], lambda leaf: beside(leaf, next(others)))
 
     both.__dict__.update(paired=paired, one=one)
-    return kept_whole(cast(Called, both))
+    return as_c_function(cast(Called, both))
 
 
 class Written(NamedTuple):

@@ -24,6 +24,11 @@ class InputError(ValueError):
         return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in told)
 
 
+def in_one_line(fault: BaseException) -> str:
+    """What an error of anybody's code says, shortened, for a part of a sentence."""
+    return " ".join(str(fault).split())[:300]
+
+
 class NoRoomError(InputError):
     """The disk is full, which does not mean that the input was wrong."""
 

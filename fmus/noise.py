@@ -8,7 +8,7 @@ carry it exactly: the Python and the native form, and every restored state, draw
 import math
 from collections.abc import Sequence
 
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component.arithmetic import Number, cos, floor, log, sqrt, stack, where
 
 _MODULUS_A, _FACTOR_A = 2147483563.0, 40014.0
@@ -41,7 +41,7 @@ def normals(a: Number, b: Number, wanted: Number = 1.0) -> tuple[Number, Number,
     return _normal(0.0 * a, *shares, wanted), *following
 
 
-@kept_whole
+@as_c_function
 def _drawn(a: Number, b: Number) -> tuple[tuple[Number, Number], Number, Number]:
     """Two numbers in (0, 1) for each generator, and the halves of the next states."""
     first = advanced(a, b)
@@ -49,7 +49,7 @@ def _drawn(a: Number, b: Number) -> tuple[tuple[Number, Number], Number, Number]
     return (uniform(*first), uniform(*second)), *second
 
 
-@idle_at_zero
+@skip_if_zero
 def _normal(none: Number, first: Number, second: Number, wanted: Number) -> Number:
     """Standard normal numbers from two in (0, 1) for each, where they are wanted."""
     return where(wanted > 0, sqrt(-2.0 * log(first)) * cos(2.0 * math.pi * second), none)

@@ -15,26 +15,21 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from warmlink.controllers.interface import INPUTS, OUTPUTS
 from warmlink.controllers.own import Law
 from warmlink.fmus.catalogue import Entry, catalogue
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.instance import Instance
-from warmlink.fmus.errors import InputError
+from warmlink.fmus.errors import InputError, in_one_line
 from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.heat_term.component import STORED as STORED_TERM
 from warmlink.fmus.heat_term.component import heat_term
 from warmlink.fmus.heat_term.component import read_stored as read_stored_term
 from warmlink.fmus.names import instead
-from warmlink.fmus.packaging.cache import undamaged
 from warmlink.fmus.reduced_link.component import reduced_link
 from warmlink.fmus.reduced_link.equations import STORED, read_stored
 from warmlink.orchestration.text_files import is_file
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.fmu_store import FmuStore
 
 _SHIM = """from warmlink.controllers.own import component_of
 from {package}.law import {attribute} as law
@@ -61,31 +56,6 @@ class Controller:
     def kinds(self) -> set[str]:
         """Names of warmlink's components that it needs."""
         return set() if self.place else {self.component.name}
-
-    def files(self, store: FmuStore) -> dict[str, Path]:
-        """Its FMU by the component's name where it brings it along, built where it is missing.
-
-        InputError if a user's own law becomes none.
-        """
-        if not self.place:
-            return {}
-        name, own = self.component.name, Path("own") / self.digest
-        path = store.file(own / f"{name}.fmu")
-        return {name: path if undamaged(path) else self._built(store, store.folder / own)}
-
-    def _built(self, store: FmuStore, folder: Path) -> Path:
-        try:
-            if store.kind == "native":
-                _check_symbolic(self.component)
-            return store.build([Entry(self.component, self.module)], folder)[0]
-        except InputError:
-            raise
-        except Exception as fault:
-            raise InputError(
-                f"{self.place}: does not become a {store.kind} FMU ({type(fault).__name__}: {_line(fault)}); "
-                "write the law in plain arithmetic with warmlink.fmus.component.arithmetic, "
-                "where() instead of if"
-            ) from fault
 
 
 @cache
@@ -257,34 +227,5 @@ def _refused(place: str) -> Iterator[None]:
         raise InputError(sentence if sentence.startswith(place) else f"{place}: {sentence}") from None
     except (Exception, SystemExit) as fault:  # a file that ends the program would end it without a word
         raise InputError(
-            f"{place}: does not work ({type(fault).__name__}: {_line(fault)}); mend the file"
+            f"{place}: does not work ({type(fault).__name__}: {in_one_line(fault)}); mend the file"
         ) from fault
-
-
-def _check_symbolic(component: Component) -> None:
-    """Compare the law in symbols, from which C is made, with the law in numbers; TypeError if they differ.
-
-    Python's `math` functions turn a symbol into NaN without an error.
-    """
-    import casadi as ca
-    import numpy as np
-
-    p, u = component.start_values()
-    u = 1.1 * u + 0.1
-    d = component.settled(p)
-    x = component.states_at_start(u, d)
-
-    def both(x: Any, u: Any, d: Any) -> list[Any]:
-        observed = component.outputs_of(x, u, d, 7.0)
-        return [observed] if component.update is None else [observed, component.updated(x, u, d, 7.0, 1.0)]
-
-    symbols = [ca.SX.sym(name, len(values)) for name, values in (("x", x), ("u", u), ("d", d))]
-    function = ca.Function("law", symbols, [ca.vertcat(*both(*symbols))])
-    in_symbols = np.asarray(function(x, u, d), dtype=float).ravel()
-    in_numbers = np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in both(x, u, d)])
-    if not np.allclose(in_symbols, in_numbers, rtol=1e-9, atol=1e-12, equal_nan=True):
-        raise TypeError("the law gives another result for symbols than for numbers")
-
-
-def _line(fault: BaseException) -> str:
-    return " ".join(str(fault).split())[:300]

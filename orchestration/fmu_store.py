@@ -9,9 +9,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
+from warmlink.controllers.own import check_symbols
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.component import Component
-from warmlink.fmus.errors import InputError, NoRoomError
+from warmlink.fmus.errors import InputError, NoRoomError, in_one_line
 from warmlink.fmus.files import WRITING, sweep
 from warmlink.fmus.names import instead
 from warmlink.fmus.packaging.cache import (
@@ -25,7 +26,7 @@ from warmlink.fmus.packaging.cache import (
     wanted_cache_folder,
 )
 from warmlink.fmus.packaging.trust import others_may_write
-from warmlink.orchestration.catalogue import Entry, entries
+from warmlink.orchestration.catalogue import Controller, Entry, entries
 from warmlink.orchestration.progress import progress_bar
 
 FmuKind = Literal["native", "python"]
@@ -104,6 +105,30 @@ class FmuStore:
             if entry.added:
                 self.build([entry], self.folder / _place(entry).parent)
         return wanted
+
+    def of_controller(self, law: Controller) -> dict[str, Path]:
+        """FMU of a user's own law by its component's name, built if it is missing; empty for a shipped law.
+
+        InputError if the law does not become an FMU of this kind.
+        """
+        if not law.place:
+            return {}
+        name, own = law.component.name, Path("own") / law.digest
+        path = self.file(own / f"{name}.fmu")
+        if undamaged(path):
+            return {name: path}
+        try:
+            if self.kind == "native":
+                check_symbols(law.component)
+            return {name: self.build([Entry(law.component, law.module)], self.folder / own)[0]}
+        except InputError:
+            raise
+        except Exception as fault:
+            raise InputError(
+                f"{law.place}: does not become a {self.kind} FMU ({type(fault).__name__}: "
+                f"{in_one_line(fault)}); write the law in plain arithmetic with "
+                "warmlink.fmus.component.arithmetic, where() instead of if"
+            ) from fault
 
     def build(self, missing: Sequence[Entry], folder: Path) -> list[Path]:
         """Build components' FMUs into a folder of the store; raises as `files`."""

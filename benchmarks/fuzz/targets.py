@@ -192,7 +192,7 @@ def _parameters(path: Path) -> None:
 
 
 def _mismatched(path: Path) -> None:
-    mismatch.load(str(path)).applied(load_scenario("windshield_wiper")).values()
+    load_scenario("windshield_wiper").mismatched(mismatch.load(str(path))).values()
 
 
 swapped = swapping(_specimens(*sorted(path.name for path in SPECIMENS.iterdir())))

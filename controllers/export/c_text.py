@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from warmlink.controllers.export.lines import WIDTH, wrapped
+from warmlink.controllers.export.c_helpers import HELPERS, comment, helper
+from warmlink.controllers.export.lines import wrapped
 from warmlink.controllers.export.parts import divided
+from warmlink.controllers.export.program.contraction import of_loops
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
@@ -48,19 +49,6 @@ FUNCTIONS = {"abs": "fabs", "exp": "exp", "log": "log", "sqrt": "sqrt", "sin": "
 }
 """Functions of the C library."""
 
-HELPERS = {
-    "larger": ("a", "b", "(a > b) ? a : b", "The larger of two numbers; b where one is NaN."),
-    "smaller": ("a", "b", "(a < b) ? a : b", "The smaller of two numbers; b where one is NaN."),
-    "ratio": (
-        "a",
-        "b",
-        "((b > 0{f}) || (b < 0{f})) ? (a / b) : (b * 0{f})",
-        "a / b; 0 where b is 0, and NaN where it is NaN.",
-    ),
-    "root": ("a", "", "(a < 0{f}) ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
-}
-"""Functions that every law may use: arguments, result and what it is."""
-
 POINTERS = {
     "state": "x",
     "next": "next",
@@ -79,6 +67,9 @@ class C:
         self.suffix = "f" if single else ""
         self.real = f"{law}_real"
         self._shared: set[int] = set()
+        self._of_loops: dict[int, list[Slot]] = {}
+        for routine in program.routines:
+            self._of_loops |= of_loops(routine.body, routine.locals)
         whole = {id(routine): divided(routine, self._lines) for routine in program.routines}
         self._divided = {key: found for key, found in whole.items() if found is not None}
         self._shared.update(id(slot) for found in self._divided.values() for slot in found.shared)
@@ -96,9 +87,10 @@ class C:
 
     def index(self, index: Index) -> str:
         """Place of an element."""
+        times = "" if index.of_tables == 1 else f"{index.of_tables} * "
         parts = [
             *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
-            *(f"{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
+            *(f"{times}{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
         ]
         text = " + ".join(parts)
         if not parts:
@@ -117,9 +109,9 @@ class C:
             text = f"fresh.{slot.name}"
         elif slot.record in POINTERS:
             text = f"{POINTERS[slot.record]}->{slot.name}"
-        elif slot.record in ("result", "kept") and not slot.shape:
+        elif slot.record in ("result", "kept") and not slot.array:
             return f"*{slot.name}"
-        return text if read.index is None else f"{text}[{self.index(read.index)}]"
+        return text if read.place is None else f"{text}[{self.index(read.place)}]"
 
     def value(self, value: Value, outer: int = 0) -> str:
         """A value; in brackets where what is around it binds more tightly."""
@@ -160,6 +152,7 @@ class C:
             elif isinstance(each, For):
                 name = each.variable
                 lines.append(f"{pad}for ({name} = 0; {name} < {each.count}; {name}++) {{")
+                lines += self.declared(self._of_loops.get(id(each), []), depth + 1)
                 lines += [*self.statements(each.body, depth + 1), f"{pad}}}"]
             else:
                 lines += self.invoked(each, depth)
@@ -187,7 +180,7 @@ class C:
             names.append("elapsed")
         for slot in (*each.function.kept, *each.function.arguments, *each.function.results):
             value = by_slot[id(slot)]
-            if isinstance(value, Read) and not slot.shape and slot.record != "argument":
+            if isinstance(value, Read) and not slot.array and slot.record != "argument":
                 inner = self.read(value)
                 names.append(inner[1:] if inner.startswith("*") else f"&{inner}")
             else:
@@ -213,14 +206,14 @@ class C:
             given.append(f"{self.real} elapsed")
         for slot in routine.kept:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         for slot in routine.arguments:
             const = f"const {self.real} {slot.name}[{slot.size}]"
-            given.append(const if slot.shape else f"{self.real} {slot.name}")
+            given.append(const if slot.array else f"{self.real} {slot.name}")
         for slot in routine.results:
             given.append(
-                f"{self.real} {slot.name}[{slot.size}]" if slot.shape else f"{self.real} *{slot.name}"
+                f"{self.real} {slot.name}[{slot.size}]" if slot.array else f"{self.real} *{slot.name}"
             )
         return f"static void {self.name(routine)}({', '.join(given) or 'void'})"
 
@@ -256,11 +249,18 @@ class C:
             lines.append(f"    int {', '.join(variables)};")
         if routine.fresh:
             lines.append(f"    {self.law}_state fresh;")
-        for kind, condition in ((self.real, False), ("bool", True)):
-            names = [_sized(slot) for slot in routine.locals if slot.condition is condition]
-            if names:
-                lines += wrapped(f"    {kind} {', '.join(names)};", "        ")
+        inner = {id(slot) for each in flat(routine.body) for slot in self._of_loops.get(id(each), [])}
+        lines += self.declared([slot for slot in routine.locals if id(slot) not in inner], 1)
         return [*lines, *statements, "}", ""]
+
+    def declared(self, slots: list[Slot], depth: int) -> list[str]:
+        """Declarations of variables."""
+        lines, pad = list[str](), "    " * depth
+        for kind, condition in ((self.real, False), ("bool", True)):
+            names = [_sized(slot) for slot in slots if slot.condition is condition]
+            if names:
+                lines += wrapped(f"{pad}{kind} {', '.join(names)};", f"{pad}    ")
+        return lines
 
     def constants(self) -> list[str]:
         """The design and the tables."""
@@ -281,30 +281,12 @@ class C:
     def helpers(self) -> list[str]:
         """Functions that the law uses."""
         used = {kind for routine in self.program.routines for kind in kinds_of(routine.body)}
-        lines: list[str] = []
-        for name, (a, b, result, about) in HELPERS.items():
-            if name in used:
-                given = f"{self.real} {a}" + (f", {self.real} {b}" if b else "")
-                told = result.replace("{f}", f".0{self.suffix}").replace("{sqrt}", f"sqrt{self.suffix}")
-                lines += [
-                    *comment(about),
-                    f"static {self.real} {name}({given})",
-                    "{",
-                    f"    return {told};",
-                    "}",
-                    "",
-                ]
-        return lines
+        return [line for name in HELPERS if name in used for line in helper(name, self.real, self.suffix)]
 
 
 def _sized(slot: Slot) -> str:
-    return f"{slot.name}[{slot.size}]" if slot.shape else slot.name
+    return f"{slot.name}[{slot.size}]" if slot.array else slot.name
 
 
 def _loops(body: Iterable[Statement]) -> list[str]:
     return sorted({each.variable for each in flat(list(body)) if isinstance(each, For)})
-
-
-def comment(text: str) -> list[str]:
-    """A comment."""
-    return textwrap.wrap(f"/* {text.replace('*/', '')} */", WIDTH, subsequent_indent="   ")

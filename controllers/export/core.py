@@ -44,7 +44,7 @@ class Core:
     @cached_property
     def program(self) -> LawProgram:
         """What it computes."""
-        return program(self.component, self.design, self.name)
+        return program(self.component, self.design, self.name, self.precision == "single")
 
     @cached_property
     def vectors(self) -> Vectors:

@@ -26,6 +26,11 @@ FUNCTIONS = {
         "ab",
         ["IF (b > 0.0) OR (b < 0.0) THEN", "  {0} := a / b;", "ELSE", "  {0} := b * 0.0;", "END_IF;"],
     ),
+    "left": (
+        "What rounding leaves of b where it is added to a.",
+        "ab",
+        ["{0} := b - ((a + b) - a);"],
+    ),
     "root": (
         "Square root; 0 below 0.",
         "a",

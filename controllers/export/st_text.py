@@ -127,7 +127,7 @@ class StructuredText:
     def kind(self, slot: Slot) -> str:
         """The type of a variable."""
         base = "BOOL" if slot.condition else "INT" if slot.whole else self.real
-        if not slot.shape:
+        if not slot.array:
             return base
         if slot.condition:
             return f"ARRAY [0..{slot.size - 1}] OF {base}"
@@ -139,7 +139,7 @@ class StructuredText:
         slots += self.program.design
         for routine in self.program.routines:
             slots += [*routine.locals, *routine.arguments, *routine.results, *routine.kept]
-        found = sorted({(s.whole, s.size) for s in slots if s.shape and not s.condition})
+        found = sorted({(s.whole, s.size) for s in slots if s.array and not s.condition})
         names = [(self.kind(Slot("", (size,), whole=whole)), size, whole) for whole, size in found]
         return [(name, size, "INT" if whole else self.real) for name, size, whole in names]
 
@@ -161,9 +161,10 @@ class StructuredText:
 
     def index(self, index: Index) -> str:
         """Place of an element."""
+        times = "" if index.of_tables == 1 else f"{index.of_tables} * "
         parts = [
             *(name if pace == 1 else f"{pace} * {name}" for name, pace in index.terms if pace),
-            *(f"{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
+            *(f"{times}{slot.name}[{self.index(inner)}]" for slot, inner in index.tables),
         ]
         text = " + ".join(parts)
         if not parts:
@@ -177,7 +178,7 @@ class StructuredText:
         slot = read.slot
         record = "fresh" if slot.record == "fresh" else RECORDS.get(slot.record)
         text = f"{record}.{slot.name}" if record else slot.name
-        return text if read.index is None else f"{text}[{self.index(read.index)}]"
+        return text if read.place is None else f"{text}[{self.index(read.place)}]"
 
     def value(self, value: Value, outer: int = 0) -> str:
         """A value; in brackets where what is around it binds more tightly."""

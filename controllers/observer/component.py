@@ -228,7 +228,7 @@ def observer(
             *model.TOLD_STATES,
             *witnesses.STATES,
             *offset.STATES,
-            State("duty_modes", "1", size=_MODES),
+            State("duty_modes", "1", size=_MODES, slow=True),
             State("plausible_heat", "W"),
             *fail_safe.trust_states("K", len(SENSED)),
             *(State(name, "m") for name in ("correction", "elongation")),

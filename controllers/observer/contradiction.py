@@ -6,8 +6,16 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import Belief, either
 from warmlink.controllers.matrices import blocks, diagonal, outer, symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.filters import Filters, together
-from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, losses, temperatures
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.controllers.observer.model import (
+    HEATS,
+    MODES,
+    SENSORS,
+    STATES,
+    BelievedDuty,
+    losses,
+    temperatures,
+)
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import Number, absolute, maximum, stack, total, truth, where
 
@@ -36,18 +44,18 @@ class Examined(NamedTuple):
     too_much: Number
 
 
-@kept_whole
-def examined(filters: Filters, duty_modes: Number, before: Number, told: Told, p: Record) -> Examined:
+@as_c_function
+def examined(filters: Filters, duty_modes: Number, before: Number, duty: BelievedDuty, p: Record) -> Examined:
     """Examine what the filters and the duty say; `before` is the heat that was plausible."""
     lost = where(total(absolute(duty_modes)) <= WILD, 0.0, 1.0)
-    cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
+    cold = p.uniform_profile * (duty.ambient_temperature - p.linearisation_temperature)
     wild = lost
     alert = filters.alert
     for each in (alert, filters.quiet):
         wild = maximum(wild, where(total(absolute(each.mean[:MODES])) <= WILD, 0.0, 1.0))
-    winding_loss, shaft_loss = losses(alert.mean[:MODES], told, p)
+    winding_loss, shaft_loss = losses(alert.mean[:MODES], duty, p)
     own_heat = winding_loss + shaft_loss
-    plausible = _plausible_link_heat(before, alert.mean, own_heat, told, p)
+    plausible = _plausible_link_heat(before, alert.mean, own_heat, duty, p)
     variances = upper_diagonal(alert.noise_spread, alert.mean.shape[0])
     noise = maximum(variances[MODES + 1], 0.0) ** 0.5
     too_much = truth(absolute(alert.mean[MODES + 1]) - 4.0 * noise > plausible)
@@ -73,7 +81,7 @@ def reconciled(
     return _begun_again(filters, what.duty_modes, warmth, p, begins), trust, begins
 
 
-@idle_at_zero
+@skip_if_zero
 def _left_out(
     before: tuple[Number, Number, Number],
     readings: Number,
@@ -103,7 +111,7 @@ def _left_out(
     return where(out > 0, 1.0, already), where(out > 0, 0.0, calm_for), begins * warmth
 
 
-@idle_at_zero
+@skip_if_zero
 def _begun_again(filters: Filters, duty_modes: Number, warmth: Number, p: Record, begins: Number) -> Filters:
     """The alert filter from the duty alone, without unknown heat, as uncertain in K as the sensors suggest.
 

@@ -13,17 +13,17 @@ from typing import NamedTuple
 from warmlink.controllers import fail_safe
 from warmlink.controllers.kalman import (
     Belief,
-    Counts,
-    Sight,
-    counted,
+    CrossCovariance,
+    Gain,
     covariance_along,
+    cross_covariance,
     either,
-    sighted,
-    taught,
+    gain_of,
+    updated,
 )
 from warmlink.controllers.matrices import dot, outer, packed_size, upper, upper_diagonal
 from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, sensor_row
-from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
+from warmlink.fmus.calls import as_c_function, skip_if_zero, vectorised_pair
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -76,7 +76,10 @@ def together(alert: Belief, quiet: Belief) -> Filters:
 def filter_states(size: int) -> tuple[State, ...]:
     """States that hold both beliefs, each of `size` elements."""
     sizes = Belief(mean=size, spread=packed_size(size), noise_spread=packed_size(size))
-    return tuple(State(name, "1", size=2 * count) for name, count in zip(_NAMES, sizes, strict=True))
+    return tuple(
+        State(name, "1", size=2 * count, slow=name != "noise_spread")
+        for name, count in zip(_NAMES, sizes, strict=True)
+    )
 
 
 def filters_of(x: Record) -> Filters:
@@ -119,7 +122,7 @@ def led(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Filte
     return _followed(filters, p, alert_leads(filters, seen, begun_again, p))
 
 
-@kept_whole
+@as_c_function
 def alert_leads(filters: Filters, seen: Number, begun_again: Number, p: Record) -> Number:
     """1 where the alert filter leads, else 0; the arguments as for `led`."""
     alert = filters.alert
@@ -132,14 +135,14 @@ def alert_leads(filters: Filters, seen: Number, begun_again: Number, p: Record) 
     return truth(certain + remembered + begun_again > 0)
 
 
-@idle_at_zero
+@skip_if_zero
 def _followed(filters: Filters, p: Record, leads: Number) -> Filters:
     """The filters, the quiet one's belief following from the alert one's where that one leads."""
     alert = filters.alert
     return together(alert, either(leads, quieted(alert, p), filters.quiet))
 
 
-@kept_whole
+@as_c_function
 def evidence(before: Number, filters: Filters, of: tuple[int, int], p: Record, fades: Number) -> Number:
     """How strong the alert filter sees disturbances to be: squared, relative to those designed for.
 
@@ -218,7 +221,7 @@ class Reading(NamedTuple):
     std: Number
 
 
-@idle_at_zero
+@skip_if_zero
 def _taken(
     before: tuple[Filters, fail_safe.Memory],
     reading: Reading,
@@ -228,7 +231,7 @@ def _taken(
     step: Number,
     used: Number,
 ) -> tuple[Filters, fail_safe.Memory]:
-    """Both filters and the sensor's memory after the alert filter has judged a reading.
+    """Both filters and the sensor's memory after the alert filter has accepted or rejected a reading.
 
     Parameters
     ----------
@@ -236,36 +239,36 @@ def _taken(
     used : 1 where the sensor is in use, else 0
     """
     filters, memory = before
-    sight = _both_sighted(filters, reading.row)
-    memory, counts, variance = _judged(memory, filters.mean, sight, reading, news, seen, gates, step, used)
-    return Filters(*_both_taught(filters, sight, counts, reading.row, variance)), memory
+    across = _both_across(filters, reading.row)
+    memory, gain, variance = _gated(memory, filters.mean, across, reading, news, seen, gates, step, used)
+    return Filters(*_both_updated(filters, across, gain, reading.row, variance)), memory
 
 
-_both_sighted, _both_taught = side_by_side(sighted, 1), side_by_side(taught, 3)
-"""How either filter sees what is measured, and either filter after a measurement that counts so much."""
+_both_across, _both_updated = vectorised_pair(cross_covariance, 1), vectorised_pair(updated, 3)
+"""Cross covariances of both filters with a measurement, and both filters after it."""
 
 
-@kept_whole
-def _judged(
+@as_c_function
+def _gated(
     memory: fail_safe.Memory,
     mean: Number,
-    sight: Sight,
+    across: CrossCovariance,
     reading: Reading,
     news: Number,
     seen: Number,
     gates: fail_safe.Gates,
     step: Number,
     used: Number,
-) -> tuple[fail_safe.Memory, Counts, Number]:
-    """What is remembered of a sensor, what its reading counts in both filters, and its variance in K2."""
+) -> tuple[fail_safe.Memory, Gain, Number]:
+    """What is remembered of a sensor, the gain of its reading in both filters, and its variance in K2."""
     variance = where(reading.std > 0, reading.std**2, 1.0)
-    alert, quiet = (Sight(*(side(k, each) for each in sight)) for k in range(2))
+    alert, quiet = (CrossCovariance(*(side(k, each) for each in across)) for k in range(2))
     expected, by_noise = (dot(reading.row, each[:MODES]) for each in alert)
     widest = maximum(expected, 0.0) + variance
     sure = maximum(by_noise + seen * (expected - by_noise), 0.0) + variance
     innovations = [reading.value - dot(reading.row, side(k, mean)[:MODES]) for k in range(2)]
-    use, judged = fail_safe.judged(memory, used * news, innovations[0], widest, sure, gates, step)
+    use, after = fail_safe.gate_reading(memory, used * news, innovations[0], widest, sure, gates, step)
     both = zip((alert, quiet), innovations, strict=True)
-    counts = [counted(reading.row, each, innovation, variance, use) for each, innovation in both]
-    memory = fail_safe.Memory(*(where(used > 0, *each) for each in zip(judged, memory, strict=True)))
-    return memory, Counts(*(beside(*each) for each in zip(*counts, strict=True))), variance
+    gains = [gain_of(reading.row, each, innovation, variance, use) for each, innovation in both]
+    memory = fail_safe.Memory(*(where(used > 0, *each) for each in zip(after, memory, strict=True)))
+    return memory, Gain(*(beside(*each) for each in zip(*gains, strict=True))), variance

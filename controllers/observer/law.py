@@ -31,17 +31,17 @@ from warmlink.controllers.observer.model import (
     HEATS,
     MODES,
     STATES,
-    Told,
+    BelievedDuty,
     believed,
+    believed_at_start,
+    believed_states,
     by_duty,
     elongation,
-    first_believed,
     temperatures,
-    told_named,
 )
 from warmlink.controllers.observer.prediction import predict
 from warmlink.controllers.observer.readings import compared
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -74,9 +74,9 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
     ----------
     grown : elongation in m by the state of a filter, of `size` elements, and the parameters
     """
-    told, readings = first_believed(u, p), sensed(u)
-    recalled = retained.recalled(told, p)
-    start = retained.first_belief(recalled, told, readings, p, size)
+    duty, readings = believed_at_start(u, p), sensed(u)
+    recalled = retained.recalled(duty, p)
+    start = retained.first_belief(recalled, duty, readings, p, size)
     trust = fail_safe.at_start(readings)
     filters, trust = sense(
         together(start, quieted(start, p)), trust, readings, fail_safe.present(readings), 0.0, p, 0.0
@@ -87,15 +87,15 @@ def begun(u: Record, p: Record, size: int, grown: Callable[[Number, Record], Num
     growth = where(held > 0, recalled.correction, grown(filters.quiet.mean, p))
     return {
         **named(filters, trust, 0.0),
-        **told_named(told),
-        **witnesses.first_states(readings, told, recalled.known),
+        **believed_states(duty),
+        **witnesses.first_states(readings, duty, recalled.known),
         **offset.first_states(
             filters.quiet.mean[:MODES],
             duty_modes,
             recalled.offsets,
             recalled.valid,
             recalled.passed,
-            told,
+            duty,
             p,
         ),
         "duty_modes": duty_modes,
@@ -122,7 +122,7 @@ class Sample(NamedTuple):
 
     Attributes
     ----------
-    told : duty and surroundings as they are believed
+    duty : duty and surroundings as they are believed
     readings, trust, filters : as in the states that they become
     what : what the filters and the duty say
     again : 1 where the alert filter has begun again from the duty
@@ -130,7 +130,7 @@ class Sample(NamedTuple):
     doubted : 1 where duty or surroundings are not believed
     """
 
-    told: Told
+    duty: BelievedDuty
     readings: Number
     trust: fail_safe.Trust
     filters: Filters
@@ -157,16 +157,16 @@ def begun_again(
 
 def sampled(x: Record, u: Record, p: Record, step: Number, size: int) -> Sample:
     """Filters and memory after the inputs of a sample: duty, ambient temperature and thermometers."""
-    told, idle, doubted = believed(x, u, p, step)
-    filters = predict(filters_of(x), told, p)
+    duty, idle, doubted = believed(x, u, p, step)
+    filters = predict(filters_of(x), duty, p)
     readings = sensed(u)
     news, trust = fail_safe.fresh(fail_safe.trust_of(x), readings, p, step)
     filters, trust = sense(filters, trust, readings, news, x.evidence, p, step)
     duty_modes = by_duty(x.duty_modes, idle, p)
-    what = examined(filters, duty_modes, x.plausible_heat, told, p)
-    filters, trust, again = reconciled(filters, trust, readings, what, told, p)
+    what = examined(filters, duty_modes, x.plausible_heat, duty, p)
+    filters, trust, again = reconciled(filters, trust, readings, what, duty, p)
     heard = fail_safe.in_use(trust, news, p)
-    return Sample(told, readings, trust, filters, what, again, heard, doubted)
+    return Sample(duty, readings, trust, filters, what, again, heard, doubted)
 
 
 def settled(
@@ -186,8 +186,8 @@ def settled(
     estimate : elongation in m by the temperatures of the leading filter
     learnt : elongation in m that the camera adds to it
     """
-    what, told = sample.what, sample.told
-    sensors = compared(x, what.expected, sample.readings, sample.trust, told, p, step)
+    what, duty = sample.what, sample.duty
+    sensors = compared(x, what.expected, sample.readings, sample.trust, duty, p, step)
     verdict = witnesses.heard(x, filters, estimate, what.duty_modes, sensors, p, step, camera)
     borne_out = clip(estimate, verdict.lower, verdict.upper)
     # With the witnesses' margin of half a tolerance, a camera that lies as well stays below a whole one.
@@ -200,14 +200,14 @@ def settled(
     reach = where(x.waited < witnesses.WARM_TIME, p.correction_limit, STEADY * p.tolerance * step)
     wanted = x.elongation + clip(wanted - x.elongation, -reach, reach)
     suspected = offset.compared(
-        x, filters, what.own_heat, sample.readings, sample.trust, sensors, verdict, told, p, step
+        x, filters, what.own_heat, sample.readings, sample.trust, sensors, verdict, duty, p, step
     )
     unheard = fail_safe.distrusted(sample.trust, sample.readings, p)
     doubted = maximum(maximum(sample.doubted, what.wild), maximum(unheard, verdict.disagree))
     unconfirmed = where(absolute(borne_out - estimate) > 1e-3 * p.tolerance, 1.0, verdict.doubt)
     silent = truth(total(p.sensor_std) > 0) * (1.0 - sample.heard)
     return wanted, {
-        **told_named(told),
+        **believed_states(duty),
         "seen": sensors.seen,
         "lagged": sensors.lagged,
         "known_for": verdict.known_for,
@@ -252,15 +252,15 @@ def reported(
     variance = believed_variance(filters.quiet, filters.alert, row, x.evidence, taught)
     variance = variance + p.model_std**2 + (estimate - x.elongation) ** 2
     variance = variance + (1.0 - watched) * _unseen(x, filters.quiet.mean, p)
-    told = fail_safe.reported(x, variance**0.5, p, x.distrusted)
-    return told | {
+    reported = fail_safe.reported(x, variance**0.5, p, x.distrusted)
+    return reported | {
         "retained": retained.kept(x, filters.quiet.mean),
-        "ready": where(x.doubt > 0, 0.0, told["ready"]),
-        "warning": where(x.doubt > 1.5, 1.0, told["warning"]),
+        "ready": where(x.doubt > 0, 0.0, reported["ready"]),
+        "warning": where(x.doubt > 1.5, 1.0, reported["warning"]),
     }
 
 
-@kept_whole
+@as_c_function
 def _unseen(x: Record, mean: Number, p: Record) -> Number:
     """Variance in m2 of the growth that thermometers in use do not show.
 

@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, symmetric
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Derived, Parameter, Record, State, Values
 from warmlink.fmus.component.arithmetic import (
     Number,
     absolute,
+    accumulated,
     clip,
     exp,
     maximum,
@@ -96,10 +97,10 @@ def stability_margin(p: Record) -> Number:
     return least
 
 
-@kept_whole
+@as_c_function
 def by_duty(modes: Number, u: Record, p: Record) -> Number:
     """Modes a sample later by duty signals and surroundings alone."""
-    return p.decay * modes + p.reach * known_heat(modes, u, p)
+    return accumulated(modes, (p.decay - 1.0) * modes + p.reach * known_heat(modes, u, p))
 
 
 def known_heat(modes: Number, u: Record, p: Record) -> Number:
@@ -218,7 +219,7 @@ AMBIENT_DOUBT = 1.0
 """K between given and believed temperature of the surroundings from which on it is doubted."""
 
 
-class Told(NamedTuple):
+class BelievedDuty(NamedTuple):
     """Duty and surroundings as they are believed; the names are those of the inputs."""
 
     speed: Number
@@ -226,16 +227,16 @@ class Told(NamedTuple):
     ambient_temperature: Number
 
 
-def told_named(told: Told) -> dict[str, Number]:
+def believed_states(duty: BelievedDuty) -> dict[str, Number]:
     """What is believed under the names of a law's states."""
     return {
-        "believed_speed": told.speed,
-        "believed_torque": told.torque,
-        "believed_ambient": told.ambient_temperature,
+        "believed_speed": duty.speed,
+        "believed_torque": duty.torque,
+        "believed_ambient": duty.ambient_temperature,
     }
 
 
-def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told, Number]:
+def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[BelievedDuty, BelievedDuty, Number]:
     """The trusted duty, the duty with implausible values set to zero, and 1 if any of it is doubted.
 
     A speed or torque beyond its rating is no news: the filter goes on with the last one that was, and the
@@ -251,13 +252,13 @@ def believed(x: Record, u: Record, p: Record, step: Number) -> tuple[Told, Told,
     ambient = x.believed_ambient + clip(given - x.believed_ambient, -reach, reach)
     off = where(absolute(given - ambient) > AMBIENT_DOUBT, 1.0, 1.0 - well)
     doubted = maximum(1.0 - speed_well * torque_well, off)
-    idle = Told(where(speed_well > 0, speed, 0.0), where(torque_well > 0, torque, 0.0), ambient)
-    return Told(speed, torque, ambient), idle, doubted
+    idle = BelievedDuty(where(speed_well > 0, speed, 0.0), where(torque_well > 0, torque, 0.0), ambient)
+    return BelievedDuty(speed, torque, ambient), idle, doubted
 
 
-def first_believed(u: Record, p: Record) -> Told:
+def believed_at_start(u: Record, p: Record) -> BelievedDuty:
     """What is believed at the start."""
-    return Told(
+    return BelievedDuty(
         where(absolute(u.speed) <= p.rated_speed, u.speed, 0.0),
         where(absolute(u.torque) <= p.rated_torque, u.torque, 0.0),
         where(ambient_well(u) > 0, u.ambient_temperature, p.reference_temperature),

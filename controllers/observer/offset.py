@@ -21,10 +21,10 @@ from warmlink.controllers import fail_safe
 from warmlink.controllers.interface import SIGMAS
 from warmlink.controllers.matrices import diagonal, dot, matrix, outer, packed_size, symmetric, upper
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import MODES, SENSORS, Told, temperatures
+from warmlink.controllers.observer.model import MODES, SENSORS, BelievedDuty, temperatures
 from warmlink.controllers.observer.readings import Compared
 from warmlink.controllers.observer.witnesses import Verdict
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component import Parameter, Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -99,7 +99,7 @@ def first_states(
     recalled: Number,
     valid: Number,
     passed: Number,
-    told: Told,
+    duty: BelievedDuty,
     p: Record,
 ) -> dict[str, Number]:
     """The states at the start, which go on with what was learnt before a restart.
@@ -111,7 +111,7 @@ def first_states(
     recalled, valid, passed : what `kept` gave, 1 where it did, and the time in s since then
     """
     leapt, delayed, shares = recalled[:SENSORS], recalled[SENSORS], recalled[SENSORS + 1 : SENSORS + 7]
-    growth = _growth(duty_modes, p) - _cold(told, p)
+    growth = _growth(duty_modes, p) - _cold(duty, p)
     toward = delayed + passed / (passed + DELAY) * (growth - delayed)
     delayed = where(valid > 0, toward, growth)
     beyond = _growth(modes - duty_modes, p) - dot(stack(growth, delayed, 1.0), shares[:3])
@@ -144,7 +144,7 @@ def compared(
     trust: fail_safe.Trust,
     sensors: Compared,
     verdict: Verdict,
-    told: Told,
+    duty: BelievedDuty,
     p: Record,
     step: Number,
 ) -> dict[str, Number]:
@@ -154,7 +154,7 @@ def compared(
     left = where(absolute(_growth(x.heat_modes, p)) > LEFT, x.heated, 0.0)
     heated = maximum(burst, left)
     heat_modes = where(x.heated > 0, x.heat_modes, LATE * heat * p.shaft_heat_gain)
-    heat_modes = heated * _heated(heat_modes, heat, told, p, heated)
+    heat_modes = heated * _heated(heat_modes, heat, duty, p, heated)
     left_out = truth(total(trust.out) > 0)
     leap = trust.out * _leap(readings - x.trust_last, p, step)
     off = readings - temperatures(filters.quiet.mean[:MODES], p)
@@ -165,7 +165,7 @@ def compared(
     before = Learnt(*(getattr(x, name) for name in Learnt._fields))
     known = verdict.duty_modes + heat_modes
     shown = Shown(
-        _growth(known, p) - _cold(told, p),
+        _growth(known, p) - _cold(duty, p),
         _growth(filters.quiet.mean[:MODES] - known, p),
         dot(p.contrast, sensors.seen) - dot(p.contrast_row, known),
         verdict.alike,
@@ -178,14 +178,14 @@ def compared(
     return {"heat_modes": heat_modes, "heated": heated, "since": since, "leapt": leapt, **learnt}
 
 
-@kept_whole
+@as_c_function
 def _leap(change: Number, p: Record, step: Number) -> Number:
     """A change of readings in K, where neither noise nor heat makes as much in `step` seconds; else 0."""
     largest = 2.0**0.5 * p.gate * p.sensor_std + fail_safe.FASTEST * step
     return where(absolute(change) > largest, where(finite(change), change, 0.0), 0.0)
 
 
-@kept_whole
+@as_c_function
 def _remaining(before: Number, leap: Number, off: Number) -> Number:
     """What remains of all leaps in K: after a leap back, at most what a reading is then off by.
 
@@ -205,10 +205,10 @@ class Learnt(NamedTuple):
     unexplained: Number
 
 
-@idle_at_zero
-def _heated(modes: Number, heat: Number, told: Told, p: Record, heated: Number) -> Number:
+@skip_if_zero
+def _heated(modes: Number, heat: Number, duty: BelievedDuty, p: Record, heated: Number) -> Number:
     """Modes a sample later by heat into the shaft alone."""
-    drive = p.shaft_heat_gain * heat + absolute(told.speed) * (matrix(p.convection, MODES) @ modes)
+    drive = p.shaft_heat_gain * heat + absolute(duty.speed) * (matrix(p.convection, MODES) @ modes)
     later = p.decay * modes + p.reach * drive
     return where(heated > 0, later, modes)
 
@@ -235,14 +235,14 @@ class Shown(NamedTuple):
     brought: Number
 
 
-@idle_at_zero
+@skip_if_zero
 def _looked(before: Learnt, shown: Shown, p: Record, since: Number, look: Number) -> Learnt:
     """What is learnt from a look `since` seconds after the last one, where there is one."""
     after = _learnt(before, shown, p, since)
     return Learnt(*(where(look > 0, new, old) for new, old in zip(after, before, strict=True)))
 
 
-@kept_whole
+@as_c_function
 def _learnt(before: Learnt, shown: Shown, p: Record, since: Number) -> Learnt:
     growth, warm = shown.growth, shown.warm
     delayed = before.delayed_growth + since / (since + DELAY) * (growth - before.delayed_growth)
@@ -276,6 +276,6 @@ def _growth(modes: Number, p: Record) -> Number:
     return dot(p.elongation_row, modes) / p.elongation_per_kelvin
 
 
-def _cold(told: Told, p: Record) -> Number:
+def _cold(duty: BelievedDuty, p: Record) -> Number:
     """Growth of a link as warm as the surroundings."""
-    return told.ambient_temperature - p.linearisation_temperature
+    return duty.ambient_temperature - p.linearisation_temperature

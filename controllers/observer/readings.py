@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
 from warmlink.controllers.matrices import matrix
-from warmlink.controllers.observer.model import BASE, SENSORS, WINDING, Told
-from warmlink.fmus.calls import kept_whole
+from warmlink.controllers.observer.model import BASE, SENSORS, WINDING, BelievedDuty
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Record
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -79,13 +79,13 @@ class Shape(NamedTuple):
     alike: Number
 
 
-@kept_whole
+@as_c_function
 def compared(
     x: Record,
     expected: Number,
     readings: Number,
     trust: fail_safe.Trust,
-    told: Told,
+    duty: BelievedDuty,
     p: Record,
     step: Number,
 ) -> Compared:
@@ -96,7 +96,7 @@ def compared(
     used = truth(p.sensor_std > 0)
     there = used * fail_safe.present(readings)
     trusted = there * (1.0 - trust.out)
-    rise, excess = expected - told.ambient_temperature, there * (seen - expected)
+    rise, excess = expected - duty.ambient_temperature, there * (seen - expected)
     lagged = x.lagged + step / (step + REACH_TIME) * (excess - x.lagged)
 
     # Thermometers left out are heard all the same where all are off alike, or none is left.
@@ -112,7 +112,7 @@ INWARDS = (0, *range(2, SENSORS))
 """Thermometers from the shaft outwards, without the winding's, which has a heat source of its own."""
 
 
-@kept_whole
+@as_c_function
 def cools(sensors: Compared, p: Record) -> Number:
     """1 where readings look like a cell that heat in the shaft has left warm, else 0.
 
@@ -138,7 +138,7 @@ def cools(sensors: Compared, p: Record) -> Number:
     return where(last > (1.0 - FALL * (1.0 - kept / first_kept)) * most, where(last > 0, 0.0, fits), fits)
 
 
-@kept_whole
+@as_c_function
 def shape_of(sensors: Compared, known: Number, early: Number, heated: Number, p: Record) -> Shape:
     """Heat that no input tells of falls from the shaft outwards and reaches out.
 

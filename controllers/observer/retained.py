@@ -19,7 +19,7 @@ from warmlink.controllers.observer.model import (
     MODES,
     SENSORS,
     STATES,
-    Told,
+    BelievedDuty,
     decay_and_reach,
     temperature,
 )
@@ -59,7 +59,7 @@ class Recalled(NamedTuple):
     modes, duty_modes : by the filter and by the duty alone, cooled for the time that passed
     offsets : what `offset.kept` gave
     passed : time in s since then
-    taught : what a camera taught, the elements of the filter's state after the unknown heats
+    taught : what a camera added, the elements of the filter's state after the unknown heats
     """
 
     valid: Number
@@ -102,12 +102,12 @@ def kept(x: Record, estimate: Number) -> Number:
     return stack(_check(held), held)
 
 
-def recalled(told: Told, p: Record) -> Recalled:
+def recalled(duty: BelievedDuty, p: Record) -> Recalled:
     """What is recalled at a start, as of now."""
     held = p.recalled[1:]
     fits = absolute(p.recalled[0] - _check(held)) <= ROUNDING * (1.0 + total(absolute(held)))
     valid = where(p.recalled_for >= 0, truth(fits), 0.0)
-    cold = p.uniform_profile * (told.ambient_temperature - p.linearisation_temperature)
+    cold = p.uniform_profile * (duty.ambient_temperature - p.linearisation_temperature)
     passed = clip(p.recalled_for, 0.0, 1e6)
     left, _ = decay_and_reach(p, passed)
     modes, duty_modes = (
@@ -119,7 +119,7 @@ def recalled(told: Told, p: Record) -> Recalled:
     return Recalled(valid, correction, valid * held[1], modes, duty_modes, offsets, passed, taught)
 
 
-def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, size: int) -> Belief:
+def first_belief(recalled: Recalled, duty: BelievedDuty, readings: Number, p: Record, size: int) -> Belief:
     """Belief before any reading.
 
     Its mean is what is recalled, or the ambient temperature everywhere. Its uncertainty follows from the
@@ -127,7 +127,7 @@ def first_belief(recalled: Recalled, told: Told, readings: Number, p: Record, si
     warm the cell may be, with the temperature profiles that heat in the motor leaves behind. Where all is
     recalled, unknown heat (`disturbance_std`) may have flowed into the shaft since.
     """
-    start = where(p.initial_temperature > 0, p.initial_temperature, told.ambient_temperature)
+    start = where(p.initial_temperature > 0, p.initial_temperature, duty.ambient_temperature)
     cold = p.uniform_profile * (start - p.linearisation_temperature)
     modes = where(recalled.valid > 0, recalled.modes, cold)
     warmth: Number = 0.0

@@ -9,9 +9,9 @@ README.md has the equations and the reasons.
 from typing import NamedTuple
 
 from warmlink.controllers.observer.filters import Filters
-from warmlink.controllers.observer.model import MODES, SENSORS, WINDING, Told, elongation
+from warmlink.controllers.observer.model import MODES, SENSORS, WINDING, BelievedDuty, elongation
 from warmlink.controllers.observer.readings import Compared, Shape, cools, extremes, shape_of
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component import Record, State
 from warmlink.fmus.component.arithmetic import (
     Number,
@@ -59,9 +59,9 @@ DUTY_SHARE, UNSURE_SHARE, SENSED_SHARE = 0.6, 0.25, 0.25
 it is unknown how warm the cell is, and what the thermometers tell."""
 
 
-def first_states(readings: Number, told: Told, known: Number) -> dict[str, Number]:
+def first_states(readings: Number, duty: BelievedDuty, known: Number) -> dict[str, Number]:
     """The states at the start: whether it is known how warm the cell is, and nothing contradicts it."""
-    surroundings = stack(*[told.ambient_temperature] * SENSORS)
+    surroundings = stack(*[duty.ambient_temperature] * SENSORS)
     return {
         "seen": where(finite(readings), readings, surroundings),
         "lagged": 0.0 * surroundings,
@@ -147,7 +147,7 @@ def heard(
     return _weighed(x, filters, estimate, duty_modes, sensors, shape, known, p, step, camera)
 
 
-@idle_at_zero
+@skip_if_zero
 def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Number, unknown: Number) -> Known:
     """After a start: all is as foreseen, or the cell was left warm; without thermometers, hours pass."""
     used = truth(p.sensor_std > 0)
@@ -165,7 +165,7 @@ def _known(before: Known, sensors: Compared, warm: Number, p: Record, step: Numb
     return Known(where(unknown > 0, known_for, before.known_for), unknown * warm)
 
 
-@kept_whole
+@as_c_function
 def _weighed(
     x: Record,
     filters: Filters,

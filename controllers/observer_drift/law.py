@@ -15,13 +15,13 @@ from functools import partial
 from typing import NamedTuple
 
 from warmlink.controllers import fail_safe
-from warmlink.controllers.kalman import Belief, Sight, counted, sighted, taught_in_part
+from warmlink.controllers.kalman import Belief, CrossCovariance, cross_covariance, gain_of, updated_in_part
 from warmlink.controllers.matrices import dot
 from warmlink.controllers.observer import law as observer
 from warmlink.controllers.observer import model
 from warmlink.controllers.observer.filters import Filters, evidence, filters_of, led, together
 from warmlink.controllers.observer.witnesses import Look
-from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
+from warmlink.fmus.calls import as_c_function, skip_if_zero, vectorised_pair
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import (
     LARGEST,
@@ -99,7 +99,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     camera_seen = evidence(x.camera_evidence, filters, _TAUGHT, p, 1.0)
     filters = led(filters, seen, sample.again, p)
     by_temperature = model.elongation(filters.quiet.mean, p)
-    learnt = taught(filters.quiet.mean, by_temperature)
+    learnt = added_by_camera(filters.quiet.mean, by_temperature)
     valid = truth(u.drift_valid > 0.5)
     witness = Look(camera.says, valid * watching(camera, p), camera.denies)
     wanted, states = observer.settled(x, sample, filters, by_temperature, p, step, learnt, witness)
@@ -156,7 +156,7 @@ def update_from_camera(
     )
 
 
-@idle_at_zero
+@skip_if_zero
 def _looked(
     before: tuple[Filters, Number, Number],
     expected: Number,
@@ -177,33 +177,33 @@ def _looked(
     variance = p.camera_std**2
     both = filters.alert, filters.quiet
     rows = [elongation_row(each.mean, p) for each in both]
-    sights = [sighted(*each) for each in zip(both, rows, strict=True)]
+    across = [cross_covariance(*each) for each in zip(both, rows, strict=True)]
     innovations = [measured - elongation(side(k, expected), p) for k in range(2)]
     # A leap within the camera's authority is harmless, so it is believed.
-    by_all = dot(rows[0], sights[0].spread)
+    by_all = dot(rows[0], across[0].spread)
     leap = (p.camera_authority / p.gate) ** 2
     widest = maximum(by_all, 0.0) + variance + leap
     sure = variance + leap / fail_safe.RETURN_GATE**2
     memory = fail_safe.Memory(0.0, calm_for, out)
     gates = fail_safe.Gates(p.gate, LARGEST, 1.0 - exp(-age / p.mean_time), p.camera_return_time)
-    use, memory = fail_safe.judged(memory, looked, innovations[1], widest, sure, gates, age)
-    seen = zip(both, sights, rows, innovations, strict=True)
-    filters = together(*(_taught(*each, variance, use) for each in seen))
+    use, memory = fail_safe.gate_reading(memory, looked, innovations[1], widest, sure, gates, age)
+    seen = zip(both, across, rows, innovations, strict=True)
+    filters = together(*(_updated_by_camera(*each, variance, use) for each in seen))
     return filters, where(looked > 0, memory.calm_for, calm_for), where(looked > 0, memory.out, out)
 
 
-@kept_whole
-def _taught(
-    belief: Belief, sight: Sight, row: Number, innovation: Number, variance: Number, use: Number
+@as_c_function
+def _updated_by_camera(
+    belief: Belief, across: CrossCovariance, row: Number, innovation: Number, variance: Number, use: Number
 ) -> Belief:
     """A belief after a look of the camera, which changes only what it reveals."""
-    counts = counted(row, sight, innovation, variance, use)
-    return taught_in_part(belief, sight, counts, row, variance, _TAUGHT[1] - _TAUGHT[0])
+    gain = gain_of(row, across, innovation, variance, use)
+    return updated_in_part(belief, across, gain, row, variance, _TAUGHT[1] - _TAUGHT[0])
 
 
-@partial(side_by_side, paired=1)
+@partial(vectorised_pair, paired=1)
 def bounded(mean: Number, p: Record) -> Number:
-    """The estimate with what the camera has taught kept within its authority, lest it winds up beyond."""
+    """The estimate with what the camera adds kept within its authority, lest it winds up beyond."""
     by_temperature = model.elongation(mean, p)
     bound = authority(by_temperature, p)
     scale = clip(mean[_SCALE], -p.camera_relative_authority, p.camera_relative_authority)
@@ -212,12 +212,12 @@ def bounded(mean: Number, p: Record) -> Number:
 
 
 def elongation(mean: Number, p: Record) -> Number:
-    """Elongation in m: what the temperatures make, and what the camera has taught."""
+    """Elongation in m: by the temperatures, and what the camera adds to it."""
     by_temperature = model.elongation(mean, p)
-    return by_temperature + taught(mean, by_temperature)
+    return by_temperature + added_by_camera(mean, by_temperature)
 
 
-def taught(mean: Number, by_temperature: Number) -> Number:
+def added_by_camera(mean: Number, by_temperature: Number) -> Number:
     """Elongation in m that the camera has added."""
     return mean[_SCALE] * by_temperature + mean[_OFFSET]
 
@@ -242,7 +242,7 @@ def doubtful(camera: Camera, belief: Belief, u: Record, p: Record) -> Number:
     """1 where the camera says it is well and yet is not followed, else 0."""
     by_temperature = model.elongation(belief.mean, p)
     bound = _AT_BOUND * authority(by_temperature, p)
-    held_back = where(absolute(taught(belief.mean, by_temperature)) > bound, 1.0, camera.out)
+    held_back = where(absolute(added_by_camera(belief.mean, by_temperature)) > bound, 1.0, camera.out)
     silent = where(camera.age > p.camera_timeout, 1.0, 1.0 - fail_safe.present(u.measured_drift))
     return maximum(held_back, where(u.drift_valid > 0.5, silent, 0.0))
 

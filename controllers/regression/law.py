@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from warmlink.controllers import fail_safe, smoothing
 from warmlink.controllers.interface import SENSED, SQUARE_MICROMETRE, sensed
-from warmlink.controllers.kalman import Sight, carried_over, counted, variance_along
+from warmlink.controllers.kalman import CrossCovariance, carried_over, gain_of, variance_along
 from warmlink.controllers.matrices import diagonal, dot, outer, symmetric, upper
-from warmlink.fmus.calls import idle_at_zero, kept_whole
+from warmlink.fmus.calls import as_c_function, skip_if_zero
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, absolute, exp, maximum, placed, stack, truth, where
 
@@ -63,7 +63,7 @@ def grown(belief: Estimate, p: Record) -> Number:
     return p.intercept + dot(p.coefficients, p.mean_rise + belief.mean)
 
 
-@kept_whole
+@as_c_function
 def _later(estimate: Number, spread: Number, p: Record, step: Number) -> Estimate:
     """The estimate a sample later, as far as the temperatures are remembered."""
     decay = exp(-step / p.memory_time)
@@ -72,7 +72,7 @@ def _later(estimate: Number, spread: Number, p: Record, step: Number) -> Estimat
     return Estimate(decay * estimate, carried_over(spread, transition) + added)
 
 
-@kept_whole
+@as_c_function
 def _tamed(estimate: Estimate, p: Record) -> tuple[Number, Estimate]:
     """1 if the estimate is plausible, else 0; and the estimate, which otherwise begins again."""
     sound = truth(absolute(grown(estimate, p)) <= LARGEST_GROWTH)
@@ -89,8 +89,8 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Values:
     variance = variance_along(x.spread, p.coefficients) + p.residual_std**2
     variance = variance + SQUARE_MICROMETRE * variance_along(p.coefficient_spread, x.estimate)
     doubt = maximum(x.distrusted, x.wild)
-    told = fail_safe.reported(x, variance**0.5, p, doubt)
-    return told | {"warning": maximum(told["warning"], x.wild)}
+    reported = fail_safe.reported(x, variance**0.5, p, doubt)
+    return reported | {"warning": maximum(reported["warning"], x.wild)}
 
 
 def sense(
@@ -110,8 +110,8 @@ def sense(
     return belief, trust._replace(mean=mean, calm_for=calm, out=out)
 
 
-@idle_at_zero
-@kept_whole
+@skip_if_zero
+@as_c_function
 def _taken(
     before: tuple[Estimate, fail_safe.Memory],
     row: Number,
@@ -131,11 +131,11 @@ def _taken(
     innovation = rise - dot(row, estimate.mean)
     across = symmetric(estimate.spread, SENSORS) @ row
     variance = maximum(dot(row, across), 0.0) + noise
-    use, judged = fail_safe.judged(memory, used * news, innovation, variance, variance, gates, step)
-    counts = counted(row, Sight(across, across), innovation, noise, use)
-    mean = estimate.mean + across * counts.times
-    spread = estimate.spread - upper(outer(across * counts.share, across))
-    return Estimate(mean, spread), fail_safe.Memory(judged.mean, judged.calm_for, used * judged.out)
+    use, after = fail_safe.gate_reading(memory, used * news, innovation, variance, variance, gates, step)
+    gain = gain_of(row, CrossCovariance(across, across), innovation, noise, use)
+    mean = estimate.mean + across * gain.times
+    spread = estimate.spread - upper(outer(across * gain.share, across))
+    return Estimate(mean, spread), fail_safe.Memory(after.mean, after.calm_for, used * after.out)
 
 
 def _named(

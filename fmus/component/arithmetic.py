@@ -29,6 +29,10 @@ class Traced:
         """The error function of it, which NumPy has not."""
         raise NotImplementedError
 
+    def accumulated(self, change: Any) -> "Traced":
+        """The sum with a change, and what rounding leaves of it if that is carried on."""
+        raise NotImplementedError
+
     def __getitem__(self, key: Any) -> "Traced":
         raise NotImplementedError
 
@@ -192,6 +196,15 @@ def placed(value: Number, index: int, size: int) -> Number:
         result = np.zeros(size, dtype=np.result_type(value, float))
     result[index] = value
     return result
+
+
+def accumulated(value: Number, change: Number) -> Number:
+    """A value and a change that is small beside it, from sample to sample.
+
+    It is their sum. An export in single precision adds what rounding has left of such sums before, if the
+    value comes from a state that is `slow` (Kahan's summation).
+    """
+    return value.accumulated(change) if isinstance(value, Traced) else value + change
 
 
 def total(values: Number) -> Number:

@@ -5,12 +5,13 @@ Dependencies are found from the structure of a component's functions.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from warmlink.fmus.component import Component
+from warmlink.fmus.component.variables import split_name
 from warmlink.fmus.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ class Dependencies:
 
 
 TIME = "time"
+
+Schedule = Sequence[tuple[str, list[str]]]
+"""Parts to evaluate in this order, and which of their outputs are right by then."""
 
 
 @lru_cache(maxsize=256)
@@ -92,7 +96,7 @@ def stepping_order(direct: Sequence[set[int]], every: Sequence[set[int]]) -> tup
     return tuple(order)
 
 
-def sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
+def _sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> list[str]:
     """Instances that sample, in the order of data flow, be it through parts that have no memory."""
     sources: dict[str, set[str]] = {key: set() for key in parts}
     for target, source in wires.items():
@@ -113,11 +117,11 @@ def sampling_order(parts: Mapping[str, Component], wires: Mapping[str, str]) -> 
     return [keys[i] for i in stepping_order([set() for _ in keys], before)]
 
 
-def evaluation_order(
+def _evaluation_order(
     parts: Mapping[str, Component],
     wires: Mapping[str, str],
     direct: Mapping[str, Mapping[str, Sequence[str]]],
-) -> list[tuple[str, list[str]]]:
+) -> Schedule:
     """Which parts to evaluate in which order, and which of their outputs are right by then.
 
     A part comes more than once where some of its outputs feed others that its remaining ones wait for,
@@ -133,8 +137,8 @@ def evaluation_order(
     known: set[str] = set()
     while len(known) < len(needs):
         before = len(known)
-        for key, part in parts.items():
-            names = [n for n in part.y.names if f"{key}.{n}" not in known]
+        for key in direct:
+            names = [n for n in parts[key].y.names if f"{key}.{n}" not in known]
             ready = [n for n in names if needs[f"{key}.{n}"] <= known]
             if ready:
                 steps.append((key, ready))
@@ -142,6 +146,46 @@ def evaluation_order(
         if len(known) == before:
             raise InputError(_loop({name: on - known for name, on in needs.items() if name not in known}))
     return steps
+
+
+@dataclass(frozen=True)
+class Orders:
+    """In which order the parts of a joined component are evaluated: as it runs, and at its start.
+
+    Attributes
+    ----------
+    parts : all of them, those that sample at the end, in the order of sampling
+    direct : the inputs that each output of a part depends on at once, by part and output
+    running, starting : parts, each with those of its outputs that are right by then
+    """
+
+    parts: Sequence[str]
+    direct: Mapping[str, Mapping[str, Sequence[str]]]
+    running: Schedule
+    starting: Schedule
+
+    @classmethod
+    def of(cls, parts: Mapping[str, Component], wires: Mapping[str, str]) -> Orders:
+        """Find the orders; InputError if wires close a loop of signals that depend on each other at once."""
+        order = [key for key, part in parts.items() if not part.sampled] + _sampling_order(parts, wires)
+        # Whatever rows a table has: what was found for one is not found again for another.
+        found = {key: dependencies(replace(parts[key], tables=())) for key in order}
+        direct = {key: each.outputs for key, each in found.items()}
+        initial = {key: each.initial for key, each in found.items()}
+        running, starting = (_evaluation_order(parts, wires, each) for each in (direct, initial))
+        return cls(order, direct, running, starting)
+
+    def before(self, waiting: Iterable[str], wires: Mapping[str, str]) -> Schedule:
+        """What is evaluated, in which order, as it runs, for some inputs `instance.variable`."""
+        ahead, needed = [*waiting], set[str]()
+        while ahead:
+            source = wires.get(ahead.pop())
+            if source is not None and source not in needed:
+                needed.add(source)
+                key, own = split_name(source)
+                ahead += [f"{key}.{name}" for name in self.direct[key][own]]
+        steps = ((key, [n for n in ready if f"{key}.{n}" in needed]) for key, ready in self.running)
+        return [(key, ready) for key, ready in steps if ready]
 
 
 def _loop(waiting: Mapping[str, set[str]]) -> str:

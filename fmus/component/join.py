@@ -9,7 +9,7 @@ master holds them from one communication point to the next. Sampled parts are sa
 the order of stepping, each with the newest values, as a Gauss-Seidel master does.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial, reduce
 from types import SimpleNamespace
@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from warmlink.fmus.component import FIELD, Check, Clock, Component, Input, Output, Record, Terminal, Values
 from warmlink.fmus.component.arithmetic import Number, stack
-from warmlink.fmus.component.dependencies import dependencies, evaluation_order, sampling_order
+from warmlink.fmus.component.dependencies import Orders, Schedule
 from warmlink.fmus.component.table import Played
 from warmlink.fmus.component.variables import Named
 from warmlink.fmus.errors import InputError
@@ -26,9 +26,6 @@ Wire = tuple[str, str]
 """Source and target of a connection between scalars, as `("motor.heat_flow", "link.heat_flow")`."""
 
 Observe = Callable[[str, Record], Values]
-
-Schedule = Sequence[tuple[str, list[str]]]
-"""Parts to evaluate in this order, and which of their outputs are right by then."""
 
 Variable = TypeVar("Variable", bound=Named)
 
@@ -57,9 +54,7 @@ def join(
             flat |= {f"{key}.{inner}": component for inner, component in part.joint.parts.items()}
             every += [(f"{key}.{source}", f"{key}.{target}") for target, source in part.joint.wires.items()]
     fed = _checked(name, flat, every)
-    # Continuous states first, then the sampled ones in the order of sampling.
-    order = [key for key, part in flat.items() if not part.sampled] + sampling_order(flat, fed)
-    joint = Joint({key: flat[key] for key in order}, fed)
+    joint = Joint(flat, fed)
     continuous = [part.micro_step for part in flat.values() if part.rates is not None]
 
     def together(kind: str, parts: Mapping[str, Component] = flat) -> tuple[Any, ...]:
@@ -96,15 +91,11 @@ class Joint:
     """
 
     def __init__(self, parts: dict[str, Component], wires: dict[str, str]) -> None:
-        self.parts, self.wires = parts, wires
-        # Whatever rows a table has: what was found for one is not found again for another.
-        found = {key: dependencies(replace(part, tables=())) for key, part in parts.items()}
-        self._direct = {key: each.outputs for key, each in found.items()}
-        self._running = evaluation_order(self.parts, self.wires, self._direct)
+        self._orders = Orders.of(parts, wires)
+        # Continuous states first, then the sampled ones in the order of sampling.
+        self.parts, self.wires = {key: parts[key] for key in self._orders.parts}, wires
         self._moving = self._before(key for key, part in parts.items() if part.rates is not None)
         self._sampling = {key: self._before([key]) for key, part in parts.items() if part.sampled}
-        initial = {key: each.initial for key, each in found.items()}
-        self._starting = evaluation_order(self.parts, self.wires, initial)
 
     @property
     def starting(self) -> list[str]:
@@ -112,7 +103,8 @@ class Joint:
 
         In the first round their outputs become right, in the second the states that no output shows.
         """
-        return [key for key in (*(key for key, _ in self._starting), *self.parts) if self.parts[key].states]
+        begun = (key for key, _ in self._orders.starting)
+        return [key for key in (*begun, *self.parts) if self.parts[key].states]
 
     def derive(self, p: Record) -> Values:
         """What the parameters settle, by name."""
@@ -126,7 +118,7 @@ class Joint:
             states = part.x.read(part.x.flat(part.started(inputs, own))) if part.states else None
             return part.observe(states, inputs, own, 0.0)
 
-        signals = self._followed(self._starting, begun, u)
+        signals = self._followed(self._orders.starting, begun, u)
         stateful = [
             (key, part, self._record(key, signals, u)) for key, part in self.parts.items() if part.states
         ]
@@ -143,7 +135,7 @@ class Joint:
 
     def observe(self, x: Record, u: Record, p: Record, time: Number) -> Values:
         """Outputs by name."""
-        signals = self._signals(self._running, x, u, p, time)
+        signals = self._signals(self._orders.running, x, u, p, time)
         found = {}
         for key, part in self.parts.items():
             for output in part.outputs:
@@ -170,16 +162,8 @@ class Joint:
 
     def _before(self, keys: Iterable[str]) -> Schedule:
         """What is evaluated, in which order, for the inputs of some parts."""
-        waiting = [f"{key}.{name}" for key in keys for name in self.parts[key].u.names]
-        needed: set[str] = set()
-        while waiting:
-            source = self.wires.get(waiting.pop())
-            if source is not None and source not in needed:
-                needed.add(source)
-                key, own = split_name(source)
-                waiting += [f"{key}.{name}" for name in self._direct[key][own]]
-        steps = ((key, [n for n in ready if f"{key}.{n}" in needed]) for key, ready in self._running)
-        return [(key, ready) for key, ready in steps if ready]
+        inputs = (f"{key}.{name}" for key in keys for name in self.parts[key].u.names)
+        return self._orders.before(inputs, self.wires)
 
     def _signals(
         self,
@@ -232,13 +216,6 @@ class Joint:
             ]
             found[variable.name] = values[0] if variable.size is None else stack(*values)
         return found
-
-
-def split_name(name: str) -> tuple[str, str]:
-    """Part and own name of a scalar of the whole."""
-    variable, bracket, element = name.partition("[")
-    key, _, own = variable.rpartition(".")
-    return key, own + bracket + element
 
 
 def part_of(record: Record, key: str) -> Any:

@@ -156,11 +156,13 @@ class Local(Output):
 class State(Named):
     """A state of a component; `start` is a number or the name of a parameter.
 
-    Its value is always finite; it may be NaN only if `accepts_nan` is set.
+    Its value is always finite; it may be NaN only if `accepts_nan` is set. A state that is `slow` is made
+    with `arithmetic.accumulated`: an export in single precision carries on what rounding leaves of it.
     """
 
     start: float | str = field(default=0.0, kw_only=True)
     accepts_nan: bool = field(default=False, kw_only=True)
+    slow: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -280,3 +282,10 @@ def _merged(places: Sequence[int | slice]) -> slice | list[int]:
     each = [i for p in places for i in (range(p.start, p.stop) if isinstance(p, slice) else (p,))]
     adjoin = each and all(b == a + 1 for a, b in pairwise(each))
     return slice(each[0], each[-1] + 1) if adjoin else each
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Part and own name of a scalar of the whole."""
+    variable, bracket, element = name.partition("[")
+    key, _, own = variable.rpartition(".")
+    return key, own + bracket + element

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 from warmlink.fmus.component import Component, Input, Output, Parameter, Record, State, Values
@@ -31,14 +31,17 @@ class HeatTerm:
     ----------
     name : of its component, an identifier of C
     heat : the expression, see `law.py`
-    inputs : SI unit of each name in the expression that is a variable of the machine
+    inputs : SI unit of each name in the expression that is no parameter: a variable of the machine, or an
+        input that something outside drives
     parameters : value in SI and unit of each of the others; the unit is "1" where none is given
+    starts : value in SI of inputs until something drives them, where it is not the usual one
     """
 
     name: str
     heat: str
     inputs: Mapping[str, str]
     parameters: Mapping[str, tuple[float, str]]
+    starts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def equation(self) -> str:
@@ -68,7 +71,7 @@ def heat_term(term: HeatTerm) -> Component:
         description="Heat by an equation, added to the heat that flows into a place already",
         inputs=(
             Input("to_heat_flow", "W", "heat flow into the place without this term", nominal=5),
-            *(_input(names[name], term.inputs[name], name) for name in used),
+            *(_input(names[name], term.inputs[name], name, term.starts.get(name)) for name in used),
         ),
         parameters=tuple(
             Parameter(
@@ -112,15 +115,16 @@ def read_stored(content: bytes) -> HeatTerm:
     """Term in the content of the file `STORED`; KeyError, TypeError or ValueError if it holds none."""
     held = json.loads(content)
     parameters = {name: (float(value), str(unit)) for name, (value, unit) in held["parameters"].items()}
-    return HeatTerm(str(held["name"]), str(held["heat"]), dict(held["inputs"]), parameters)
+    starts = {name: float(value) for name, value in held.get("starts", {}).items()}
+    return HeatTerm(str(held["name"]), str(held["heat"]), dict(held["inputs"]), parameters, starts)
 
 
 def _of(u: Record, p: Record, name: str) -> Number:
     return getattr(u, name) if hasattr(u, name) else getattr(p, name)
 
 
-def _input(name: str, unit: str, called: str) -> Input:
+def _input(name: str, unit: str, called: str, start: float | None) -> Input:
     told = f"{called} in the equation"
-    if unit == "K":
-        return temperature_input(name, told)
-    return Input(name, unit, told, nominal=_NOMINAL.get(unit, 1.0))
+    found = Input(name, unit, told, nominal=_NOMINAL.get(unit, 1.0))
+    found = temperature_input(name, told) if unit == "K" else found
+    return found if start is None else replace(found, start=start)

@@ -27,6 +27,9 @@ _LIMIT_MB = 2000.0
 _IN_USE_S = 86400.0
 """What was used within this time stays: somebody may be at it."""
 
+_LOOK_AGAIN_S = 3600.0
+"""A cache that has its room is looked through again after this time: a full one holds thousands of files."""
+
 ROOMS = Path(__file__).parents[2]
 """Where the folders of the source are."""
 
@@ -134,9 +137,8 @@ def used(path: Path) -> None:
         os.utime(path)
 
 
-@cache
 def make_room() -> None:
-    """Remove what was not used for longest until the cache keeps its limit; done once in a process.
+    """Remove what was not used for longest until the cache keeps its limit; done once an hour.
 
     InputError if the limit is no size.
     """
@@ -150,6 +152,8 @@ def make_room() -> None:
     entries = []
     with suppress(OSError, InputError):  # there is no cache
         folder = cache_folder()
+        if _has_room(folder / "room", left):
+            return
         for path in folder.glob("*/*"):
             if _OWN.fullmatch(path.relative_to(folder).as_posix()):
                 with suppress(OSError):  # another process is making room too
@@ -160,6 +164,15 @@ def make_room() -> None:
             shutil.rmtree(path, ignore_errors=True)
             with suppress(OSError):  # it was a folder
                 path.unlink()
+
+
+def _has_room(note: Path, limit: float) -> bool:
+    """Whether room was made lately within the same limit; it is noted that it is made now."""
+    with suppress(OSError):
+        if note.read_text("ascii") == f"{limit:g}" and time.time() - note.stat().st_mtime < _LOOK_AGAIN_S:
+            return True
+    note.write_text(f"{limit:g}", "ascii")
+    return False
 
 
 def _last_used(entry: Path) -> tuple[float, int, Path]:

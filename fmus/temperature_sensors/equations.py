@@ -8,7 +8,7 @@ Stem conduction and lag are the usual first-order models of contact thermometers
 """
 
 from warmlink.fmus import faults, noise
-from warmlink.fmus.calls import kept_whole
+from warmlink.fmus.calls import as_c_function
 from warmlink.fmus.component import Record, Values
 from warmlink.fmus.component.arithmetic import Number, exp, floor, maximum, total, truth, where
 
@@ -51,7 +51,7 @@ def update(x: Record, u: Record, p: Record, time: Number, step: Number) -> Value
     return {"sensed": sensed, "reading": reading, "generator_a": a, "generator_b": b}
 
 
-@kept_whole
+@as_c_function
 def _read(
     sensed: Number, reading: Number, number: Number, u: Record, p: Record, time: Number
 ) -> tuple[Number, Number]:

@@ -21,6 +21,7 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
+from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
 from warmlink.orchestration.system.model import System, Value
 
@@ -81,6 +82,7 @@ class Rig:
     base, paths : the FMUs without the heat paths, and the heat paths
     moved : input of a heat path by the input in front of which it was put
     source : the file that names the machine with its roles, if there is one
+    sums : weighted sums of outputs that columns hold, by their text
     """
 
     machine: Machine
@@ -93,6 +95,7 @@ class Rig:
     paths: Paths = field(default_factory=dict)
     moved: Mapping[str, str] = field(default_factory=dict)
     source: Path | None = None
+    sums: Mapping[str, WeightedSum] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -137,12 +140,17 @@ class Rig:
     def variables(self) -> dict[str, Scalar]:
         """Every scalar variable by its full name, without the inputs that a component of the plant feeds."""
         fed = {target for _, target in self._wires(inside=True)}
-        return {
+        sums = {text: each.scalar for text, each in self.sums.items()}
+        return sums | {
             name: replace(scalar, name=name)
             for instance, part in self.components.items()
             for scalar in part.scalars()
             if (name := f"{instance}.{scalar.name}") not in fed
         }
+
+    def weights(self, name: str) -> Mapping[str, float]:
+        """Outputs that make up what was measured, each with its weight: of a plain output itself, with 1."""
+        return self.sums[name].weights if name in self.sums else {name: 1.0}
 
     @cached_property
     def externals(self) -> list[str]:
@@ -230,6 +238,9 @@ class Rig:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading
+        for demand, (target, *_) in self.demanded.items():  # of a foreign part nobody says what it requires
+            if self.part_of(target) in self.foreign:
+                found.setdefault(demand, target)
         if self.machine.controllers:  # what is scored is measured, by whatever instrument
             found |= {name: name for name in self.machine.growth if name not in found.values()}
         return found

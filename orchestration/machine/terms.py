@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.quantities import SI_UNITS
@@ -22,7 +23,7 @@ from warmlink.fmus.files import write_archive
 from warmlink.fmus.heat_term.component import STORED, HeatTerm, heat_term, stored
 from warmlink.fmus.heat_term.dimension import refuse_other_than_heat
 from warmlink.fmus.heat_term.law import HeatLaw, identifier
-from warmlink.fmus.names import instead
+from warmlink.fmus.names import instead, listed
 from warmlink.fmus.packaging.cache import undamaged, vouch
 from warmlink.orchestration.catalogue import Entry, made_module
 from warmlink.orchestration.fmu_store import FmuStore
@@ -50,7 +51,7 @@ NAMED = {
 _MODULE = """from warmlink.fmus.heat_term.component import HeatTerm, heat_term
 
 COMPONENT = heat_term(
-    HeatTerm({name!r}, {heat!r}, {inputs!r}, {parameters!r})
+    HeatTerm({name!r}, {heat!r}, {inputs!r}, {parameters!r}, {starts!r})
 )
 """
 
@@ -94,7 +95,13 @@ class PlacedTerm:
 
 
 def placed_term(
-    rig: Rig, name: str, heat: str, into: str, parameters: Mapping[str, str | float], where: str
+    rig: Rig,
+    name: str,
+    heat: str,
+    into: str,
+    parameters: Mapping[str, str | float],
+    where: str,
+    inputs: Mapping[str, str | float] = MappingProxyType({}),
 ) -> PlacedTerm:
     """Place a term that somebody wrote.
 
@@ -106,6 +113,7 @@ def placed_term(
     into : `shaft`, `winding`, `base`, `tip`, or the full name of an input in W
     parameters : values by name, with units; bare numbers are in SI and take the unit that is due
     where : the place in a file that stands before an error message
+    inputs : values by name, as the parameters', of what a column of the log may drive, as `name.input`
 
     Raises
     ------
@@ -118,20 +126,27 @@ def placed_term(
         raise InputError(f"{where}: {rig.name} has a part called {name}; rename the term")
     law = HeatLaw(heat, f"{where}.heat")
     given = {key: _parameter(text, f"{where}.parameters.{key}") for key, text in parameters.items()}
-    for key in given:
-        if key not in law.variables:
-            raise InputError(f"{where}.parameters: {key} is not in the law {heat!r}; leave it out")
+    driven = {key: _parameter(text, f"{where}.inputs.{key}") for key, text in inputs.items()}
+    for table, held in (("parameters", given), ("inputs", driven)):
+        for key in held:
+            if key not in law.variables:
+                raise InputError(f"{where}.{table}: {key} is not in the law {heat!r}; leave it out")
+    if both := [key for key in given if key in driven]:
+        raise InputError(f"{where}: {listed(both)} cannot be a parameter and an input; name it once")
     variables = {
-        each: _variable(rig, each, tuple(given), f"{where}.heat")
+        each: _variable(rig, each, (*given, *driven), f"{where}.heat")
         for each in law.variables
-        if each not in given
+        if each not in given and each not in driven
     }
-    units = {each: _scalar_unit(rig, full) for each, full in variables.items()}
+    own = {key: unit for key, (_, unit) in driven.items()}
+    units = {each: _scalar_unit(rig, full) for each, full in variables.items()} | own
     bare = {key for key, text in parameters.items() if not number_and_unit(text, "1")[1]}
     known = {**units, **{key: None if key in bare else each for key, (_, each) in given.items()}}
     refuse_other_than_heat(law, known)
     called = "".join(part[:1].upper() + part[1:] for part in name.split("_")) + "Term"
-    placed = PlacedTerm(HeatTerm(called, heat, units, given), _into(rig, into, f"{where}.into"), variables)
+    starts = {key: value for key, (value, _) in driven.items()}
+    term = HeatTerm(called, heat, units, given, starts)
+    placed = PlacedTerm(term, _into(rig, into, f"{where}.into"), variables)
     _ = placed.component
     return placed
 
@@ -184,7 +199,7 @@ def term_fmu(term: HeatTerm, store: FmuStore) -> Path:
     about = about.replace("# HeatTerm", f"# {term.name}", 1).replace(
         "## Assumptions", f"The equation of this term:\n\n{term.equation}\n\n## Assumptions", 1
     )
-    fields = {"inputs": dict(term.inputs), "parameters": dict(term.parameters)}
+    fields = {each: dict(getattr(term, each)) for each in ("inputs", "parameters", "starts")}
     module = _MODULE.format(name=term.name, heat=term.heat, **fields)
     home = made_module(f"warmlink_term_{digest}", {"component.py": module, "README.md": about})
     entry = Entry(heat_term(term), f"{home}.component")
@@ -233,7 +248,8 @@ def _variable(rig: Rig, name: str, parameters: tuple[str, ...], where: str) -> s
             return with_part
     known = (*parameters, *(each for each in NAMED if rig.called(NAMED[each][0])))
     raise InputError(
-        f"{where}: {name} is neither a variable of {rig.name} nor under parameters; {instead(name, known)}"
+        f"{where}: {name} is neither a variable of {rig.name} nor under parameters or inputs; "
+        f"{instead(name, known)}"
     )
 
 

@@ -181,7 +181,7 @@ class _Making:
         fmus = {path.stem: path for path in built}
         store = FmuStore("python" if self.kind == "python" else "native")
         built.append(self.out / f"{scenario.name}.ssp")
-        write_ssp(scenario.system({**fmus, **scenario.controller.files(store)}), built[-1])
+        write_ssp(scenario.system({**fmus, **store.of_controller(scenario.controller)}), built[-1])
         # As one component, called as the scenario is; none where others' FMUs are in it.
         apart = scenario.machine.never_joined
         name = re.sub(r"\W", "_", scenario.name)

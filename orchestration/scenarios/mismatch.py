@@ -10,21 +10,19 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from warmlink.fmus.component import Component
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead, listed
+from warmlink.orchestration.machine.machine import Machine
 from warmlink.orchestration.machine.shipped import WARMUP_CELL
 from warmlink.orchestration.scenarios.overrides import scalar, start_value
 from warmlink.orchestration.text_files import is_file, read_toml
 from warmlink.orchestration.written.entries import Number, Text, Values
 from warmlink.orchestration.written.tables import Table, read_table
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.machine.machine import Machine
-    from warmlink.orchestration.scenarios.scenario import Scenario
 
 LIBRARY = Path(__file__).parent / "mismatches"
 
@@ -72,25 +70,30 @@ class Mismatch:
     parameters: Mapping[str, str | float] = field(default_factory=dict)
 
     @property
+    def changes_nothing(self) -> bool:
+        """Whether the real cell is the one that the controllers were designed for."""
+        return not (self.scale or self.parameters)
+
+    @property
     def touches_plant(self) -> bool:
         """Whether the true elongation differs from the nominal one."""
         named = (name.split(".")[:-1] for name in (*self.scale, *self.parameters))
         return any(part in PLANT for parts in named for part in parts)
 
-    def applied(self, scenario: Scenario) -> Scenario:
-        """The scenario with this mismatch added, unknown to the controller.
+    def on(
+        self,
+        parameters: Mapping[str, str | float],
+        machine: Machine,
+        components: Mapping[str, Component],
+    ) -> dict[str, str | float]:
+        """A machine's start values as written, changed by this mismatch.
 
-        A change of the warm-up cell's motor applies to every motor of another system, and so on; a factor
-        multiplies the start value of each. Changes of parts that a system does not have are left out. A
-        mismatch that the scenario has already is not applied a second time; the remarks say so.
+        A change of the warm-up cell's motor applies to every motor of another machine, and so on; a factor
+        multiplies the start value of each. Changes of parts that a machine does not have are left out.
 
         Raises InputError if the mismatch names a variable that does not exist, or a value that is no number.
         """
-        if self in scenario.differences and (self.scale or self.parameters):
-            told = f"the mismatch {self.name} is there already; it counts once"
-            return replace(scenario, remarks=tuple(dict.fromkeys((*scenario.remarks, told))))
-        where, components, machine = f"mismatch {self.name}", scenario.declared, scenario.machine
-        changed = dict(scenario.parameters)
+        where, changed = f"mismatch {self.name}", dict(parameters)
         for name, value in self.parameters.items():
             changed |= dict.fromkeys(_corresponding(name, machine), value)
         for name, factor in self.scale.items():
@@ -101,9 +104,7 @@ class Mismatch:
                 if full in changed:
                     base = start_value(full, changed[full], components, where)
                 changed[full] = factor * base
-        believed = scenario.parameters if scenario.believed is None else scenario.believed
-        done = (*scenario.differences, self)
-        return replace(scenario, parameters=changed, differences=done, believed=believed)
+        return changed
 
 
 def _corresponding(name: str, machine: Machine) -> list[str]:

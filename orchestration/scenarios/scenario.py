@@ -121,7 +121,7 @@ class Scenario:
     def files(self, store: FmuStore) -> dict[str, Path]:
         """Files of all FMUs by the component's name; what is missing is built; raises InputError."""
         files = store.files(sorted(self.kinds))
-        return {**files, **self.machine.foreign, **self.controller.files(store)}
+        return {**files, **self.machine.foreign, **store.of_controller(self.controller)}
 
     def values(self) -> dict[str, dict[str, Value]]:
         """Start values in SI units by instance and variable.
@@ -145,6 +145,21 @@ class Scenario:
             for instance in self.machine.controllers:
                 chosen.setdefault(instance, {}).setdefault("tolerance", self.tolerance)
         return chosen
+
+    def mismatched(self, difference: Mismatch) -> Scenario:
+        """The scenario with a mismatch added, unknown to the controller; raises as `Mismatch.on`.
+
+        A mismatch that the scenario has already is not applied a second time; the remarks say so.
+        """
+        if difference in self.differences and not difference.changes_nothing:
+            told = f"the mismatch {difference.name} is there already; it counts once"
+            return replace(self, remarks=tuple(dict.fromkeys((*self.remarks, told))))
+        return replace(
+            self,
+            parameters=difference.on(self.parameters, self.machine, self.declared),
+            differences=(*self.differences, difference),
+            believed=self.parameters if self.believed is None else self.believed,
+        )
 
     def _check_driven(self, given: StartValues, driven: StartValues) -> None:
         """Refuse a parameter that the duty cycle sets to something else, and that would have no effect."""
@@ -219,7 +234,7 @@ def changed(
     law = scenario.controller if controller is None else controller_named(controller)
     asked = believing(replace(scenario, controller=law), given_values(parameters))
     for each in map(mismatch.load, mismatches):
-        asked = each.applied(asked)
+        asked = asked.mismatched(each)
     return asked
 
 
@@ -229,7 +244,7 @@ def believing(scenario: Scenario, given: Mapping[str, str | float]) -> Scenario:
     named = {full: value for name, value in given.items() for full in scenario.machine.addressed(name)}
     asked = replace(known, parameters={**known.parameters, **named})
     for each in scenario.differences:
-        asked = each.applied(asked)
+        asked = asked.mismatched(each)
     return asked
 
 

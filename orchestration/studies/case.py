@@ -110,13 +110,14 @@ COMPARED = ("max_abs_um", "p95_abs_um", "rms_um")
 
 def case_of(scenario: Scenario, label: tuple[str, ...], *, with_budget: bool = False) -> Case:
     """The run that a scenario describes, every value checked; InputError where one cannot be."""
+    values = scenario.values()
     algorithm(scenario.master)
     CommunicationPoints.between(0.0, scenario.stop_time, scenario.step_size)
     return Case(
         label=label,
         machine=replace(scenario.machine, designs=None, program=None, detail=None),
         law=scenario.controller.component.name,
-        values=scenario.values(),
+        values=values,
         stop_time=scenario.stop_time,
         step_size=scenario.step_size,
         master=scenario.master,

@@ -53,6 +53,11 @@ class Plan(NamedTuple):
     mismatches: tuple[Mismatch, ...]
 
     @property
+    def runs(self) -> list[Scenario]:
+        """Every scenario under every mismatch."""
+        return [scenario.mismatched(mismatch) for scenario in self.scenarios for mismatch in self.mismatches]
+
+    @property
     def laws(self) -> dict[str, Component]:
         """Component of each controller by its name."""
         return {each.controller.name: each.controller.component for each in self.scenarios}
@@ -66,7 +71,7 @@ class Plan(NamedTuple):
         alone = NOMINAL not in {mismatch.name for mismatch in self.mismatches}
         return [
             case_of(
-                mismatch.applied(scenario),
+                scenario.mismatched(mismatch),
                 (scenario.controller.name, scenario.name, mismatch.name),
                 with_budget=scenario.controller.name == NO_CONTROLLER
                 and (alone or mismatch.name == NOMINAL or mismatch.touches_plant),
@@ -242,7 +247,7 @@ class Comparison(Answer):
 @contextmanager
 def compared(plan: Plan, means: Means, out: str | Path | None) -> Iterator[Comparison]:
     """Run a plan; the folder in which finished runs are kept is locked until the block ends."""
-    with open_study(plan.scenarios, plan.mismatches, means, out) as work:
+    with open_study(plan.runs, means, out) as work:
         with progress_bar(f"{len(plan.cases)} runs") as progress:
             comparison = run_comparison(plan.cases, work.workers, progress)
         yield comparison

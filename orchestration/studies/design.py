@@ -26,6 +26,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
@@ -144,7 +145,8 @@ def design(
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
     data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
-        them; the model of the system, if it is not the nominal cell, then helps where little was measured
+        them; if the system is a scenario, its roles say what they are, and its model helps where little was
+        measured
     options : units and names of the logs' columns
 
     Raises
@@ -209,11 +211,12 @@ def _learnt(
 ) -> LearntLaw:
     """The law learnt from logs; a system other than the nominal cell is a model of the machine.
 
-    `stds` are those of a thermometer and of the camera.
+    The roles of a scenario say what the columns are. `stds` are those of a thermometer and of the camera.
     """
     plant = None
     if str(system).endswith(".toml"):
-        plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
+        options = replace(options, machine=of_scenario(str(system))[0])
+        plant = _model_of(changed(load_scenario(str(system)), controller=law, parameters=parameters))
     elif system != DEFAULT or parameters:
         plant = _plant(str(system), parameters)
     names = None if sensors is None else several(sensors)
@@ -232,6 +235,21 @@ def _learnt(
         plant=plant,
         options=options,
     )
+
+
+def _model_of(scenario: Scenario) -> Plant | None:
+    """The plant of a scenario, as a model beside logs; None if its equations are not known, which is said.
+
+    InputError for a value that is refused, or a law that needs a model.
+    """
+    scenario.values()
+    try:
+        return plant_in(scenario)
+    except InputError as why:
+        if scenario.controller.name != "regression":
+            raise
+        remark(f"{why}; the law is learnt from the logs alone")
+        return None
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:

@@ -15,7 +15,7 @@ from warmlink.fmus.errors import InputError, MissingExtraError
 from warmlink.orchestration.master.slaves.frames import DamagedError, Frames
 from warmlink.orchestration.master.slaves.other_process import OtherProcess, ProcessEndedError
 from warmlink.orchestration.studies.case import Case, Outcome
-from warmlink.orchestration.studies.workers import FmuSet, attempt_all, lane_of, seconds, side_by_side
+from warmlink.orchestration.studies.workers import FmuSet, attempt_all, groups, lane_of, seconds
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -77,7 +77,7 @@ class _Processes:
         needed = [seconds(case, self._fmus.rollouts) for case in cases]
         enough = min(TASK_S, sum(needed) / (TASKS_A_WORKER * self._count()))
         shares: list[list[int]] = []
-        for together in side_by_side(cases, self._fmus.rollouts):
+        for together in groups(cases, self._fmus.rollouts):
             if not shares or sum(needed[place] for place in shares[-1]) >= enough:
                 shares.append([])
             shares[-1] += together

@@ -16,9 +16,9 @@ from warmlink.orchestration.files import locked_folder, stamped, temporary_folde
 from warmlink.orchestration.fmu_store import FmuKind, store
 from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.progress import spinner, stretch
-from warmlink.orchestration.scenarios.mismatch import Mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies.case import Case, Outcome
+from warmlink.orchestration.studies.joined import agreeing, joined_systems
 from warmlink.orchestration.studies.processes import (
     DEFAULT_JOBS,
     ClusterWorkers,
@@ -26,7 +26,7 @@ from warmlink.orchestration.studies.processes import (
     check_jobs,
     connected,
 )
-from warmlink.orchestration.studies.workers import FmuSet, Remark, Workers, agreeing, joined_systems
+from warmlink.orchestration.studies.workers import FmuSet, Remark, Workers
 
 FILE = "runs.jsonl"
 
@@ -65,12 +65,9 @@ class StudySession(NamedTuple):
 
 @contextmanager
 def open_study(
-    scenarios: Sequence[Scenario],
-    mismatches: Sequence[Mismatch],
-    means: Means,
-    out: str | Path | None = None,
+    runs: Sequence[Scenario], means: Means, out: str | Path | None = None
 ) -> Iterator[StudySession]:
-    """FMUs of scenarios that run under each mismatch, and workers that keep each finished run in a folder.
+    """FMUs for the runs of a study's points, and workers that keep each finished run in a folder.
 
     The folder is locked for them; by default it is a temporary one. If no run was finished, a folder that was
     empty before is empty again. InputError if another study is using the folder.
@@ -84,20 +81,17 @@ def open_study(
         try:
             if means.scheduler is not None:  # before anything is built, which may be for nothing
                 client = stack.enter_context(connected(means.scheduler))
-            if any(each.coupling_tolerance is not None for each in scenarios):
+            if any(each.coupling_tolerance is not None for each in runs):
                 said.append("coupling_tolerance: steps follow it in `warmlink run` alone, here step_size")
-            twice = (
-                told for each in scenarios for wrong in mismatches for told in wrong.applied(each).remarks
-            )
-            said.extend(dict.fromkeys(twice))
-            built = store(means.fmus, sorted({kind for each in scenarios for kind in each.kinds}), remark)
-            files = {name: path for each in scenarios for name, path in each.files(built).items()}
+            said.extend(dict.fromkeys(told for each in runs for told in each.remarks))
+            built = store(means.fmus, sorted({kind for each in runs for kind in each.kinds}), remark)
+            files = {name: path for each in runs for name, path in each.files(built).items()}
             fmus = FmuSet.read(built.kind, files)
             if built.kind == "native" and means.fmus is None and not means.exact:
                 with spinner("Preparing the runs") as show:
-                    joined = joined_systems(scenarios, said.append, stretch(show, 0.0, _COMPILED))
+                    joined = joined_systems(runs, said.append, stretch(show, 0.0, _COMPILED))
                     whole, trying = replace(fmus, rollouts=joined), stretch(show, _COMPILED, 1.0)
-                    fmus = agreeing(scenarios, mismatches, whole, said.append, trying)
+                    fmus = agreeing(runs, whole, said.append, trying)
             own = LocalWorkers(fmus, means.jobs) if client is None else ClusterWorkers(fmus, client)
             workers: Workers = stack.enter_context(own)
             yield StudySession(folder, fmus, Ledger(folder, fmus.digest, workers, remark, said))

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -106,23 +107,24 @@ class Study:
     def cases(self, point: Point, label: str) -> list[Case]:
         """The runs of one point, each duty cycle with each mismatch; InputError if a component refuses it."""
         return [
-            case_of(
-                mismatch.applied(believing(duty, point)),
-                (label, duty.name, mismatch.name),
-            )
-            for duty in self.scenarios
-            for mismatch in self.mismatches
+            case_of(believing(each, point), (label, *names))
+            for names, each in zip(self.run_names, self.runs, strict=True)
         ]
+
+    @cached_property
+    def runs(self) -> tuple[Scenario, ...]:
+        """The runs of a point where nothing is varied: each duty cycle with each mismatch."""
+        return tuple(duty.mismatched(each) for duty in self.scenarios for each in self.mismatches)
+
+    @property
+    def run_names(self) -> list[tuple[str, str]]:
+        """Duty cycle and mismatch of each run."""
+        return [(duty.name, each.name) for duty in self.scenarios for each in self.mismatches]
 
     @property
     def objective(self) -> Gathered:
         """The first one."""
         return self.objectives[0]
-
-    @property
-    def runs(self) -> list[tuple[str, str]]:
-        """Duty cycle and mismatch of each run of a point."""
-        return [(duty.name, mismatch.name) for duty in self.scenarios for mismatch in self.mismatches]
 
     @property
     def shipped(self) -> Point | None:

@@ -63,7 +63,7 @@ class Swept(Searched):
                 **each.to_dict(),
             }
             for each in self.found
-            for k, (duty, mismatch) in enumerate(study.runs)
+            for k, (duty, mismatch) in enumerate(study.run_names)
         ]
         return pyarrow.Table.from_pylist(rows, pyarrow.schema(list(columns.items())))
 
@@ -106,7 +106,7 @@ def sweep_study(study: str | Path | Study, *, means: Means = USUAL, out: str | P
 def swept(study: Study, means: Means, out: str | Path | None) -> Iterator[Swept]:
     """Run all points of a study's sweep; the folder of the finished runs is locked until the block ends."""
     points = points_of(study)
-    with open_study(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.runs, means, out) as work:
         with progress_bar(study.title) as progress:
             found = sweep(study, points, work.workers, lambda done: progress(done / len(points)))
         yield Swept(study, found)

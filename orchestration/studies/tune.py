@@ -26,12 +26,12 @@ from warmlink.orchestration.studies.points import (
     Searched,
     best,
     evaluate,
+    first_points,
     front,
-    latin_hypercube,
 )
 from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
-from warmlink.orchestration.studies.study import Point, Study, load_study
+from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.winner import polish
 from warmlink.orchestration.studies.workers import Workers
 
@@ -118,9 +118,6 @@ class Tuned(Searched):
 TRIALS = "trials.csv"
 """Table of the trials; while a study runs it is written anew after each batch."""
 
-SPREAD = 16
-"""Trials before the sampler goes by results: two batches of 8, which hold the 10 that Optuna asks for."""
-
 Progress = Callable[[int, Judged | None], None]
 """Called with the number of trials done and the best so far."""
 
@@ -139,10 +136,10 @@ def tune(
     `keep` is called with what is found so far after each batch in which something was run.
     InputError if the first point gives no objective, or the storage's trials do not follow from the study.
     """
-    done = storage.trials()[: study.tune.trials]
+    done, first_of_all = storage.trials()[: study.tune.trials], first_points(study)
     if not done:
         _probe(study, workers)
-    chooser = Chooser(study, _first_points(study))
+    chooser = Chooser(study, first_of_all)
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
         first = len(trials)
@@ -154,7 +151,8 @@ def tune(
                     f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this "
                     f"version of Optuna; choose another {argument('out')} or storage"
                 )
-        for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
+        begin = first + len(batch)
+        for trial in storage.adding(evaluate(study, points[len(batch) :], workers, begin), begin):
             batch.append(trial)
             progress(len(trials) + len(batch), best([*trials, *batch]))
         chooser.tell(batch)
@@ -217,7 +215,7 @@ def tuned(
     def note(leader: Judged | None) -> str:
         return "" if leader is None else f"best {leader.objective:.4g} (trial {leader.number})"
 
-    with open_study(study.scenarios, study.mismatches, means, out) as work:
+    with open_study(study.runs, means, out) as work:
         storage = Storage(study, work.fmus.digest, study.tune.storage or default_url(work.folder))
         with progress_bar(study.title) as show:
             found = tune(
@@ -231,21 +229,6 @@ def tuned(
         yield found
 
 
-def _run(
-    study: Study, points: list[Point], first: int, workers: Workers, storage: Storage
-) -> Iterator[Judged]:
-    """Run points and store them in the order of their numbers, each as soon as those before it are there."""
-    ended: dict[int, Judged] = {}
-    stored = first
-    for trial in evaluate(study, points, workers, first):
-        ended[trial.number] = trial
-        while stored in ended:
-            found = ended.pop(stored)
-            storage.add(found)
-            yield found
-            stored += 1
-
-
 def _probe(study: Study, workers: Workers) -> None:
     """Refuse a study whose first point gives no objective: hardly any other would."""
     point = study.shipped or {axis.name: axis.at(0.5) for axis in study.axes}
@@ -253,12 +236,3 @@ def _probe(study: Study, workers: Workers) -> None:
         if probe.reason is not None:
             where = "as shipped" if study.shipped else "in the middle of its bounds"
             raise InputError(f"{study.name}: there is no objective {where}: {probe.reason}; mend the study")
-
-
-def _first_points(study: Study) -> list[Point]:
-    """What ships, so that the table shows what tuning gains, and points spread over the bounds to learn from.
-
-    Optuna would draw these at random. Few random points cluster: of 48 trials a third went into one corner.
-    """
-    first = [] if study.shipped is None else [study.shipped]
-    return first + (latin_hypercube(study, SPREAD - len(first)) if study.tune.sampler == "tpe" else [])

@@ -63,7 +63,7 @@ NEW = fail_safe.Memory(0.0, 0.0, 0.0)
 
 
 def judge(memory: fail_safe.Memory, innovation: float, news: float = 1.0) -> tuple[float, fail_safe.Memory]:
-    return fail_safe.judged(memory, news, innovation, 1.0, 1.0, GATES, 1.0)
+    return fail_safe.gate_reading(memory, news, innovation, 1.0, 1.0, GATES, 1.0)
 
 
 def test_a_leap_is_out_at_once_and_comes_back_when_it_has_been_calm() -> None:

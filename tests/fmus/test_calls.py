@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.built import call_of
-from warmlink.fmus.calls import idle_at_zero, kept_whole, side_by_side
+from warmlink.fmus.calls import as_c_function, skip_if_zero, vectorised_pair
 from warmlink.fmus.component.arithmetic import Number
 from warmlink.fmus.packaging.native.c_code import functions_text
 
@@ -21,7 +21,7 @@ class Pair(NamedTuple):
     second: Number
 
 
-@idle_at_zero
+@skip_if_zero
 def moved(pair: Pair, by: Number, use: Number) -> Pair:
     return Pair(pair.first + use * by, pair.second * (1.0 + use))
 
@@ -79,7 +79,7 @@ def test_what_is_left_as_it_was_is_moved_by_its_pointer_alone(kept: bool) -> Non
         assert found.tolist() == whole(*given).full().ravel().tolist()
 
 
-@kept_whole
+@as_c_function
 def picked(given: Number, place: int) -> Number:
     return 2.0 * given[place]
 
@@ -93,7 +93,7 @@ def test_what_differs_by_a_whole_number_is_another_function() -> None:
     assert "x0[1]" in text[second:]
 
 
-@kept_whole
+@as_c_function
 def told_apart(given: Number, by: object) -> Number:
     return 2.0 * given if by is True else 3.0 * given
 
@@ -104,7 +104,7 @@ def test_true_is_not_taken_for_one() -> None:
     assert [float(each) for each in both(1.0)] == [3.0, 2.0]
 
 
-@partial(side_by_side, paired=1)
+@partial(vectorised_pair, paired=1)
 def scaled(pair: Pair, factor: Number) -> Pair:
     return Pair(pair.first * factor, pair.second - factor[0])
 

@@ -100,9 +100,9 @@ def test_an_own_laws_damaged_fmu_is_built_anew(cache: Path, tmp_path: Path) -> N
         "    def correction(self, x, u, p, time):\n        return 1e-6\n"
     )
     mine = controller_named(f"{law}:Mine")
-    (held,) = mine.files(FmuStore("python")).values()
+    (held,) = FmuStore("python").of_controller(mine).values()
     before = flip(held, 500)
-    assert mine.files(FmuStore("python"))["Mine"].read_bytes() == before
+    assert FmuStore("python").of_controller(mine)["Mine"].read_bytes() == before
 
 
 class Planted:

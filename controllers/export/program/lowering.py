@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from warmlink.controllers.export.program.contraction import contracted
 from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
+from warmlink.controllers.export.program.in_place import may_follow, may_overwrite, stays
 from warmlink.controllers.export.program.places import fitted, place_of
 from warmlink.controllers.export.program.ranges import never_negative, never_zero
 from warmlink.controllers.export.program.statements import (
+    SIDE,
     For,
     Index,
     Invoke,
@@ -50,12 +53,28 @@ class Lowering(Uses):
         given = [self.leaves[e.data] for k, e in enumerate(arguments) if used[k] and k >= self.traced.kept]
         results = [] if kept else [slot for _, slot in self._targets if slot.record == "result"]
         name, about = self.traced.name, self.traced.about
-        return Routine(name, about, tidied(self.body), given, results, kept, self.locals, used)
+        body = contracted(tidied(self.body), self.locals)
+        over = {} if kept else self._over(body)
+        body = [For(SIDE, 2, body)] if self.traced.paired else body
+        return Routine(name, about, body, given, results, kept, self.locals, used, over)
+
+    def _over(self, body: list[Statement]) -> dict[int, int]:
+        """Which arguments results may overwrite, both by place."""
+        found: dict[int, int] = {}
+        for k, (_, result) in enumerate(self._targets):
+            for j, argument in enumerate(self.traced.arguments):
+                slot = self.leaves[argument.data]
+                alike = (slot.shape, slot.paired) == (result.shape, result.paired) and slot.array
+                free = result.record == "result" and j not in found.values() and k not in found
+                if alike and free and slot is not result and may_overwrite(body, result, slot):
+                    found[k] = j
+        return found
 
     def _late(self, one: Noted, target: Slot) -> bool:
         """Whether a result that is changed in place is computed last, straight into its variable."""
         alone = len(self._users[id(one)]) == 1
-        return target.record == "kept" and one.kind in FUNCTIONS and alone and id(one) not in self.slots
+        simple = one.kind in FUNCTIONS or one.kind == "weave"
+        return target.record == "kept" and simple and alone and id(one) not in self.slots
 
     def _finish(self, late: set[int]) -> None:
         """Write the results that lie elsewhere; what is changed in place after all who read it."""
@@ -66,7 +85,7 @@ class Lowering(Uses):
                 (one, target)
                 for one, target in pending
                 if not any(id(target) in texts[id(other)] for _, other in pending if other is not target)
-                and texts[id(target)].get(id(target), True)
+                and (texts[id(target)].get(id(target), True) or self._in_turn(one, target))
             ]
             one, target = (free or pending)[0]
             pending = [each for each in pending if each[1] is not target]
@@ -105,7 +124,7 @@ class Lowering(Uses):
         taken: list[tuple[Slot, Read]] = []
         for k, slot in enumerate(routine.kept):
             of = results.get(k)
-            to = self._slot(of) if of is not None else self._spare(call.function.results[k])
+            to = self._slot(of) if of is not None else self._spare(slot)
             if self._place(call.given[k]) is not to:
                 self._compute(call.given[k], to)
             taken.append((slot, Read(to)))
@@ -120,14 +139,12 @@ class Lowering(Uses):
         elif not kept:
             for k, slot in zip(_own(call.function), routine.results, strict=True):
                 of = results.get(k)
-                taken.append(
-                    (slot, Read(self._slot(of) if of is not None else self._spare(call.function.results[k])))
-                )
+                taken.append((slot, Read(self._slot(of) if of is not None else self._spare(slot))))
         asked = None if call.asked is None else self.element(call.asked, ())
         self.body.append(Invoke(routine, given, taken, asked, not routine.kept and not routine.results))
 
-    def _spare(self, like: Noted) -> Slot:
-        made = Slot(self.names.fresh("unused"), like.shape, "local")
+    def _spare(self, like: Slot) -> Slot:
+        made = Slot(self.names.fresh("unused"), (like.size,) if like.array else (), "local")
         self.locals.append(made)
         return made
 
@@ -135,6 +152,7 @@ class Lowering(Uses):
         if not one.shape:
             return self.element(one, ())
         place = self._place(one)
+        place = None if place is not None and place.paired else place
         if place is None and one.kind == "constant":
             place = self.tables.of(one.data, one.name or one.fallback or "row")
         if place is None:  # elements of something else
@@ -146,11 +164,14 @@ class Lowering(Uses):
 
     def _compute(self, one: Noted, to: Slot) -> None:
         """Statements that give a variable its value."""
-        if one.kind == "stack" and self._place(one) in (None, to):
-            self._pieces(one, to)
+        if one.kind in ("stack", "weave") and self._place(one) in (None, to):
+            if one.kind == "stack":
+                self._pieces(one, to)
+            else:
+                self.body.extend(self._strands(one, to))
             return
         dims = LOOPS[: one.ndim]
-        at = None if not one.shape else place_of(one.shape, dims)
+        at = place_of(one.shape, dims) if to.array else None
         target = Read(to, at)
         if one.kind == "sum" and self._place(one) in (None, to):
             (inner,) = one.of
@@ -187,6 +208,27 @@ class Lowering(Uses):
                 self.body.append(For("i", size, [Set(at, inner)]))
             start += size
 
+    def _in_turn(self, one: Noted, target: Slot) -> bool:
+        """Whether parts can be written into the variable that they are read from, one after the other."""
+        if one.kind != "weave" or id(one) in self.slots:
+            return False
+        lost: set[int] = set()
+        return all(may_follow(statement, target, lost) for statement in self._strands(one, target))
+
+    def _strands(self, one: Noted, to: Slot) -> list[Statement]:
+        """Statements that write parts to where they belong among the others."""
+        start, places, made = 0, np.argsort(one.data), list[Statement]()
+        for part in one.of:
+            own = places[start : start + part.size]
+            start += part.size
+            if part.size == 1:
+                value = self.element(part, (0,) * part.ndim)
+                made.append(Set(Read(to, Index(int(own[0]))), value))
+            else:
+                at = Read(to, fitted(own, ("i",), self.tables))
+                made.append(For("i", part.size, [Set(at, self.element(part, ("i",)))]))
+        return [each for each in made if not stays(each)]
+
     def element(self, one: Noted, dims: tuple[str | int, ...]) -> Value:
         """An element of an expression; of a number, itself."""
         dims = dims if one.shape else ()
@@ -194,7 +236,7 @@ class Lowering(Uses):
         if one.kind == "leaf" and place is None:
             place = self._settled(one)
         if place is not None:
-            return Read(place, place_of(one.shape, dims) if one.shape else None)
+            return Read(place, place_of(one.shape, dims) if place.array else None)
         if one.kind == "constant":
             if one.data.size == 1 or np.all(one.data == one.data.flat[0]):
                 return KnownNumber(float(one.data.flat[0]))
@@ -214,9 +256,10 @@ class Lowering(Uses):
     def _settled(self, one: Noted) -> Slot:
         """The variable of a constant that the design settles."""
         assert one.value is not None
-        name = self.tables.names.fresh(one.name or one.fallback or "settled")
+        origin = [self.leaves["design", name] for name in sorted(one.origin)]
+        name = self.tables.names.fresh(one.name or one.fallback or f"of_{origin[0].name}")
         values = np.atleast_1d(one.value).ravel()
-        about = f"follows from {', '.join(sorted(one.origin))}"
+        about = f"follows from {', '.join(map(_with_value, origin))}"
         slot = Slot(name, one.shape, "design", values=values, about=about)
         self.leaves[one.data] = slot
         return slot
@@ -236,6 +279,14 @@ class Lowering(Uses):
             return self.element(of, tuple(int(each) for each in inner))
         assert place is not None, of.kind
         return Read(place, index)
+
+
+def _with_value(parameter: Slot) -> str:
+    """A parameter's name with its unit, and its value if it is a number."""
+    unit = "" if parameter.unit == "1" else parameter.unit
+    if parameter.shape:
+        return f"{parameter.name} [{unit}]" if unit else parameter.name
+    return f"{parameter.name} = {float(parameter.values[0]):g} {unit}".strip()
 
 
 def _own(function: TracedFunction) -> list[int]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from warmlink.controllers.export.program import tracing
+from warmlink.controllers.export.program.expressions import Given
 from warmlink.controllers.export.program.lowering import Lowering
 from warmlink.controllers.export.program.places import FreeNames, Tables
 from warmlink.controllers.export.program.statements import Routine, Slot
-from warmlink.controllers.export.program.tracing import Given, TracedFunction, leaf
+from warmlink.controllers.export.program.tracing import TracedFunction, leaf
 from warmlink.controllers.export.program.words import RESERVED
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
@@ -22,7 +23,7 @@ RECALLED = ("recalled", "recalled_for")
 """Parameters of a law that goes on after a restart: what was retained, and for how long in s."""
 
 
-_HELPERS = ("larger", "smaller", "ratio", "root", "no_number", "floor", "erf")
+_HELPERS = ("left", "larger", "smaller", "ratio", "root", "no_number", "floor", "erf")
 _TYPES = ("outputs", "table", "real", "inputs", "state", "recall", "vector", "places")
 _FUNCTIONS = (*_HELPERS, *_TYPES, "begin", "update", "tell", "init", "step")
 """Names of functions and types that every law has."""
@@ -53,10 +54,10 @@ class LawProgram:
     timed: bool
 
 
-def program(component: Component, settled: Number, name: str) -> LawProgram:
+def program(component: Component, settled: Number, name: str, single: bool) -> LawProgram:
     """The program of a law that samples, for its parameters and what they settle, shape (d.size,).
 
-    No variable gets the law's name.
+    No variable gets the law's name. In single precision what rounding leaves of slow states is a state too.
 
     Raises
     ------
@@ -64,17 +65,29 @@ def program(component: Component, settled: Number, name: str) -> LawProgram:
         If the law decides or computes in a way that cannot be written down.
     """
     leaves: dict[tuple[str, str], Slot] = {}
-    with tracing.traced():
+    slow = {v.name: _rest_of(v) for v in component.states if single and v.slow}
+    with tracing.traced(tuple(slow)):
         x = _record(component.x, "state", leaves)
         u = _record(component.u, "input", leaves)
+        for of, rest in slow.items():
+            x[of].rest = leaf("state", rest.name, rest.shape)
+            leaves["state", rest.name] = rest
         p = _record(component.d, "design", leaves, component.d.values(settled))
         time = leaf("clock", "time", ())
         leaves[time.data] = Slot("elapsed", (), "clock", unit="s")
         assert component.update is not None
-        begin, begun = tracing.of_records(_started(component), u, p)
         update, updated = tracing.run(
-            "update", "The states after a sample.", component.update, x, u, p, time, p["sample_time"]
+            "update",
+            "The states after a sample.",
+            component.update,
+            x,
+            u,
+            p,
+            time,
+            p["sample_time"],
+            states=True,
         )
+        begin, begun = tracing.of_records(_started(component), u, p)
         told, named = tracing.run("outputs", "What the law says.", component.observe, x, u, p, time)
         functions = tracing.functions()
     known = (slot for slot in leaves.values() if slot.record not in ("state", "recall"))
@@ -101,6 +114,7 @@ def program(component: Component, settled: Number, name: str) -> LawProgram:
     }
     variables = {"next": component.states, "output": component.outputs}
     made = {record: {v.name: _slot(v, record) for v in declared} for record, declared in variables.items()}
+    made["next"] |= {rest.name: replace(rest, record="next") for rest in slow.values()}
     of_functions = FreeNames(set(_FUNCTIONS))
     of_roots = FreeNames(taken, everywhere, tables.names)
     order = [*functions, update, told]
@@ -134,6 +148,13 @@ def program(component: Component, settled: Number, name: str) -> LawProgram:
     )
 
 
+def _rest_of(state: Any) -> Slot:
+    """The state that holds what rounding leaves of another one."""
+    like = _slot(state, "state")
+    about = f"what rounding left of {state.name}"
+    return Slot(f"{state.name}_rest", like.shape, "state", unit=like.unit, about=about)
+
+
 def _started(component: Component) -> Callable[..., Any]:
     return component.begin if component.begin is not None else component.started
 
@@ -163,7 +184,8 @@ def _slot(variable: Any, record: str) -> Slot:
 def _arguments(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names: FreeNames) -> None:
     for k, each in enumerate(traced.arguments):
         record = "kept" if k < traced.kept else "argument"
-        leaves[each.data] = Slot(names.fresh(each.name), each.shape, record)
+        paired = k < traced.paired
+        leaves[each.data] = Slot(names.fresh(each.name), each.shape, record, paired=paired)
 
 
 def _targets(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names: FreeNames) -> list[Slot]:
@@ -176,7 +198,8 @@ def _targets(traced: TracedFunction, leaves: dict[tuple[str, str], Slot], names:
         if any(each is argument for argument in traced.arguments):
             found.append(leaves[each.data])
             continue
-        found.append(Slot(names.fresh(each.name or each.fallback or traced.name), each.shape, "result"))
+        name = names.fresh(each.name or each.fallback or traced.name)
+        found.append(Slot(name, each.shape, "result", paired=traced.paired > 0))
     return found
 
 

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from math import isnan
 from typing import Any
 
+SIDE = "side"
+"""Variable of a loop over two that lie side by side."""
+
 
 @dataclass(eq=False)
 class Slot:
@@ -20,6 +23,7 @@ class Slot:
         (both) of a function; `local`
     condition : whether it holds true or false
     values, whole : of a constant, and whether they are whole numbers
+    paired : whether it holds two of each number side by side, of which a loop over `SIDE` takes one
     unit, about : what it is
     """
 
@@ -29,13 +33,19 @@ class Slot:
     condition: bool = False
     values: Any = None
     whole: bool = False
+    paired: bool = False
     unit: str = ""
     about: str = ""
 
     @property
+    def array(self) -> bool:
+        """Whether it has elements."""
+        return bool(self.shape) or self.paired
+
+    @property
     def size(self) -> int:
         """Number of elements."""
-        count = 1
+        count = 2 if self.paired else 1
         for each in self.shape:
             count *= each
         return count
@@ -43,11 +53,12 @@ class Slot:
 
 @dataclass(frozen=True)
 class Index:
-    """Place of an element: a number, loop variables times numbers, and constants that tables hold."""
+    """Place of an element: a number, loop variables times numbers, and `of_tables` times what tables hold."""
 
     constant: int = 0
     terms: tuple[tuple[str, int], ...] = ()
     tables: tuple[tuple[Slot, Index], ...] = ()
+    of_tables: int = 1
 
 
 @dataclass(frozen=True)
@@ -59,10 +70,19 @@ class KnownNumber:
 
 @dataclass(frozen=True)
 class Read:
-    """An element of a variable, or a variable that is a number, without an index."""
+    """An element of a variable; without an index a variable as a whole."""
 
     slot: Slot
     index: Index | None = None
+
+    @property
+    def place(self) -> Index | None:
+        """Where the element lies; of one of two side by side, by the loop over them."""
+        if self.index is None or not self.slot.paired:
+            return self.index
+        of = self.index
+        terms = (*((name, 2 * pace) for name, pace in of.terms), (SIDE, 1))
+        return Index(2 * of.constant, terms, of.tables, 2)
 
 
 @dataclass(frozen=True)
@@ -118,6 +138,7 @@ class Routine:
     ----------
     arguments, results, kept : its variables that a call gives, takes, and lets it change
     used : which of the traced function's arguments it uses
+    over : by the place of a result that of the traced function's argument which it may overwrite
     """
 
     name: str
@@ -128,6 +149,7 @@ class Routine:
     kept: list[Slot] = field(default_factory=list)
     locals: list[Slot] = field(default_factory=list)
     used: list[bool] = field(default_factory=list)
+    over: dict[int, int] = field(default_factory=dict)
 
     def slots(self) -> list[Slot]:
         """Every variable that it reads or writes, those of functions that it calls left aside."""

@@ -6,32 +6,24 @@ lends its name to the expression that it held.
 
 from __future__ import annotations
 
+import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-from warmlink.controllers.export.program import algebra
-from warmlink.controllers.export.program.algebra import expression, lifted, stacked, take
-from warmlink.controllers.export.program.expressions import Noted
+import numpy as np
+
+from warmlink.controllers.export.program import algebra, expressions
+from warmlink.controllers.export.program.expressions import Given, Noted, expression, lifted
+from warmlink.controllers.export.program.naming import noticed
+from warmlink.controllers.export.program.ranges import is_binary
 from warmlink.fmus.component import arithmetic
 
 Place = tuple[str, str]
 """What a leaf is: the record that it stands in, as `state` or `argument`, and its name."""
-
-
-class Given:
-    """A record of a law: its states, inputs or parameters by name."""
-
-    def __init__(self, values: dict[str, Noted]) -> None:
-        self.__dict__.update(values)
-
-    def __getitem__(self, name: str) -> Noted:
-        found: Noted = self.__dict__[name]
-        return found
 
 
 @dataclass(eq=False)
@@ -44,6 +36,7 @@ class TracedFunction:
     arguments : leaves that stand for what it is given
     results : what it gives
     kept : number of first arguments that are also the results; else 0
+    paired : number of first arguments that hold two side by side, as all results then do; else 0
     """
 
     name: str
@@ -52,6 +45,7 @@ class TracedFunction:
     results: list[Noted]
     kept: int = 0
     spans: list[Span] = field(default_factory=list)
+    paired: int = 0
 
 
 @dataclass
@@ -83,6 +77,7 @@ class _Tape:
         self.shapes: dict[Any, Any] = {}
         self.names: set[str] = set()
         self.spans: list[list[Span]] = [[]]
+        self.slow: tuple[str, ...] = ()
 
 
 _tape = _Tape()
@@ -98,13 +93,17 @@ def leaf(record: str, name: str, shape: tuple[int, ...], value: Any = None) -> N
 
 
 @contextmanager
-def traced() -> Iterator[None]:
-    """Laws that run meanwhile are remembered by what they name."""
+def traced(slow: tuple[str, ...] = ()) -> Iterator[None]:
+    """Laws that run meanwhile are remembered by what they name.
+
+    Of the states named in `slow` what rounding leaves is a state too, with `_rest` after its name.
+    """
     global _tape
-    algebra.forget()
+    expressions.forget()
     _tape = _Tape()
+    _tape.slow = slow
     before = sys.getprofile()
-    sys.setprofile(_noticed)
+    sys.setprofile(noticed)
     try:
         yield
     finally:
@@ -112,12 +111,18 @@ def traced() -> Iterator[None]:
 
 
 def run(
-    name: str, about: str, function: Callable[..., Mapping[str, Any]], *given: Any
+    name: str, about: str, function: Callable[..., Mapping[str, Any]], *given: Any, states: bool = False
 ) -> tuple[TracedFunction, dict[str, Any]]:
-    """What a law's function of records does: its results by name, numbers as expressions."""
+    """What a law's function of records does: its results by name, numbers as expressions.
+
+    If these are states, what rounding leaves of them is among the results.
+    """
     _tape.spans.append([])
     found = {key: lifted(value) for key, value in function(*given).items()}
     found = {key: algebra.flag(each) if each.condition else each for key, each in found.items()}
+    for key in _tape.slow if states else ():
+        rest = found[key].rest
+        found[f"{key}_rest"] = expressions.constant(np.zeros(found[key].shape)) if rest is None else rest
     for key, each in found.items():
         each.fallback = each.fallback or key
     return TracedFunction(name, about, [], list(found.values()), spans=_tape.spans.pop()), found
@@ -125,38 +130,66 @@ def run(
 
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
-    if getattr(function, "paired", 0):
-        return _both(function, given)
-    arguments, shape = [], _mapped(given, _shape)
-    _mapped(given, lambda each: arguments.append(lifted(each)) if _is_value(each) else None)
-    key = function, shape, idle
+    values: list[Noted] = []
+    _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
+    sure = idle and is_binary(values[-1])
+    key = _like((function, _mapped(given, _shape), sure, idle), [each.rest is not None for each in values])
     if key not in _tape.functions:
-        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle)
-    whole, like = _tape.functions[key], _tape.shapes[key]
+        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle, sure)
+    whole, (like, rests) = _tape.functions[key], _tape.shapes[key]
+    arguments = [
+        one
+        for each, carried in zip(values, key[-1], strict=True)
+        for one in algebra.with_rest(each)[: 1 + carried]
+    ]
     asked = arguments[-1] if idle else None
     flat = [algebra.flag(each) if each.condition else each for each in arguments]
     if idle and asked is not None:
-        if asked.kind == "constant" and asked.data == 0:
+        if asked.kind == "constant" and not asked.data > 0:
             return given[0]
         flat[-1] = flat[-1] if algebra.told_by(asked) is None else lifted(1.0)
         asked = algebra.apply("gt", asked, 0.0)
+        asked = None if asked.kind == "constant" else asked
     this = Call(whole, flat, asked)
     results = []
     for k, each in enumerate(whole.results):
-        if not idle and any(each is argument for argument in whole.arguments):
-            results.append(flat[[each is argument for argument in whole.arguments].index(True)])
+        same = [i for i, argument in enumerate(whole.arguments) if each is argument]
+        if not idle and same:
+            own = whole.paired <= same[0] and whole.paired
+            results.append(arithmetic.beside(*[flat[same[0]]] * 2) if own else flat[same[0]])
             continue
         of = [*flat, *([asked] if asked is not None else [])]
-        made = expression("result", of, each.shape, (id(this), k))
+        shape = (2 * each.size,) if whole.paired else each.shape
+        made = expression("result", of, shape, (id(this), k))
         made.data, made.fallback = (this, k), each.name or each.fallback
         results.append(made)
-    rest = iter(results)
-    return _mapped(like, lambda each: next(rest))
+    found, carried = iter(results), iter(rests)
+
+    def one(each: Any) -> Any:
+        value = next(found)
+        if next(carried):
+            value.rest = next(found)
+        return value
+
+    return _mapped(like, one)
 
 
-def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
-    """The function for arguments of a shape, and what its results are put together like."""
-    code = getattr(function, "__wrapped__", function)
+def _like(key: tuple[Any, ...], carried: list[bool]) -> tuple[Any, ...]:
+    """The key of a function that takes what is carried on of these arguments; if idle, of more too."""
+    for known in _tape.functions if key[-1] else ():
+        if known[: len(key)] == key and all(a or not b for a, b in zip(known[-1], carried, strict=True)):
+            return known
+    return *key, tuple(carried)
+
+
+def _function(
+    function: Callable[..., Any], given: tuple[Any, ...], idle: bool, sure: bool
+) -> tuple[TracedFunction, Any]:
+    """The function for arguments of a shape, and what its results are put together like.
+
+    If it is idle where its last argument is 0, it knows that this is 1 if `sure`, else that it is above 0.
+    """
+    code: Any = inspect.unwrap(function)
     names = code.__code__.co_varnames[: code.__code__.co_argcount]
     name = _fresh(code.__name__.strip("_"))
     arguments: list[Noted] = []
@@ -170,23 +203,46 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
             return partial(recorded, value)
         if not _is_value(value):
             return value
-        made = leaf("argument", f"{name}.{len(arguments)}", lifted(value).shape)
+        made = leaf("argument", f"{name}.{len(arguments)}", _shape_of_one(lifted(value), pairs))
         made.name = told
         arguments.append(made)
+        rest = lifted(value).rest
+        if rest is not None:
+            made.rest = symbols(rest, f"{told}_rest")
         return made
 
-    inside = tuple(symbols(value, told) for value, told in zip(given, names, strict=False))
+    pairs = True
+    count = getattr(function, "paired", 0)
+    first = [symbols(value, told) for value, told in zip(given[:count], names, strict=False)]
+    paired, pairs = len(arguments), False
+    rest = [symbols(value, told) for value, told in zip(given[count:], names[count:], strict=False)]
+    inside = (*first, *rest)
     if idle:  # it runs only where its last argument is above 0
         algebra.hold(arguments[-1])
+        inside = (*inside[:-1], expressions.constant(1.0)) if sure else inside
     _tape.spans.append([])
     result = code(*inside)
-    flat: list[Noted] = []
-    _mapped(result, lambda each: flat.append(lifted(each)))
+    rests: list[bool] = []
+    _mapped(result, lambda each: rests.append(lifted(each).rest is not None))
+    if idle:  # its results are its first arguments, and what is carried on of these
+        rests.clear()
+        _mapped(inside[0], lambda each: rests.append(each.rest is not None))
+    flat, carried = list[Noted](), iter(rests)
+    _mapped(result, lambda each: flat.extend(algebra.with_rest(lifted(each))[: 1 + next(carried)]))
+    for each in flat:
+        if each.rest is not None:
+            each.rest.fallback = each.rest.fallback or f"{each.name or each.fallback or 'value'}_rest"
     flat = [algebra.flag(each) if each.condition else each for each in flat]
-    count = len(flat)
+    kept = len(flat) if idle else 0
     about = (code.__doc__ or "").strip().partition("\n")[0]
-    kept = count if idle else 0
-    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop()), result
+    return TracedFunction(name, about, arguments, flat, kept, _tape.spans.pop(), paired), (result, rests)
+
+
+def _shape_of_one(value: Noted, paired: bool) -> tuple[int, ...]:
+    """The shape of a value, or of one of the two that lie side by side in it."""
+    if not paired:
+        return value.shape
+    return (value.size // 2,) if value.size > 2 else ()
 
 
 def recorded(function: Callable[..., dict[str, Any]], *given: Any) -> dict[str, Any]:
@@ -199,6 +255,8 @@ def recorded(function: Callable[..., dict[str, Any]], *given: Any) -> dict[str, 
     for k, (name, each) in enumerate(zip(names, whole.results, strict=True)):
         found[name] = expression("result", (), each.shape, (id(this), k))
         found[name].data, found[name].fallback = (this, k), name
+    for name in _tape.slow:
+        found[name].rest = found.pop(f"{name}_rest")
     return found
 
 
@@ -208,7 +266,7 @@ def of_records(function: Callable[..., Any], *given: Given) -> tuple[TracedFunct
     if key not in _tape.functions:
         code: Any = function
         about = (code.__doc__ or "").strip().partition("\n")[0]
-        made, found = run(_fresh(code.__name__), about, function, *given)
+        made, found = run(_fresh(code.__name__), about, function, *given, states=True)
         _tape.functions[key], _tape.shapes[key] = made, tuple(found)
     return _tape.functions[key], _tape.shapes[key]
 
@@ -216,25 +274,6 @@ def of_records(function: Callable[..., Any], *given: Given) -> tuple[TracedFunct
 def functions() -> list[TracedFunction]:
     """Every function so far, each after those that it calls."""
     return list(_tape.functions.values())
-
-
-def _both(function: Callable[..., Any], given: tuple[Any, ...]) -> Any:
-    """A function of each of two that lie side by side."""
-    one, paired = function.__dict__["one"], function.__dict__["paired"]
-    found = []
-    for k in range(2):
-        sides = _mapped(given[:paired], partial(arithmetic.side, k))
-        found.append(call(getattr(one, "__wrapped__", one), (*sides, *given[paired:]), False))
-    others: list[Any] = []
-    _mapped(found[1], others.append)
-    rest = iter(others)
-    return _mapped(found[0], lambda each: _beside(each, next(rest)))
-
-
-def _beside(one: Noted, other: Noted) -> Noted:
-    size = one.size
-    places = [place for i in range(size) for place in (i, size + i)]
-    return take(stacked((one, other)), places)
 
 
 def _is_value(value: Any) -> bool:
@@ -273,41 +312,3 @@ def _fresh(name: str) -> str:
         made = f"{name}_{count}"
     _tape.names.add(made)
     return made
-
-
-_NOT_ITS_NAMES = ("arithmetic.py", "matrices.py", "calls.py", "instance.py")
-
-
-def _noticed(frame: Any, event: str, result: Any) -> None:
-    """Name what the variables of a law's function hold, when it returns."""
-    if event != "return":
-        return
-    path = Path(frame.f_code.co_filename)
-    if (
-        path.parent.name == "program"
-        or path.name.startswith("<")
-        or path.name in _NOT_ITS_NAMES
-        or "numpy" in path.parts
-    ):
-        return
-    arguments = frame.f_code.co_varnames[: frame.f_code.co_argcount]
-    for name, value in frame.f_locals.items():
-        if name != "self" and not name.startswith("."):
-            _named(value, name.strip("_"), "fallback" if name in arguments else "name")
-    if isinstance(result, tuple):
-        _named(result, frame.f_code.co_name.strip("_"), "fallback")
-
-
-def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:
-    if isinstance(value, Noted):
-        if value.kind != "constant" and not (value.kind == "leaf" and value.data[0] != "settled"):
-            setattr(value, kind, getattr(value, kind) or name)
-            if value.kind == "select" and algebra.told_by(value) is not None:
-                _named(value.of[0], name, kind, depth)
-    elif isinstance(value, dict) and depth < 2:
-        for key, each in value.items():
-            _named(each, str(key), "fallback", depth + 1)
-    elif isinstance(value, (tuple, list)) and depth < 3 and len(value) < 40:
-        fields = getattr(value, "_fields", None)
-        for i, each in enumerate(value):
-            _named(each, fields[i] if fields else f"{name}_{i + 1}", kind, depth + 1)

@@ -43,6 +43,8 @@ class Uses:
         self._order = self._reachable()
         self._users = self._used_by()
         self._emitted: dict[int, float] = {}
+        late = [one for one in traced.results if one.kind != "result"] if traced.kept else []
+        self._in_place = set(map(id, late))
         self._share()
 
     def _given(self, one: Noted) -> list[Noted]:
@@ -77,7 +79,7 @@ class Uses:
         """Whether an expression gets a variable of its own."""
         if one.kind in ("leaf", "constant", "take"):
             return False
-        if id(one) in self.slots or one.kind in ("sum", "stack", "result"):
+        if id(one) in self.slots or one.kind in ("sum", "stack", "weave", "result"):
             return True
         users = self._users[id(one)]
         kinds = {each.kind for each in users if each is not None}
@@ -106,7 +108,7 @@ class Uses:
         return max((self._when(each) for each in self._users[id(one)]), default=-1.0)
 
     def _when(self, user: Noted | None) -> float:
-        if user is None:
+        if user is None or id(user) in self._in_place:
             return inf
         if self.held(user):
             return user.data[0].given_at if user.kind == "result" else float(user.serial)
@@ -130,16 +132,25 @@ class Uses:
             call.given_at = float(
                 min(e.serial for e in self._order if e.kind == "result" and e.data[0] is call)
             )
-            if one.data[1] >= call.function.kept:
+            over = self._overwritten(call.function, one.data[1])
+            if over is None:
                 continue
-            before = call.given[one.data[1]]
+            before = call.given[over]
             last = self._last(before) <= call.given_at and sum(each is before for each in call.given) == 1
+            if not last and not call.function.kept:
+                continue
             if last and id(one) not in self.slots and any(before is each for each in mutable):
                 self.slots[id(one)] = self.slots[id(before)]
             slot = self._slot(one)
             if last and id(before) not in self.slots and before.kind not in ("leaf", "constant", "take"):
                 self.slots[id(before)] = slot
         self._sizes = {}
+
+    def _overwritten(self, function: TracedFunction, result: int) -> int | None:
+        """Which argument a function changes into a result, or may overwrite with it; None if none."""
+        if function.kept:
+            return result if result < function.kept else None
+        return self.routines[id(function)].over.get(result)
 
     def _slot(self, one: Noted) -> Slot:
         """The variable of an expression that has one."""

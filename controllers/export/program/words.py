@@ -18,4 +18,4 @@ until usint var var_access var_config var_external var_global var_in_out var_inp
 var_temp while with word wstring xor day char date_and_time time_of_day sema rtc integral derivative
 pid ramp hysteresis val value_of size_of adr"""
 
-RESERVED = frozenset(f"{_C} {_ST} i j k".split())
+RESERVED = frozenset(f"{_C} {_ST} i j k side".split())

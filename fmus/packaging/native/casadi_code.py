@@ -29,7 +29,7 @@ class Symbols:
     def of(cls, component: Component, calls: bool = False) -> "Symbols":
         """Fresh symbols for a component; `d` are the parameters and what they settle.
 
-        With `calls` functions marked `kept_whole` stay calls, and vectors loops (MX); otherwise all is
+        With `calls` functions marked `as_c_function` stay calls, and vectors loops (MX); otherwise all is
         written out number by number (SX).
         """
         import casadi

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from warmlink.fmus.component.integrator import GAMMA
-from warmlink.fmus.component.join import split_name
+from warmlink.fmus.component.variables import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression, Function, Symbols
 from warmlink.fmus.packaging.native.kinds import Kind, Place
 from warmlink.fmus.packaging.native.micro_step import Elimination

@@ -51,9 +51,10 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
     given = tuple(dict.fromkeys(name for name in used if name not in own))
     most, level = processor()
     lanes = most if side_by_side else 1
-    sources = _sources(driven, _inputs(whole, wires, driven, given), given, recorded, lanes)
     p, u = whole.start_values()
-    starting, table = _starting(whole, driven, given)
+    starts = dict(zip(whole.u.names, u.tolist(), strict=True))
+    sources = _sources(driven, _inputs(driven, starts, wires, given), given, recorded, lanes)
+    starting, table = _starting(whole, driven, given, starts)
     return Rollout(
         library=library_here(sources, "rollout", "-w", level=level),
         level=level,
@@ -65,11 +66,13 @@ def compiled(whole: Component, recorded: Sequence[str], side_by_side: bool = Tru
         sample_times=tuple(clock.sample_time for clock in driven.clocks),
         micro_step=driven.micro_step,
         given=given,
-        inputs=dict(zip(whole.u.names, u.tolist(), strict=True)),
+        inputs=starts,
     )
 
 
-def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tuple[Any, Any]:
+def _starting(
+    whole: Component, driven: Component, given: Sequence[str], starts: Mapping[str, float]
+) -> tuple[Any, Any]:
     """CasADi functions of what a run starts from, and of what the parts give then that nothing drives.
 
     The first one goes from the whole's parameters to what is settled, free and driven part, and states; its
@@ -81,7 +84,7 @@ def _starting(whole: Component, driven: Component, given: Sequence[str]) -> tupl
     s = Symbols.of(whole)
     refused = _refused(whole.parameters, s.p)
     refused += [casadi.if_else(check.margin(whole.p.read(s.p)) >= 0, 0, 1) for check in whole.checks]
-    settled, inputs = casadi.SX(whole.settled(s.p)), casadi.SX(casadi.DM(whole.start_values()[1]))
+    settled, inputs = casadi.SX(whole.settled(s.p)), casadi.SX(casadi.DM([*starts.values()]))
     free = [place for name, place in whole.d.index.items() if name not in driven.d.index]
     own = settled[[whole.d.index[name] for name in driven.d.names]]
     results = [settled[free], own, whole.states_at_start(inputs, settled), sum(refused)]
@@ -94,10 +97,9 @@ def _sources(
     driven: Component, inputs: Function, given: Sequence[str], recorded: Sequence[str], lanes: int
 ) -> dict[str, str]:
     """C files by name; with another law the micro step stays as it is."""
-    assert driven.joint is not None
-    s = Symbols.of(driven)
-    (held, advance), seen = stepping(driven, s), _seen(driven, s, given, recorded)
-    clocks = enumerate(sampled_parts(WirePlan(driven)))
+    s, plan = Symbols.of(driven), WirePlan(driven)
+    (held, advance), seen = stepping(driven, s), _seen(plan, s, given, recorded)
+    clocks = enumerate(sampled_parts(plan))
     changes = [("WL(advance)", 0, driven.continuous.size)]
     changes += [(f"sample_{clock}_of", x, part.x.size) for clock, (_, part, x) in clocks]
     defined = {
@@ -112,25 +114,26 @@ def _sources(
     return {"advance.c": step, "rollout.c": running + _LOOP.read_text("utf-8")}
 
 
-def _inputs(whole: Component, wires: Mapping[str, str], driven: Component, given: Sequence[str]) -> Function:
+def _inputs(
+    driven: Component, starts: Mapping[str, float], wires: Mapping[str, str], given: Sequence[str]
+) -> Function:
     """Inputs from what is given, or what they start at; after them what is given itself."""
     import casadi
 
-    table, starts = casadi.SX.sym("table", len(given)), whole.start_values()[1].tolist()
-    held = dict(zip(whole.u.names, starts, strict=True)) | {name: table[i] for i, name in enumerate(given)}
+    table = casadi.SX.sym("table", len(given))
+    held: dict[str, Any] = {**starts, **{name: table[i] for i, name in enumerate(given)}}
     inputs = (held[wires.get(name, name)] for name in driven.u.names)
     return "inputs", [table], casadi.vertcat(casadi.SX(0, 1), *inputs, table)
 
 
-def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequence[str]) -> list[Function]:
+def _seen(plan: WirePlan, s: Symbols, given: Sequence[str], recorded: Sequence[str]) -> list[Function]:
     """The view, which is what the others need of the continuous states, the record, and the samples.
 
     After what is recorded stands how many inputs of parts an FMU would refuse.
     """
     import casadi
 
-    assert driven.joint is not None
-    extra = casadi.SX.sym("extra", len(given))
+    driven, extra = plan.component, casadi.SX.sym("extra", len(given))
     outputs = casadi.SX(driven.outputs_of(*s.now))
     values = {name: s.x[i] for name, i in driven.x.index.items()}
     values |= {name: outputs[i] for name, i in driven.y.index.items()}
@@ -138,11 +141,11 @@ def _seen(driven: Component, s: Symbols, given: Sequence[str], recorded: Sequenc
     read = driven.x.read(s.x), driven.u.read(s.u), driven.d.read(s.d), s.time
     refused = [
         each
-        for key, part in driven.joint.parts.items()
-        for each in _refused(part.inputs, casadi.SX(driven.joint.inputs(key, *read)))
+        for key, part in plan.joint.parts.items()
+        for each in _refused(part.inputs, casadi.SX(plan.joint.inputs(key, *read)))
     ]
     row = casadi.vertcat(*(values[name] for name in recorded), sum(refused))
-    clocks = [function(*each) for each in samples(WirePlan(driven))]
+    clocks = [function(*each) for each in samples(plan)]
     with unsimplified():
         sampled = [each(*s.now, s.step) for each in clocks]
     (row, *sampled), known, view = apart([row, *sampled], s.x[: driven.continuous.size], s.u, s.d, s.time)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from warmlink.fmus.component import Component
-from warmlink.fmus.component.join import split_name
+from warmlink.fmus.component.variables import split_name
 from warmlink.fmus.packaging.native.casadi_code import Expression
 from warmlink.fmus.packaging.native.kinds import Kind
 

@@ -23,6 +23,7 @@ from warmlink.orchestration.diagnosis.data.experiment_file import (
 from warmlink.orchestration.diagnosis.data.measured import Column, Run, names_of, read_run
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Paths, Rig
+from warmlink.orchestration.machine.sums import with_sums
 from warmlink.orchestration.machine.terms import PlacedTerm, placed_term
 from warmlink.orchestration.scenarios.overrides import to_si
 from warmlink.orchestration.text_files import demand_file, measured_text, tables_of
@@ -179,13 +180,17 @@ class _Reader:
         # Where a heat path was put before an input, its own input is meant.
         self.moved = rig.moved
         self.channels = {header: self.moved.get(name, name) for header, name in self.file.channels.items()}
-        self.rig = rig.measured_at(self.channels.values())
+        self.rig = with_sums(
+            rig.measured_at(self.channels.values()), self.channels.values(), f"{self.name}: channels"
+        )
         self.runs: list[Run] = []
 
     def _terms(self, rig: Rig) -> dict[str, PlacedTerm]:
         """Terms of the file by name, at their places in the system."""
         return {
-            name: placed_term(rig, name, each.heat, each.into, each.parameters, f"{self.name}: term.{name}")
+            name: placed_term(
+                rig, name, each.heat, each.into, each.parameters, f"{self.name}: term.{name}", each.inputs
+            )
             for name, each in self.file.term.items()
         }
 
@@ -215,16 +220,21 @@ class _Reader:
             known,
             tuple(self._calibrated(name, table) for name, table in file.calibrate.items()),
             file.causes.per,
-            {n: noise_of(rig, n, text, f"{self.name}: noise.{n}") for n, text in file.noise.items()},
+            self._sizes(file.noise, "noise", "a standard deviation"),
             file.initial == MEASURED,
             tuple(f"{run.name}: adapt = {run.adapt:g} s {told}" for run in idle),
             declared=tuple(declared),
             with_shipped=file.causes.shipped,
-            accuracy={
-                n: noise_of(rig, n, text, f"{self.name}: accuracy.{n}", "an error")
-                for n, text in file.accuracy.items()
-            },
+            accuracy=self._sizes(file.accuracy, "accuracy", "an error"),
         )
+
+    def _sizes(self, table: Mapping[str, str | float], key: str, what: str) -> dict[str, float]:
+        """Sizes of differences in SI by output, which the file names as such or by its column."""
+        named = {n: self.file.channels.get(n, n) for n in table}
+        return {
+            named[n]: noise_of(self.rig, named[n], text, f"{self.name}: {key}.{n}", what)
+            for n, text in table.items()
+        }
 
     def _known(self, table: Mapping[str, str | float], where: str) -> dict[str, float]:
         known = {}

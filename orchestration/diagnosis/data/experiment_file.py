@@ -62,11 +62,15 @@ class CausesTable(Table):
 
 @dataclass(frozen=True)
 class TermTable(Table):
-    """Heat that the model lacks, by an expression; numbers without a unit are in SI units."""
+    """Heat that the model lacks, by an expression; numbers without a unit are in SI units.
+
+    A column may drive its `inputs`, under `NAME.INPUT`; they are given with what they are without a column.
+    """
 
     heat: Annotated[str, Text("a * max(speed - b, 0)**1.5")]
     into: Annotated[str, Text("shaft")]
     parameters: Values = field(default_factory=dict)
+    inputs: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from warmlink.orchestration.diagnosis.fit.candidates import Candidates
 from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.model.equations import equations
 from warmlink.orchestration.diagnosis.model.forward import Forward
-from warmlink.orchestration.diagnosis.model.instruments import Readings
+from warmlink.orchestration.diagnosis.model.instruments import Readings, outputs_behind
 from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.loop import Loop
 from warmlink.orchestration.diagnosis.model.simulation import (
@@ -169,9 +169,7 @@ class Problem(Candidates):
 
     def responses(self, run: int, z: Array, courses: Courses) -> Array:
         """Derivatives of a run's readings by the values of courses, shape (rows, outputs, values)."""
-        simulated = self._readings[run]
-        inner = z[: len(self.inner)]
-        return self._mean(run, simulated.forward.responses(inner, simulated.times, courses))
+        return self._mean(run, self._readings[run].responses(z, courses))
 
     @cached_property
     def scattered(self) -> tuple[Array, ...]:
@@ -239,15 +237,16 @@ class Problem(Candidates):
         self, cells: int, grids: Sequence[Resolution | Simulation], derivatives: bool = False
     ) -> list[Readings]:
         """Readings of each run, simulated on the grid for that run."""
+        outputs = outputs_behind(self.experiment.rig, self.variables)
 
         def simulation(run: Run, grid: Resolution | Simulation) -> Simulation:
             known, rig = self.known(run), self.experiment.rig
             if rig.in_loop:
                 coarser = grid if isinstance(grid, Loop) else None
                 bounds = self._ordinary() if derivatives else None
-                return Loop(rig, self.inner, self.variables, run, known, coarser, bounds)
+                return Loop(rig, self.inner, outputs, run, known, coarser, bounds)
             apart = frozenset(name for name in given_inputs(rig, run, known) if len(rig.fed_with(name)) > 1)
-            compiled = equations(rig, cells, self.inner, self.variables, derivatives, apart)
+            compiled = equations(rig, cells, self.inner, outputs, derivatives, apart)
             assert isinstance(grid, Resolution | Forward)
             return Forward(compiled, run, known, grid)
 

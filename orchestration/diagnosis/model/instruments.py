@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.model.integrator import Courses
 from warmlink.orchestration.diagnosis.model.simulation import SimulatedRun, Simulation, parts_before
 from warmlink.orchestration.machine.rig import Rig
 
@@ -66,6 +67,19 @@ def channel_of(rig: Rig, output: str) -> Channel:
     return Channel(instance or f"{output}.reading", bracket + element, rig.unit(output))
 
 
+def outputs_behind(rig: Rig, read: Sequence[str]) -> tuple[str, ...]:
+    """Outputs that make up what was read, each once."""
+    return tuple(dict.fromkeys(name for each in read for name in rig.weights(each)))
+
+
+def _weights(rig: Rig, read: Sequence[str]) -> Array | None:
+    """Weights of outputs in what was read, shape (read, outputs); None if each is an output by itself."""
+    if not any(each in rig.sums for each in read):
+        return None
+    behind = outputs_behind(rig, read)
+    return np.array([[rig.weights(each).get(name, 0.0) for name in behind] for each in read])
+
+
 def logger_of(rig: Rig, output: str) -> str:
     """Logger that is likely to record an output: one for each component, and one for the camera."""
     return "camera" if channel_of(rig, output).is_camera else rig.part_of(output)
@@ -82,7 +96,7 @@ class Readings:
     Parameters
     ----------
     forward : simulates the run
-    outputs : outputs that were read, in the order of the equations
+    outputs : what was read: outputs, or weighted sums of outputs
     slots : variables of instruments that may be freed; they follow the equations' own
     times : s, rising, shape (times,)
     """
@@ -93,6 +107,7 @@ class Readings:
         self.forward, self.times, self._inner = forward, times, len(forward.slots)
         self._slots = {name: self._inner + i for i, name in enumerate(slots)}
         self._channels = [channel_of(forward.rig, output) for output in outputs]
+        self._sums = _weights(forward.rig, outputs)
         loggers = [logger_of(forward.rig, output) for output in outputs]
         pairs = zip(loggers, outputs, strict=True)
         self._clocks = [(CLOCK, *(f"{CLOCK}:{each}" for each in pair)) for pair in pairs]
@@ -114,6 +129,14 @@ class Readings:
         by_slot[:, :, : through.shape[2]] = through
         by_slot[:, :, self._inner :] = by_fault
         return values, by_slot
+
+    def responses(self, z: Array, courses: Courses) -> Array:
+        """Derivatives by the courses' values, shape (times, outputs, values), as `Simulation` has them."""
+        return self._summed(self.forward.responses(z[: self._inner], self.times, courses))
+
+    def _summed(self, table: Array) -> Array:
+        """What was read of outputs, whose axis is the second."""
+        return table if self._sums is None else np.einsum("co,to...->tc...", self._sums, table)
 
     def sooner(self, z: Array, rows: NDArray[np.int64], parts: int) -> Array:
         """What it does to the readings that inputs act sooner, as `Simulation.sooner` has it."""
@@ -154,6 +177,7 @@ class Readings:
         if lagging or len(asked) > 1:
             dense = np.unique(np.concatenate([bends, *asked.values()]))
         truth = course(z[: self._inner], dense)
+        truth = SimulatedRun(*map(self._summed, (truth.values, truth.slopes, truth.by_slot)))
         through = np.empty((self.times.size, len(self._channels), 1 + truth.by_slot.shape[2]))
         by_fault = np.zeros((*through.shape[:2], len(self._slots)))
         for i, channel in enumerate(self._channels):

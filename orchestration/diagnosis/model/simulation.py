@@ -173,7 +173,8 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
 
     Along the link they are linear between the sensors; what was not measured takes the mean of what was.
     """
-    starts = {v: at_start(run.time, each) for v, each in run.readings.items() if rig.unit(v) == "K"}
+    read = {v: each for v, each in run.readings.items() if rig.unit(v) == "K" and v not in rig.sums}
+    starts = {v: at_start(run.time, each) for v, each in read.items()}
     first = {variable: start for variable, start in starts.items() if start is not None}
     if not first:
         return {}
@@ -190,6 +191,16 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     for heater in rig.called("heater"):
         result[f"{heater}.initial_temperature"] = mean
     return result
+
+
+def unread_starts(rig: Rig, run: Run) -> frozenset[str]:
+    """Parameters that set temperatures at the start which no reading tells, as of a winding in its shaft."""
+    return frozenset(
+        f"{motor}.initial_{place}_temperature"
+        for motor in rig.called("motor")
+        for place in ("winding", "shaft")
+        if f"{motor}.{place}_temperature" not in run.readings
+    )
 
 
 def _along_link(

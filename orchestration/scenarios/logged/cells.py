@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.arguments import argument
-from warmlink.fmus.component import Scalar
+from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
@@ -105,6 +105,21 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
         raise InputError(f"{sheet.of(place.column)} is empty; give the input or leave the column out")
     sheet.refuse(np.flatnonzero(~filled[:1]), place.column, "an input needs a value in the first row")
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
+
+
+def as_input(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, list[str]]:
+    """A column of an input, its values in SI in every row, and remarks on cells that are missing or empty.
+
+    InputError as `signal` and `held`, or a cell is no value of a discrete input, as 1.5 of a pad's mode.
+    """
+    column, values, lost = signal(sheet, place, scalar)
+    if scalar is not None and scalar.is_discrete:
+        for row in np.flatnonzero(np.isfinite(values)).tolist():
+            sentence = limits.problem(scalar, float(values[row]))
+            if sentence is not None:
+                raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
+    missing = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
+    return column, held(sheet, place, values, lost), [*missing, *said_of_empty(sheet, place)]
 
 
 def said_of_empty(sheet: Sheet, place: Place) -> list[str]:

@@ -121,7 +121,7 @@ def test_the_report_shows_axes_and_maps(outcome: ClosedLoop, tmp_path: Path) -> 
 
 def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
     scenario = replace(load_scenario("six_axis_shift"), controller=shipped("none"))
-    changed = mismatch.load("losses_high").applied(scenario).parameters
+    changed = scenario.mismatched(mismatch.load("losses_high")).parameters
     scaled = [name for name in changed if name.startswith("axis4.motor")]
     assert scaled
     factors = mismatch.load("losses_high").scale
@@ -129,7 +129,7 @@ def test_a_mismatch_of_the_cell_goes_to_every_axis() -> None:
         own = arm_values()["axis4.motor"].get(name.rpartition(".")[2])
         if own is not None:
             assert changed[name] == pytest.approx(factors[name.removeprefix("axis4.")] * float(own))
-    assert mismatch.load("nominal").applied(scenario).parameters == {}
+    assert scenario.mismatched(mismatch.load("nominal")).parameters == {}
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ IDLE = replace(load_scenario("windshield_wiper"), controller=catalogue.shipped("
 @pytest.mark.parametrize("name", [*mismatches.names(), "draw_1", "draw_12"])
 def test_every_mismatch_gives_values_that_the_components_take(name: str) -> None:
     mismatch = mismatches.load(name)
-    applied = mismatch.applied(IDLE)
+    applied = IDLE.mismatched(mismatch)
     applied.values()
     assert mismatch.about
     assert bool(applied.parameters) == (name != "nominal")
@@ -47,7 +47,7 @@ def test_draws_repeat_differ_and_keep_within_their_bounds() -> None:
 def test_a_factor_acts_on_the_scenarios_value_where_it_gives_one() -> None:
     mismatch = Mismatch("mine", "", {"motor.joint_conductance": 2.0, "link.length": 1.5})
     given = replace(IDLE, parameters={"motor.joint_conductance": "3 W/K"})
-    applied = mismatch.applied(given).parameters
+    applied = given.mismatched(mismatch).parameters
     assert applied["motor.joint_conductance"] == 6.0
     assert applied["link.length"] == pytest.approx(1.5 * 0.3302)
 
@@ -80,7 +80,7 @@ def test_a_bad_mismatch_is_refused_in_one_sentence(content: str, sentence: str, 
     path = tmp_path / "mine.toml"
     path.write_text(content)
     with pytest.raises(InputError, match=sentence) as refusal:
-        mismatches.load(str(path)).applied(IDLE).values()
+        IDLE.mismatched(mismatches.load(str(path))).values()
     assert "\n" not in str(refusal.value)
 
 

@@ -14,6 +14,9 @@ import pytest
 
 import warmlink as wl
 from tests.chromium import Chromium
+from warmlink.controllers.design.plant import plant_model
+from warmlink.controllers.design.reduction import reduce_plant
+from warmlink.controllers.observer.model import MODES
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration import cli
 from warmlink.orchestration.closed_loop.load import load_scenario, read_scenario
@@ -38,6 +41,7 @@ WIRES = (
     ("sensors.reading[3]", "compensator.base_temperature"),
     ("sensors.reading[5]", "compensator.tip_temperature"),
 )
+MIDDLE, MIDDLE_READ = "sensors.temperature[4]", "sensors.reading[4]"
 KINDS = {
     "motor1": "MotorHeatSource",
     "link1": "ThermalLink",
@@ -167,6 +171,27 @@ def test_an_observer_designed_for_the_chain_knows_both_links(warmlink: Warmlink)
         largest[name] = json.loads(Path(name, "metrics.json").read_text("utf-8"))["compensated"]["max_abs_um"]
     assert largest["chain's"] < 3
     assert largest["cell's"] > 10 * largest["chain's"]
+
+
+def test_thermometers_of_a_reduced_chain_do_not_contradict_each_other(warmlink: Warmlink) -> None:
+    """They did by 0.18 K, so that an observer with more of them was worse."""
+    reduced = reduce_plant(plant_model(plant_in(load_scenario("chain.toml"))), MODES)
+    assert reduced.error.temperature_step < 0.04
+    assert reduced.error.elongation_step < 3e-8
+
+
+@pytest.mark.slow
+def test_more_thermometers_make_no_observer_of_the_chain_worse(warmlink: Warmlink) -> None:
+    write_chain(
+        (*WIRES, ("link1.sensor_temperature[2]", MIDDLE), (MIDDLE_READ, "compensator.middle_temperature"))
+    )
+    Path("chain.toml").write_text(ROLES.replace("windshield_wiper", "continuous").replace("30", "90") + NOISE)
+    rms = []
+    for sensors in ("base,tip", "base,middle,tip", "shaft,base,middle,tip"):
+        wl.design("chain.toml", "observer", sensors.split(",")).write("own.ssv")
+        rms.append(wl.run("chain.toml", "observer", parameters="own.ssv").metrics.rms_um)
+    assert rms[0] < 0.35
+    assert max(rms[1:]) < rms[0]
 
 
 def test_a_regression_is_designed_for_fmus_whose_equations_nobody_knows(

@@ -17,19 +17,17 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
+from warmlink.orchestration.studies import joined as runs
 from warmlink.orchestration.studies import processes
-from warmlink.orchestration.studies import workers as runs
 from warmlink.orchestration.studies.case import METRICS, Case, case_of, figures
+from warmlink.orchestration.studies.joined import agreeing, joined_systems, tried
 from warmlink.orchestration.studies.processes import LocalWorkers
 from warmlink.orchestration.studies.workers import (
     FmuSet,
-    agreeing,
     attempt,
     attempt_all,
+    groups,
     joined_outcomes,
-    joined_systems,
-    side_by_side,
-    tried,
 )
 
 LAWS = {"lag": "LagCompensator", "none": "NoCompensator"}
@@ -51,7 +49,7 @@ def scenario(folder: Path, law: str = "lag", duty: str = "pause") -> Scenario:
 def planned(folder: Path, *laws: str, **changed: object) -> list[Case]:
     return [
         case_of(
-            mismatch.load(name).applied(replace(scenario(folder, law, duty), **changed)), (law, duty, name)
+            replace(scenario(folder, law, duty), **changed).mismatched(mismatch.load(name)), (law, duty, name)
         )
         for law in laws
         for duty in ("work", "pause")
@@ -63,7 +61,7 @@ def test_figures_are_those_of_the_fmus_within_the_coupling_error(
     folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
 ) -> None:
     for name in ("nominal", "noisy_sensors", "thermal_low"):
-        changed = mismatch.load(name).applied(scenario(folder))
+        changed = scenario(folder).mismatched(mismatch.load(name))
         case = case_of(changed, ("lag", "pause", name), with_budget=True)
         exact, joined = attempt(case, fmus), joined_outcomes([case], rollouts)[0]
         assert exact.coupling_um is not None
@@ -93,7 +91,7 @@ def test_a_run_is_the_same_alone_and_beside_others(
     # Beside one that radiates, the others too take the step with all that is rare.
     cases.append(replace(cases[0], values={**cases[0].values, "link": {"emissivity": 0.3}}))
     together = replace(fmus, rollouts=rollouts)
-    shares = side_by_side(cases, rollouts)
+    shares = groups(cases, rollouts)
     assert sorted(place for share in shares for place in share) == list(range(len(cases)))
     assert 1 < len(shares) < len(cases)
     alone = [joined_outcomes([case], rollouts)[0] for case in cases]
@@ -189,13 +187,13 @@ def test_a_system_that_differs_from_its_fmus_is_refused(
 ) -> None:
     said: list[str] = []
     law = LAWS["lag"]
-    duty, nominal = scenario(folder), [mismatch.load("nominal")]
+    duty = scenario(folder).mismatched(mismatch.load("nominal"))
     same = replace(fmus, rollouts={law: rollouts[law]})
-    assert agreeing([duty], nominal, same, said.append) == same
+    assert agreeing([duty], same, said.append) == same
     assert "figures differ by at most" in said[0]
     assert "the coupling error is up to" in said[0]
     other = replace(fmus, rollouts={law: rollouts[LAWS["none"]]})
-    assert agreeing([duty], nominal, other, said.append).rollouts == {}
+    assert agreeing([duty], other, said.append).rollouts == {}
     assert "more than the coupling error" in said[1]
     assert "it runs on its FMUs" in said[1]
 
@@ -204,10 +202,11 @@ def test_what_is_tried_is_where_the_growth_turns_most_sharply(
     folder: Path, fmus: FmuSet, rollouts: dict[str, Rollout]
 ) -> None:
     def coupling(duties: list[str], names: list[str]) -> float:
-        scenarios = [scenario(folder, "lag", duty) for duty in duties]
-        changes = [mismatch.load(name) for name in names]
+        changed = [
+            scenario(folder, "lag", duty).mismatched(mismatch.load(name)) for duty in duties for name in names
+        ]
         lag = replace(fmus, rollouts={LAWS["lag"]: rollouts[LAWS["lag"]]})
-        ((_, found),) = tried(scenarios, changes, lag, print).values()
+        ((_, found),) = tried(changed, lag, print).values()
         return found
 
     names = ["nominal", "thermal_high", "insulated"]
@@ -221,7 +220,7 @@ def test_the_coupling_error_counts_what_a_controller_makes_of_it(
 ) -> None:
     """As where a thermometer rounds the growth's small error to a step of its readings."""
     case = case_of(scenario(folder), ("lag", "pause", "nominal"), with_budget=True)
-    ((_, coarse, fine),) = runs._joined([case], rollouts)
+    ((_, coarse, fine),) = runs.joined_results([case], rollouts)
     rounded = fine.table.values.copy()
     rounded[:, fine.table.names.index("compensator.correction")] += 1e-6
     moved = replace(fine, table=fine.table.holding(rounded))

@@ -29,7 +29,7 @@ def test_the_example_is_the_one_of_the_readme() -> None:
 def outcome(kind: FmuKind, folder: Path, fmus: FmuSet, tmp_path: Path) -> Outcome:
     law = load_own_law(EXAMPLE)
     files = dict(fmus.files() if fmus.kind == kind else FmuStore(kind).files(set(fmus.contents)))
-    files |= law.files(FmuStore(kind, tmp_path))
+    files |= FmuStore(kind, tmp_path).of_controller(law)
     scenario = load_scenario(str(folder / "work.toml"))
     return run_case(case_of(replace(scenario, controller=law), ("MyLaw", "work", "nominal")), files)
 
@@ -44,7 +44,7 @@ def test_a_law_of_ones_own_runs_as_native_and_as_python_fmu(
         case_of(
             replace(load_scenario(str(folder / "work.toml")), controller=load_own_law(EXAMPLE)), ("", "", "")
         ),
-        {**fmus.files(), **load_own_law(EXAMPLE).files(FmuStore("native", tmp_path))},
+        {**fmus.files(), **FmuStore("native", tmp_path).of_controller(load_own_law(EXAMPLE))},
     )
     assert none.max_abs_um == native.max_abs_um
 
@@ -127,7 +127,7 @@ def test_a_law_that_is_no_plain_arithmetic_does_not_become_c(tmp_path: Path) -> 
     with pytest.raises(
         InputError, match=r"does not become a native FMU .*warmlink.fmus.component.arithmetic"
     ):
-        law.files(FmuStore("native", tmp_path))
+        FmuStore("native", tmp_path).of_controller(law)
 
 
 def test_states_need_an_update() -> None:

@@ -38,7 +38,7 @@ def test_a_point_meets_every_duty_cycle_and_mismatch() -> None:
     given["parameters"] = {"motor.joint_conductance": {"min": 0.5, "max": 2.0}}
     study = read_study("mine", given, Path())
     cases = study.cases({"motor.joint_conductance": 1.5}, "point 0")
-    assert [case.label[1:] for case in cases] == study.runs
+    assert [case.label[1:] for case in cases] == study.run_names
     factor = dict(study.mismatches[1].scale)["motor.joint_conductance"]
     assert [case.values["motor"]["joint_conductance"] for case in cases] == pytest.approx(
         [1.5, 1.5 * factor] * 2

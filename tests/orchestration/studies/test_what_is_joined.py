@@ -16,20 +16,19 @@ from warmlink.orchestration.scenarios import mismatch
 from warmlink.orchestration.scenarios.scenario import Scenario
 from warmlink.orchestration.studies import session
 from warmlink.orchestration.studies.case import COMPARED, case_of
+from warmlink.orchestration.studies.joined import agreeing, joined_systems
 from warmlink.orchestration.studies.workers import (
     FmuSet,
-    agreeing,
     attempt,
     attempt_all,
     joined_outcomes,
-    joined_systems,
     lane_of,
 )
 from warmlink.orchestration.system.units import Conversion
 from warmlink.orchestration.written.expression import Expression
 
 LAW = "LagCompensator"
-NOMINAL = [mismatch.load("nominal")]
+NOMINAL = mismatch.load("nominal")
 
 
 @pytest.fixture
@@ -47,7 +46,7 @@ def joined(fmus: FmuSet, *scenarios: Scenario) -> FmuSet:
 
 def remarks(fmus: FmuSet, scenarios: Sequence[Scenario]) -> list[str]:
     said: list[str] = []
-    assert agreeing(scenarios, NOMINAL, fmus, said.append).rollouts == {}
+    assert agreeing([each.mismatched(NOMINAL) for each in scenarios], fmus, said.append).rollouts == {}
     return said
 
 
@@ -61,7 +60,7 @@ def test_it_says_which_system_is_compiled_and_which_is_tried(
         yield lambda text, share=None: doing.append((f"{what}: {text}", share))
 
     monkeypatch.setattr(session, "spinner", shown)
-    with session.open_study([pause], NOMINAL, session.USUAL, folder / "part"):
+    with session.open_study([pause.mismatched(NOMINAL)], session.USUAL, folder / "part"):
         shares = [share for _, share in doing if share is not None]
     assert [text for text, _ in doing] == [
         f"Preparing the runs: compiling system 1 of 1, with {LAW}",

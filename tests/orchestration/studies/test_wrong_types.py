@@ -53,7 +53,7 @@ def study(given: dict[str, Any], folder: Path) -> None:
 
 def mismatch(given: dict[str, Any], folder: Path) -> None:
     found: Mismatch = mismatches.parsed(given, "mine")
-    found.applied(load_scenario("windshield_wiper")).values()
+    load_scenario("windshield_wiper").mismatched(found).values()
 
 
 def duty(given: dict[str, Any], folder: Path) -> None:

@@ -106,7 +106,6 @@ def test_of_much_what_was_not_used_for_longest_goes(tmp_path: Path, monkeypatch:
         for path in (folder / "file", folder):
             os.utime(path, (time.time() - days * 86400,) * 2)
     (tmp_path / "studies" / f"{5:016x}").mkdir()  # as one has it that nothing was unpacked into
-    cache.make_room.cache_clear()
     kept("things", "the next", lambda: bytes(400_000))
     left = {path.parent.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("file")}
     assert left == {new, *theirs}, "what is used today stays, however much it is, and what is not the cache's"
@@ -128,9 +127,25 @@ def test_two_processes_make_room_at_once(tmp_path: Path, monkeypatch: pytest.Mon
         return look(entry)
 
     monkeypatch.setattr(cache, "_last_used", looked)
-    cache.make_room.cache_clear()
     cache.make_room()
     assert not [*(tmp_path / "unpacked").iterdir()]
+
+
+def test_a_cache_that_has_room_is_not_looked_through_by_every_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.LIMIT_VARIABLE, "1")
+    old = tmp_path / "unpacked" / "1"
+    old.parent.mkdir()
+    for limit, minutes, looked in (("1", 0, True), ("1", 0, False), ("0.5", 0, True), ("0.5", 61, True)):
+        old.write_bytes(bytes(2_000_000))
+        os.utime(old, (0, 0))
+        monkeypatch.setenv(cache.LIMIT_VARIABLE, limit)
+        with suppress(FileNotFoundError):
+            os.utime(tmp_path / "room", (time.time() - 60 * minutes,) * 2)
+        cache.make_room()
+        assert old.exists() != looked
 
 
 def test_an_empty_folder_of_the_cache_is_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +153,6 @@ def test_an_empty_folder_of_the_cache_is_no_fault(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv(cache.LIMIT_VARIABLE, "0")
     (tmp_path / "unpacked" / "1").mkdir(parents=True)
     os.utime(tmp_path / "unpacked" / "1", (0, 0))
-    cache.make_room.cache_clear()
     cache.make_room()
     assert not (tmp_path / "unpacked" / "1").exists()
 
@@ -157,7 +171,6 @@ def test_where_nothing_can_be_kept_it_is_made_all_the_same(monkeypatch: pytest.M
         raise InputError("there is no folder for it")
 
     monkeypatch.setattr(cache, "cache_folder", none)
-    cache.make_room.cache_clear()
     assert kept("things", "the same", lambda: b"made") == b"made"
 
 
@@ -165,7 +178,6 @@ def test_where_nothing_can_be_kept_it_is_made_all_the_same(monkeypatch: pytest.M
 def test_a_limit_that_is_none_is_refused(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setenv(cache.LIMIT_VARIABLE, limit)
-    cache.make_room.cache_clear()
     with pytest.raises(InputError, match=f"{cache.LIMIT_VARIABLE} is '{limit}'"):
         kept("things", "the same", lambda: b"made")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import SimpleNamespace
 
-from warmlink.controllers.interface import compensator, error_parameters, error_std, told
+from warmlink.controllers.interface import compensator, error_parameters, error_std, law_outputs
 from warmlink.fmus.component import Parameter, Record
 from warmlink.fmus.component.arithmetic import Number, finite, where
 
@@ -14,7 +14,7 @@ def outputs(x: Record, u: Record, p: Record, time: Number) -> Mapping[str, Numbe
     """Correction in m; 0 while there is no reading."""
     rise = u.tip_temperature - u.ambient_temperature
     correction = where(finite(rise), p.gain * rise, 0.0)
-    return told(correction, error_std(correction, p), p, distrusted=where(finite(rise), 0.0, 1.0))
+    return law_outputs(correction, error_std(correction, p), p, distrusted=where(finite(rise), 0.0, 1.0))
 
 
 COMPONENT = compensator(
