@@ -34,7 +34,7 @@ class Core:
     component: Component
     name: str
     precision: Precision
-    source_of_design: str = "the one that ships"
+    source_of_design: str = "the one that ships, designed for WarmupCell as it ships"
 
     @property
     def design(self) -> Number:
@@ -73,7 +73,8 @@ class Core:
         mark = hashlib.sha256(f"{self.component.name}\n{told}".encode()).hexdigest()[:16]
         return [
             f"Written by warmlink {version()} for {self.component.name} in {self.precision} precision.",
-            f"Design: {in_comment(self.source_of_design)}; its values have the SHA-256 {mark}.",
+            f"Design: {in_comment(self.source_of_design)}.",
+            f"The values of its parameters have the SHA-256 {mark}.",
         ]
 
     def operations(self) -> int:

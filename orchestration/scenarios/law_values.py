@@ -18,7 +18,7 @@ def start_values_of(values: Values) -> dict[str, float]:
     return {f"{COMPENSATOR}.{name}": value for name, value in by_scalar(values).items()}
 
 
-def write_law_values(law: str, values: Values, path: str | Path, title: str) -> None:
+def write_law_values(law: str, values: Values, path: str | Path, title: str, source: str) -> None:
     """Write the parameter set of a law's FMU.
 
     Parameters
@@ -27,6 +27,7 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str) -> 
     values : in SI units
     path : .ssv file
     title : what the set is called
+    source : what it was made from, which an export of the law repeats
 
     Raises
     ------
@@ -39,7 +40,7 @@ def write_law_values(law: str, values: Values, path: str | Path, title: str) -> 
         for name, value in by_scalar(values).items()
     }
     try:
-        write_ssv(held, Path(path), title)
+        write_ssv(held, Path(path), title, source)
     except OSError as fault:
         raise InputError(
             f"{path}: cannot be written ({fault.strerror}); choose another {argument('out')}"

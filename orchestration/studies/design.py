@@ -26,7 +26,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
-from warmlink.orchestration.files import temporary_folder
+from warmlink.orchestration.files import temporary_folder, with_hash
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import Machine
@@ -68,6 +68,7 @@ class Designed(Answer):
     values : parameters of its component
     plant : what it was designed for; None where that was a run of FMUs
     reduced : the model that it holds; None for a law without one
+    source : what it was made from: the system or scenario with the hash of its file, and what was changed
     """
 
     law: str
@@ -75,6 +76,7 @@ class Designed(Answer):
     values: Values
     plant: Plant | None
     reduced: ReducedPlant | None = None
+    source: str = ""
 
     @property
     def given(self) -> dict[str, float]:
@@ -88,7 +90,7 @@ class Designed(Answer):
 
     def write(self, path: str | Path) -> None:
         """Write the parameter set (SSV) of the law's FMU; raises InputError where that cannot be done."""
-        write_law_values(self.law, self.values, path, f"{self.law}, designed")
+        write_law_values(self.law, self.values, path, f"{self.law}, designed", self.source)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON, the gains apart."""
@@ -167,7 +169,7 @@ def design(
         return _learnt(data, system, law, sensors, stds, sample_time, parameters, options)
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
-    scenario = None
+    scenario, source = None, f"designed for {_named(system, parameters)}"
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
@@ -191,10 +193,10 @@ def design(
         else:
             run = _run_of(scenario, sensors)
             values = fit_regression(run, list(sensors), noise, cold_in(run, sensors))
-        return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant)
+        return Designed(law, tuple(sensors), {**values, "sample_time": period}, plant, source=source)
     camera = None if camera_std is None else positive(camera_std, "m", argument("camera_std"))
     found = design_controller(law, list(sensors), noise, period, plant, camera_std=camera)
-    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced)
+    return Designed(law, tuple(sensors), found.parameters, plant, found.reduced, source)
 
 
 def _learnt(
@@ -230,8 +232,17 @@ def _learnt(
         camera_std=camera,
         sample_time=sample_time,
         plant=plant,
+        model=_named(system, parameters),
         options=options,
     )
+
+
+def _named(system: str | Path, parameters: Mapping[str, str | float]) -> str:
+    """A system or scenario: its name, with the hash of its file if it has one, and what is changed."""
+    path = Path(system)
+    name = with_hash(path) if path.suffix in (".toml", ".ssp") and path.is_file() else f"{system} as it ships"
+    changes = ", ".join(f"{key} = {value}" for key, value in parameters.items())
+    return f"{name} with {changes}" if changes else name
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:
