@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -33,6 +33,9 @@ SAME = 1e-6
 
 SECONDS = 60.0
 """For one run."""
+
+TIGHT = 1e-10
+"""Relative tolerance of the solvers that integrate models for model exchange, ours and FMPy's."""
 
 SETTLED = {
     "LinearTransformation3/SystemStructure.ssd": (
@@ -59,11 +62,17 @@ Columns = Mapping[str, list[float]]
 
 @dataclass(frozen=True)
 class Seen:
-    """What came of one file: one of `OUTCOMES`, and what was said."""
+    """What came of one file: one of `OUTCOMES`, what was said, and the largest difference between the two.
+
+    The difference is a share of an output's largest value; None where only one ran. The `kind` is that of
+    the file, as `FMI 2.0 co-simulation`.
+    """
 
     file: Path
     outcome: str
     said: str
+    difference: float | None = None
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,11 +83,12 @@ class Ran:
     said: str
 
 
-def ours(ssp: Path, stop: float, step: float, work: Path) -> Ran:
+def ours(ssp: Path, stop: float, step: float, work: Path, tolerance: float | None = None) -> Ran:
     """Run a system by the command."""
     command = [sys.executable, "-m", "warmlink", "simulate", str(ssp), "--no-error-budget", "--no-csv"]
     options = ["--stop", f"{stop!r} s", "--step", f"{step!r} s", "--master", "jacobi"]
     options += ["--out", str(work / "ours")]
+    options += [] if tolerance is None else ["--fmu-tolerance", f"{tolerance:g}"]
     try:
         done = subprocess.run(
             [*command, *options], capture_output=True, text=True, timeout=SECONDS, check=False
@@ -123,30 +133,32 @@ def steps_of(proposed: DefaultExperiment) -> tuple[float, float, int]:
 
 def fmu_seen(path: Path, work: Path) -> Seen:
     """Run one FMU by us and by FMPy."""
+    asked = {"by": "fmpy", "file": str(path), "tolerance": None}
     try:
         info = read_description(path)
     except InputError as fault:
-        reference = theirs(
-            {"by": "fmpy", "file": str(path), **_times(DefaultExperiment()), "names": None}, work
-        )
+        reference = theirs({**asked, **_times(DefaultExperiment()), "names": None}, work)
         return judged(path, Ran(None, f"warmlink: {fault}"), reference)
     kinds = {name: info.variables[name].kind for name in info.outputs if name in info.variables}
     names = [name for name, kind in kinds.items() if kind in ("Real", "Integer", "Boolean", "Enumeration")]
     arrays = {name for name in names if info.variables[name].elements > 1}
     names = [name for name in names if name not in arrays]
+    tolerance = TIGHT if info.interface == "ModelExchange" else None
     times = _times(info.default_experiment)
     ssp = work / "one.ssp"
     experiment = DefaultExperiment(info.default_experiment.start_time, times["stop"])
     try:
         write_ssp(System("one", {"fmu": FmuPart("fmu", path)}, (), experiment), ssp)
-        own = ours(ssp, times["stop"], times["step"], work)
+        own = ours(ssp, times["stop"], times["step"], work, tolerance)
     except InputError as fault:
         own = Ran(None, f"warmlink: {fault}")
-    reference = theirs({"by": "fmpy", "file": str(path), **times, "names": names}, work)
+    reference = theirs({**asked, **times, "tolerance": tolerance, "names": names}, work)
     if own.columns is not None:
         found = {name.removeprefix("fmu."): values for name, values in own.columns.items()}
         own = Ran({name: found[name] for name in names if name in found}, own.said)
-    return judged(path, own, reference, info.default_experiment.tolerance or 0.0)
+    seen = judged(path, own, reference, info.default_experiment.tolerance or 0.0)
+    interface = "model exchange" if tolerance else "co-simulation"
+    return replace(seen, kind=f"FMI {info.fmi_version} {interface}")
 
 
 def system_seen(path: Path, work: Path) -> Seen:
@@ -158,13 +170,14 @@ def system_seen(path: Path, work: Path) -> Seen:
     ends: dict[str, tuple[str, int]] = {}
     for name, held in system.components.items():
         info = read_description(held.fmu)
-        real = [o for o in info.outputs if info.variables[o].kind == "Real" and info.fmi_version == "2.0"]
+        real = [o for o in info.outputs if info.variables[o].kind == "Real" and info.fmi_version != "3.0"]
         ends |= {f"{name}.{output}": (name, info.variables[output].value_reference) for output in real}
     times = _times(system.default_experiment)
     own = ours(path, times["stop"], times["step"], work)
     if own.columns is not None:
         own = Ran({name: own.columns[name][-1:] for name in ends if name in own.columns}, own.said)
-    return judged(path, own, _libcosim(path, ends, system.default_experiment, work))
+    seen = judged(path, own, _libcosim(path, ends, system.default_experiment, work))
+    return replace(seen, kind=f"system of {len(system.components)} FMUs")
 
 
 def _times(proposed: DefaultExperiment) -> dict[str, float]:
@@ -189,27 +202,33 @@ def judged(path: Path, own: Ran, reference: Ran, tolerance: float = 0.0) -> Seen
         return Seen(path, "refused by both" if reference.columns is None and sentence else outcome, own.said)
     if reference.columns is None:
         return Seen(path, "runs here alone", f"{own.said} (there: {reference.said})")
-    worst = max(
+    ended = "asks to end the simulation" in own.said
+    worst, name = max(
         (
-            (_distance(values, reference.columns[n]), n)
+            (_distance(values, reference.columns[n], ended), n)
             for n, values in own.columns.items()
             if n in reference.columns
         ),
         default=(0.0, ""),
     )
-    if worst[0] <= SAME:
-        return Seen(path, "same numbers", own.said)
-    told = f"{worst[1]} by {worst[0]:.2g}; {own.said}"
-    if worst[0] <= tolerance:
-        return Seen(path, "same to the FMU's tolerance", told)
+    if worst <= SAME:
+        return Seen(path, "same numbers", own.said, worst)
+    told = f"{name} by {worst:.2g}; {own.said}"
+    if worst <= tolerance:
+        return Seen(path, "same to the FMU's tolerance", told, worst)
     for end, why in SETTLED.items():
         if path.as_posix().endswith(end):
-            return Seen(path, "differs, settled by a third", f"{told} {why}")
-    return Seen(path, "differs, with a word" if own.said else "DIFFERS WITHOUT A WORD", told)
+            return Seen(path, "differs, settled by a third", f"{told} {why}", worst)
+    return Seen(path, "differs, with a word" if own.said else "DIFFERS WITHOUT A WORD", told, worst)
 
 
-def _distance(a: list[float], b: list[float]) -> float:
-    """Largest difference, as a share of the largest value; infinite if one has more rows or is not finite."""
+def _distance(a: list[float], b: list[float], ended: bool = False) -> float:
+    """Largest difference, as a share of the largest value; infinite if one has more rows or is not finite.
+
+    Where the FMU has `ended` the simulation, FMPy leaves out the last row.
+    """
+    if ended and len(a) == len(b) + 1:
+        a = a[:-1]
     if len(a) != len(b):
         return np.inf
     first, second = np.array(a, dtype=float), np.array(b, dtype=float)

@@ -180,7 +180,7 @@ def _facts_of_fmu(info: ModelInfo, rows: Sequence[VariableRow]) -> dict[str, str
     can = [words for flag, words in _CAPABILITIES.items() if getattr(info.capabilities, flag)]
     return {
         "model": info.model_name,
-        "FMI": f"{info.fmi_version}, co-simulation",
+        "FMI": f"{info.fmi_version}, {_interfaces(info)}",
         "platforms": _platforms(info.path),
         "can": ", ".join(can) or "nothing beyond fixed steps",
         **_experiment(info.default_experiment),
@@ -189,6 +189,12 @@ def _facts_of_fmu(info: ModelInfo, rows: Sequence[VariableRow]) -> dict[str, str
             for role in ("input", "parameter", "output")
         },
     }
+
+
+def _interfaces(info: ModelInfo) -> str:
+    """What an FMU may be used as, that which a system uses by default first."""
+    first = "co-simulation" if info.interface == "CoSimulation" else "model exchange"
+    return f"{first} and model exchange" if info.exchange else first
 
 
 def _experiment(proposed: DefaultExperiment) -> dict[str, str]:

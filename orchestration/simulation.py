@@ -26,7 +26,7 @@ from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.scenarios.plausible import declared_in, within_bands
 from warmlink.orchestration.scenarios.system_values import Written, full_name, with_parameters
 from warmlink.orchestration.system.assemble import read_system
-from warmlink.orchestration.system.description import FmuVariable, read_description
+from warmlink.orchestration.system.description import FmuVariable, described, read_description
 from warmlink.orchestration.system.model import System
 from warmlink.orchestration.written.quantities import positive
 
@@ -138,7 +138,7 @@ def experiment_of(system: System, stop: str | float | None, step: str | float | 
 def _usual_step(system: System, duration: float) -> float:
     """Give one of `DEFAULT_STEPS` in s, or a multiple of what FMUs step inside that divides the run."""
     usual = duration / DEFAULT_STEPS
-    infos = (read_description(held.fmu) for held in system.components.values())
+    infos = (described(held) for held in system.components.values())
     inside = [info.capabilities.internal_step for info in infos if info.capabilities.internal_step]
     if inside and _divides(part := _common(inside), duration):
         least, count = max(1, math.ceil(usual / part - _ROUNDING)), round(duration / part)
@@ -148,7 +148,7 @@ def _usual_step(system: System, duration: float) -> float:
 
 def own_steps(system: System) -> dict[str, float]:
     """Step in s of each component whose FMU proposes one and does not want it to be changed."""
-    infos = {name: read_description(held.fmu) for name, held in system.components.items()}
+    infos = {name: described(held) for name, held in system.components.items()}
     return {name: info.own_step for name, info in infos.items() if info.own_step}
 
 
@@ -165,7 +165,7 @@ def remarks_on_steps(
     """Say where steps do not fit an FMU, and where a run ends before the `stop` that was asked for."""
     found, duration = [], stop_time - system.default_experiment.start_time
     for name, held in system.components.items():
-        info = read_description(held.fmu)
+        info = described(held)
         own, inside = info.own_step, info.capabilities.internal_step
         if own and not _divides(own, step_size):
             count = max(1, math.floor(duration / own + _ROUNDING))
@@ -187,7 +187,7 @@ def remarks_on_steps(
 
 def halvable(system: System, step_size: float) -> bool:
     """Whether every FMU can go on by half a step: one with an internal step can do so by multiples of it."""
-    inside = (read_description(held.fmu).capabilities.internal_step for held in system.components.values())
+    inside = (described(held).capabilities.internal_step for held in system.components.values())
     return all(_divides(each, step_size / 2) for each in inside if each)
 
 

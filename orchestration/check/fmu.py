@@ -54,7 +54,7 @@ def check_fmu(
     cases: Sequence[str] | None = None,
     progress: Progress = unseen,
 ) -> list[CheckResult]:
-    """Check an FMU of FMI 2.0 or 3.0 for co-simulation; its code runs in processes of their own.
+    """Check an FMU; its code runs in processes of their own.
 
     One check may take `time_limit` s. `cases` are names of the checks that run the FMU (see `CASES`), all by
     default. InputError if the file is no FMU for co-simulation that can be read.

@@ -134,7 +134,8 @@ def compare(
 
     With --data no plant is needed: controllers are run over measured logs. Each sees what was logged, and its
     error is the measured growth minus its correction; one with a camera sees the growth whenever it was
-    measured. A column `growth`, which nobody sees, is judged by if there is one.
+    measured. A column `growth`, which nobody sees, is judged by if there is one. Logs of a machine of your
+    own are read by the roles in its --scenario.
 
     Example: `warmlink compare --controllers lag,observer --duty-cycles stop_and_go --mismatch nominal`
 
@@ -144,7 +145,7 @@ def compare(
     data : Measured logs of one machine to judge on, with columns as `warmlink diagnose` reads them.
         Repeatable.
     learn : With --data: logs from which controllers learn first that can. Repeatable.
-    tolerance : With --data: error that production allows. Default: 5 um.
+    tolerance : With --data: error that production allows. Default: that of the --scenario, or 5 um.
     unit : With --data: unit that is missing from a header, as --unit "T_base=degC". Repeatable.
     decimal : With --data: decimal mark, `comma` or `point`, if a log could be read either way.
     controllers : Controllers, such as `lag,observer`. Default: all (`warmlink list`).
@@ -157,6 +158,7 @@ def compare(
     with_ : A controller of your own, as `my_law.py:MyLaw`. Repeatable.
     system : `WarmupCell`, or `SixAxisArm`, for which a duty cycle is a program.
     scenario : A scenario (TOML) of a cell of your own: its parameters and sensors hold, and its duty cycle.
+        With --data: a scenario of any machine, whose roles say which variables the columns are.
     out : Folder for results. Default: out/compare.
     """
     from warmlink.orchestration.scenarios.overrides import reached_controllers
@@ -167,13 +169,13 @@ def compare(
     sets = arguments.sets_given(parameters, set_)
     if data:
         from warmlink.orchestration.command_line.replay import judge
-        from warmlink.orchestration.replay.compare import TOLERANCE
 
-        others = duty_cycles, mismatch, scenario, replace, fmus, scheduler
+        others = duty_cycles, mismatch, replace, fmus, scheduler
         if any(each is not None for each in others) or exact or system != DEFAULT:
             raise InputError(
                 "--data: measured logs are compared as they are; leave out all options but --controllers, "
-                "--with, --set, --parameters, --learn, --tolerance, --unit, --map, --decimal, --out"
+                "--with, --set, --parameters, --learn, --scenario, --tolerance, --unit, --map, --decimal, "
+                "--out"
             )
         named = None if controllers is None and not with_ else [*(arguments.listed(controllers) or ())]
         judge(
@@ -181,8 +183,9 @@ def compare(
             None if named is None else [*named, *(with_ or ())],
             sets,
             learn or [],
-            tolerance or TOLERANCE,
+            tolerance,
             (unit or [], map_ or [], decimal),
+            None if scenario is None else str(scenario),
             out or Path("out") / "compare",
             report,
             json,

@@ -52,7 +52,8 @@ def design(
     law : `observer`, `observer_drift` or `regression`.
     data : Logs of one machine to learn a law from, as a logger or a spreadsheet writes them (CSV,
         text, Parquet, Excel), with columns as `base_temperature [degC]` and `elongation [um]`. Repeatable.
-    scenario : With --data: a scenario file (TOML) with a model of the machine.
+    scenario : With --data: a scenario file (TOML) of any machine. Its roles say which variables the columns
+        are; its model helps, if its equations are known.
     sensors : Thermometers that the law uses: any of `shaft,winding,base,middle,tip`, or `none`. Default:
         those that the scenario says, or base and tip; with --data those that are worth it.
     sensor_std : Standard deviation of a thermometer's noise. Default: the scenario's, or 0.1 K; with --data

@@ -31,23 +31,30 @@ def judge(
     controllers: Sequence[str] | None,
     sets: Sequence[StartValueSet],
     learn: Sequence[Path],
-    tolerance: str,
+    tolerance: str | float | None,
     columns: tuple[Sequence[str], Sequence[str], str],
+    scenario: str | None,
     folder: Path,
     report: bool,
     json: bool,
 ) -> None:
-    """Judge laws, write the table and the page, and answer; `columns` are units, names and decimal mark."""
+    """Judge laws, write the table and the page, and answer; `columns` are units, names and decimal mark.
+
+    The scenario, if one is given, says which machine the logs are of.
+    """
     from warmlink.orchestration.diagnosis.data.columns import read_options
-    from warmlink.orchestration.replay.compare import replayed
+    from warmlink.orchestration.replay.compare import TOLERANCE, logged_on, replayed
     from warmlink.orchestration.scenarios.overrides import reached_controllers
 
+    options = read_options(*columns)
+    if scenario is not None:
+        options, tolerance = logged_on(scenario, options, tolerance)
     with progress_bar(f"{len(logs)} logs") as progress, results_folder(folder, "compare") as target:
         found = replayed(
             *(logs, controllers, sets),
             learn=learn,
-            tolerance=tolerance,
-            options=read_options(*columns),
+            tolerance=tolerance or TOLERANCE,
+            options=options,
             progress=progress,
         )
         found.write_csv(target / "logs.csv")

@@ -21,8 +21,8 @@ from warmlink.fmus.names import instead
 from warmlink.fmus.thermal_link.component import CELLS, thermal_link
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
+from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.machine.sums import WeightedSum
 from warmlink.orchestration.system.model import System, Value
 
 if TYPE_CHECKING:
@@ -238,6 +238,9 @@ class Rig:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading
+        for demand, (target, *_) in self.demanded.items():  # of a foreign part nobody says what it requires
+            if self.part_of(target) in self.foreign:
+                found.setdefault(demand, target)
         if self.machine.controllers:  # what is scored is measured, by whatever instrument
             found |= {name: name for name in self.machine.growth if name not in found.values()}
         return found

@@ -1,11 +1,13 @@
-"""What a machine's variables are for: what is scored, and the thermometers that controllers use."""
+"""What a machine's variables are for: what is scored, what a column holds, what controllers read."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
 from warmlink.controllers.interface import SENSED
+from warmlink.fmus.component import Scalar
 from warmlink.orchestration.written.entries import Names, Quantity
 from warmlink.orchestration.written.expression import Expression
 from warmlink.orchestration.written.tables import Table
@@ -28,6 +30,14 @@ class Roles:
 
 NOTHING_SCORED = Roles(Expression("0"), Expression("0", "uncompensated"), ())
 """Roles of a bench, which has no tool point."""
+
+
+@dataclass(frozen=True)
+class WeightedSum:
+    """A weighted sum of outputs: the weight of each by its full name, and what it is as a variable."""
+
+    weights: Mapping[str, float]
+    scalar: Scalar
 
 
 @dataclass(frozen=True)

@@ -7,30 +7,20 @@ As a sum of growths `x.elongation + y.elongation`, or what one thermometer reads
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from dataclasses import replace
 
 from warmlink.fmus.component import Output, Scalar
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
+from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.written.expression import Expression
-
-if TYPE_CHECKING:
-    from warmlink.orchestration.machine.rig import Rig
 
 _ROUNDING = 1e-9
 
 _NAME = re.compile(r"[\w.\[\]]+")
 """What is no expression; whether there is such a variable is for others to say."""
-
-
-@dataclass(frozen=True)
-class WeightedSum:
-    """A weighted sum of outputs: the weight of each by its full name, and what it is as a variable."""
-
-    weights: Mapping[str, float]
-    scalar: Scalar
 
 
 def with_sums(rig: Rig, texts: Iterable[str], where: str) -> Rig:

@@ -16,17 +16,27 @@ from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
+from warmlink.orchestration.master.slaves.models import Fmi2Model, Fmi3Model
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
-from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave
+from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, Fmi3Slave
 from warmlink.orchestration.system.archive import unpack
-from warmlink.orchestration.system.description import ModelInfo, read_description
+from warmlink.orchestration.system.description import ModelInfo, described
 from warmlink.orchestration.system.model import Connection, System, Value
 
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
 _here: set[tuple[str, str]] = set()
 """FMUs, by identifier and GUID, of which this process has had the one instance that it may have."""
+
+_KINDS: dict[tuple[str, str], type[FmiSlave]] = {
+    ("1.0", "CoSimulation"): Fmi1Slave,
+    ("2.0", "CoSimulation"): Fmi2Slave,
+    ("3.0", "CoSimulation"): Fmi3Slave,
+    ("2.0", "ModelExchange"): Fmi2Model,
+    ("3.0", "ModelExchange"): Fmi3Model,
+}
+"""Slaves by FMI version and interface."""
 
 TOLERANCE = 1e-12
 SWEEPS = 200
@@ -61,7 +71,7 @@ def assemble(system: System, isolation: Isolation | None = None, unpacked: Path 
     one from their second instance on. InputError where a file is not an FMU that can run here, SlaveError
     where an FMU does not instantiate.
     """
-    infos = {name: read_description(component.fmu) for name, component in system.components.items()}
+    infos = {name: described(component) for name, component in system.components.items()}
     workplace = ExitStack()
     home = unpacked or workplace.enter_context(scratch_folder())
     slaves: list[Slave] = []
@@ -105,7 +115,7 @@ def _home(fmu: Path, other: Path) -> Path:
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
-    return (Fmi3Slave if info.fmi_version == "3.0" else Fmi2Slave)(name, info, folder)
+    return _KINDS[info.fmi_version, info.interface](name, info, folder)
 
 
 def initialize(network: Network, experiment: RunSpan, values: Mapping[str, Mapping[str, Value]]) -> None:

@@ -12,7 +12,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.progress import spinner
-from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, replayed
+from warmlink.orchestration.replay.compare import TOLERANCE, Replayed, logged_on, replayed
 from warmlink.orchestration.scenarios.overrides import StartValueSet, given_values
 from warmlink.orchestration.studies.compare import Comparison, compared, plan_on
 from warmlink.orchestration.studies.session import USUAL, Means
@@ -48,7 +48,8 @@ def compare(
     duty_cycles, mismatches : names or files; all that are usual for the system
     system : WarmupCell or SixAxisArm
     scenario : file (TOML) of a cell of one's own, whose parameters and sensors hold in every duty cycle; its
-        own is the usual one
+        own is the usual one; of measured logs, of any machine: its roles say which variables the columns
+        are, and its tolerance holds
     parameters : start values, or the path of a parameter set (SSV), for the controllers that have them
     means : kind of FMU and number of processes
     out : folder in which finished runs are kept, so that the same call goes on where it was interrupted
@@ -77,11 +78,13 @@ def compare(
         plan = plan_on(system, controllers, duty_cycles, mismatches, sets, scenario)
         with compared(plan, means, out) as comparison:
             return comparison
-    given = {"duty_cycles": duty_cycles, "mismatches": mismatches, "scenario": scenario, "out": out}
+    given = {"duty_cycles": duty_cycles, "mismatches": mismatches, "out": out}
     for name, one in given.items():
         if one is not None:
             raise InputError(f"{argument(name)}: measured logs are compared as they are; leave it out")
     options = ReadOptions(units, names=names, decimal=decimal)
+    if scenario is not None:
+        options, tolerance = logged_on(str(scenario), options, tolerance)
     with spinner("Replaying"):
         return replayed(
             *(_several(data), controllers, sets),

@@ -25,9 +25,11 @@ from warmlink.fmus.names import several
 from warmlink.fmus.safe_text import write_frame
 from warmlink.orchestration import catalogue
 from warmlink.orchestration.catalogue import controller_named
+from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.closed_loop.metrics import conduct, error_metrics
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario
 from warmlink.orchestration.machine.machine import COMPENSATOR
 from warmlink.orchestration.replay.learn import LEARNS, Sources, learnt_law
 from warmlink.orchestration.replay.logs import MeasuredLog, read_logs
@@ -225,6 +227,18 @@ def replayed(
             rows[name, log.name] = replay_figures(law, log, allowed)
             progress(len(rows) / (len(laws) * len(logs)))
     return Replayed(tuple(laws), tuple(log.name for log in logs), rows, 1e6 * allowed)
+
+
+def logged_on(
+    scenario: str, options: ReadOptions, tolerance: str | float | None
+) -> tuple[ReadOptions, str | float]:
+    """How the logs of a scenario's machine are read, and its tolerance in m if no other is given.
+
+    InputError if there is no such scenario, or it is driven by programs of its own.
+    """
+    machine, _ = of_scenario(scenario)
+    allowed = load_scenario(scenario).tolerance if tolerance is None else tolerance
+    return replace(options, machine=machine), allowed
 
 
 def _with(law: Component, values: Mapping[str, float]) -> Component:

@@ -1,12 +1,14 @@
 """Measured logs as laws see them: thermometers, duty and room, row by row, and the growth beside them.
 
-The columns are those that `warmlink diagnose` reads. A column `growth` is the truth: it is judged by and
-nothing is learnt from it; without one, the growth that was measured is judged by.
+The columns are those that `warmlink diagnose` reads, of any machine with one controller: its wires and roles
+say which variable its law sees as which input, and which outputs add up to the growth. Where that is several,
+a column `elongation` is what they add up to. A column `growth` is the truth: it is judged by and nothing is
+learnt from it; without one, the growth that was measured is judged by.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +25,6 @@ from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.console import remark
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
 from warmlink.orchestration.diagnosis.data.measured import Run, read_run
-from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.layout import name_and_unit, plain
@@ -127,12 +128,12 @@ def read_logs(
     InputError
         A file, a header or a cell does not fit.
     """
-    rig, found = rig_of(DEFAULT), []
+    view, found = law_view(rig_of(options.machine)), []
     for source in sources:
         place = Path(source) if isinstance(source, str) else source
         if isinstance(place, Path) and place.suffix.lower() == ".toml":
             raise InputError(f"{place}: is no log; give a file of measurements (CSV, text, Parquet, Excel)")
-        found.append(_log(place, rig, options))
+        found.append(_log(place, view, options))
     names = [each.name for each in found]
     return [
         each if names.count(each.name) == 1 else replace(each, name=f"{each.name} ({i})")
@@ -140,28 +141,77 @@ def read_logs(
     ]
 
 
-def _log(source: Path | pd.DataFrame, rig: Rig, options: ReadOptions) -> MeasuredLog:
-    run = read_run(source, rig, options=options)
+@dataclass(frozen=True)
+class LawView:
+    """What the law of a machine sees of it, and is to take out.
+
+    Attributes
+    ----------
+    rig : the machine as it is measured
+    inputs : variable of the rig by the law's input, as `base_temperature`; those alone that it is fed with
+    growth : weights of the outputs that add up to the growth
+    """
+
+    rig: Rig
+    inputs: Mapping[str, str]
+    growth: Mapping[str, float]
+
+    def signal(self, name: str, run: Run) -> Array:
+        """Values of an input of the law in a run, in SI units; NaN where it was not logged."""
+        variable = self.inputs.get(name, "")
+        logged = {**run.inputs, **run.readings}
+        found = (logged[each] for each in self.rig.fed_with(variable) if each in logged)
+        return np.asarray(next(found, np.full(run.time.size, np.nan)), dtype=float)
+
+    def measured(self, source: Path | pd.DataFrame, run: Run, options: ReadOptions) -> Array:
+        """Growth in m as it was measured, NaN in rows where it was not; whole, or output by output."""
+        if self.growth.keys() <= run.readings.keys():
+            return np.asarray(sum(weight * run.readings[name] for name, weight in self.growth.items()))
+        whole = self.column(MEASURED, source, run, options)
+        return np.full(run.time.size, np.nan) if whole is None else whole
+
+    def column(self, name: str, source: Path | pd.DataFrame, run: Run, options: ReadOptions) -> Array | None:
+        """Growth in m of a column that says it whole, shape (n,); None if there is no such column."""
+        headers = [each for each in run.unused if plain(name_and_unit(each)[0]) == name]
+        if not headers:
+            return None
+        # Read in place of the first output that is a length.
+        stand_in = next((each for each in self.growth if self.rig.unit(each) == "m"), None)
+        if stand_in is None:
+            raise InputError(
+                f"{run.name}: column {headers[0]!r}: {self.rig.name} has no growth in m; leave it out"
+            )
+        names = {headers[0]: stand_in}
+        names |= {column.header: "" for column in run.columns if column.variable in self.growth}
+        again = read_run(source, self.rig, options=replace(options, names={**options.names, **names}))
+        return np.asarray(np.interp(run.time, again.time, again.readings[stand_in]))
+
+
+def law_view(rig: Rig) -> LawView:
+    """What the law of a machine sees, by its wires and roles.
+
+    InputError if the machine has no place for a controller, or several, or its score is no weighted sum.
+    """
+    machine = rig.machine
+    if len(machine.controllers) != 1:
+        raise InputError(
+            f"{machine.name}: has {len(machine.controllers)} places for a controller, and a log shows what "
+            "one law sees; give a machine with one"
+        )
+    if not machine.growth:
+        raise InputError(f"{machine.name}: its score is no weighted sum of outputs, which a law could learn")
+    (controller,) = machine.controllers
+    driven = {name: rig.input_behind(f"{controller}.{name}") for name in DUTY}
+    read = {name: rig.columns[name] for name in SENSED if name in rig.columns}
+    return LawView(
+        rig, {**{name: variable for name, variable in driven.items() if variable}, **read}, machine.growth
+    )
+
+
+def _log(source: Path | pd.DataFrame, view: LawView, options: ReadOptions) -> MeasuredLog:
+    run = read_run(source, view.rig, options=options)
     for each in run.remarks:
         remark(each)
-    size = run.time.size
-    variables = {column: variable for column, variable in rig.columns.items() if column != MEASURED}
-    values = {**run.inputs, **run.readings}
-    signals = {
-        name: np.asarray(values.get(variables[name], np.full(size, np.nan)), dtype=float)
-        for name in (*SENSED, *DUTY)
-    }
-    measured = np.asarray(run.readings.get(rig.columns[MEASURED], np.full(size, np.nan)))
-    return MeasuredLog(run.name, run.time, signals, measured, _truth(source, rig, options, run))
-
-
-def _truth(source: Path | pd.DataFrame, rig: Rig, options: ReadOptions, run: Run) -> Array | None:
-    """The growth in m in every row, if the log has a column of that name."""
-    headers = [each for each in run.unused if plain(name_and_unit(each)[0]) == TRUTH]
-    if not headers:
-        return None
-    names = {headers[0]: MEASURED}
-    names |= {c.header: "" for c in run.columns if c.variable == rig.columns[MEASURED]}
-    whole = read_run(source, rig, options=replace(options, names={**options.names, **names}))
-    growth = whole.readings[rig.columns[MEASURED]]
-    return np.asarray(np.interp(run.time, whole.time, growth))
+    signals = {name: view.signal(name, run) for name in (*SENSED, *DUTY)}
+    truth = view.column(TRUTH, source, run, options)
+    return MeasuredLog(run.name, run.time, signals, view.measured(source, run, options), truth)

@@ -26,7 +26,8 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.closed_loop.load import load_scenario
 from warmlink.orchestration.console import Answer, remark
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, ReadOptions
-from warmlink.orchestration.files import temporary_folder, with_hash
+from warmlink.orchestration.diagnosis.data.inputs import of_scenario
+from warmlink.orchestration.files import temporary_folder
 from warmlink.orchestration.fmu_store import store
 from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.machine import Machine
@@ -37,7 +38,7 @@ from warmlink.orchestration.master.algorithms.named import algorithm
 from warmlink.orchestration.master.run import simulate
 from warmlink.orchestration.progress import progress_bar
 from warmlink.orchestration.replay.learn import LearntLaw, Sources, learnt_law
-from warmlink.orchestration.scenarios.law_values import start_values_of, write_law_values
+from warmlink.orchestration.scenarios.law_values import source_named, start_values_of, write_law_values
 from warmlink.orchestration.scenarios.replaced import with_replaced
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO, NO_CONTROLLER, Scenario, changed
 from warmlink.orchestration.studies.plants import cell_plant_in, plant_in, with_values
@@ -146,7 +147,8 @@ def design(
     parameters : changes of the plant's parameters, `"2 W/K"` under `motor.joint_conductance`
     replaced : FMUs in place of parts; of those that `warmlink reduce` made the equations are known
     data : logs (files or DataFrames) of one machine to learn the regression from, columns as `diagnose` reads
-        them; the model of the system, if it is not the nominal cell, then helps where little was measured
+        them; if the system is a scenario, its roles say what they are, and its model helps where little was
+        measured
     options : units and names of the logs' columns
 
     Raises
@@ -169,7 +171,7 @@ def design(
         return _learnt(data, system, law, sensors, stds, sample_time, parameters, options)
     if law not in PLANT_FACTS:
         raise InputError(f"{argument('law', law)}: has no design; {instead(law, PLANT_FACTS)}")
-    scenario, source = None, f"designed for {_named(system, parameters)}"
+    scenario, source = None, f"designed for {source_named(system, parameters)}"
     if str(system).endswith(".toml") or replaced.fmus:
         read = load_scenario(DEFAULT_SCENARIO if system == DEFAULT else str(system))
         scenario = changed(with_replaced(read, replaced), controller=law, parameters=parameters)
@@ -211,11 +213,12 @@ def _learnt(
 ) -> LearntLaw:
     """The law learnt from logs; a system other than the nominal cell is a model of the machine.
 
-    `stds` are those of a thermometer and of the camera.
+    The roles of a scenario say what the columns are. `stds` are those of a thermometer and of the camera.
     """
     plant = None
     if str(system).endswith(".toml"):
-        plant = plant_in(changed(load_scenario(str(system)), controller=law, parameters=parameters))
+        options = replace(options, machine=of_scenario(str(system))[0])
+        plant = _model_of(changed(load_scenario(str(system)), controller=law, parameters=parameters))
     elif system != DEFAULT or parameters:
         plant = _plant(str(system), parameters)
     names = None if sensors is None else several(sensors)
@@ -232,17 +235,24 @@ def _learnt(
         camera_std=camera,
         sample_time=sample_time,
         plant=plant,
-        model=_named(system, parameters),
+        model=source_named(system, parameters),
         options=options,
     )
 
 
-def _named(system: str | Path, parameters: Mapping[str, str | float]) -> str:
-    """A system or scenario: its name, with the hash of its file if it has one, and what is changed."""
-    path = Path(system)
-    name = with_hash(path) if path.suffix in (".toml", ".ssp") and path.is_file() else f"{system} as it ships"
-    changes = ", ".join(f"{key} = {value}" for key, value in parameters.items())
-    return f"{name} with {changes}" if changes else name
+def _model_of(scenario: Scenario) -> Plant | None:
+    """The plant of a scenario, as a model beside logs; None if its equations are not known, which is said.
+
+    InputError for a value that is refused, or a law that needs a model.
+    """
+    scenario.values()
+    try:
+        return plant_in(scenario)
+    except InputError as why:
+        if scenario.controller.name != "regression":
+            raise
+        remark(f"{why}; the law is learnt from the logs alone")
+        return None
 
 
 def _plant(system: str, given: Mapping[str, str | float]) -> Plant:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -82,6 +82,17 @@ class Storage:
             excess, reason = tuple(trial.user_attrs.get(EXCESS) or ()), trial.user_attrs.get(REASON)
             found.append(Judged(trial.number, point, tuple(trial.values or ()), excess, reason))
         return found
+
+    def adding(self, ended: Iterable[Judged], first: int) -> Iterator[Judged]:
+        """Add trials in the order of their numbers, and give each as soon as those before it are there."""
+        waiting: dict[int, Judged] = {}
+        for trial in ended:
+            waiting[trial.number] = trial
+            while first in waiting:
+                found = waiting.pop(first)
+                self.add(found)
+                yield found
+                first += 1
 
     def add(self, judged: Judged) -> None:
         """Add the trial that comes next; InputError if the storage takes it no more, or has it already."""

@@ -31,7 +31,7 @@ from warmlink.orchestration.studies.points import (
 )
 from warmlink.orchestration.studies.session import USUAL, Means, open_study
 from warmlink.orchestration.studies.storage import Chooser, Storage, default_url, import_optuna
-from warmlink.orchestration.studies.study import Point, Study, load_study
+from warmlink.orchestration.studies.study import Study, load_study
 from warmlink.orchestration.studies.winner import polish
 from warmlink.orchestration.studies.workers import Workers
 
@@ -136,10 +136,10 @@ def tune(
     `keep` is called with what is found so far after each batch in which something was run.
     InputError if the first point gives no objective, or the storage's trials do not follow from the study.
     """
-    done = storage.trials()[: study.tune.trials]
+    done, first_of_all = storage.trials()[: study.tune.trials], first_points(study)
     if not done:
         _probe(study, workers)
-    chooser = Chooser(study, first_points(study))
+    chooser = Chooser(study, first_of_all)
     trials: list[Judged] = []
     while len(trials) < study.tune.trials:
         first = len(trials)
@@ -151,7 +151,8 @@ def tune(
                     f"storage: trial {trial.number} of {storage.name} was not chosen by this study with this "
                     f"version of Optuna; choose another {argument('out')} or storage"
                 )
-        for trial in _run(study, points[len(batch) :], first + len(batch), workers, storage):
+        begin = first + len(batch)
+        for trial in storage.adding(evaluate(study, points[len(batch) :], workers, begin), begin):
             batch.append(trial)
             progress(len(trials) + len(batch), best([*trials, *batch]))
         chooser.tell(batch)
@@ -226,21 +227,6 @@ def tuned(
                 keep=partial(keep, work.folder),
             )
         yield found
-
-
-def _run(
-    study: Study, points: list[Point], first: int, workers: Workers, storage: Storage
-) -> Iterator[Judged]:
-    """Run points and store them in the order of their numbers, each as soon as those before it are there."""
-    ended: dict[int, Judged] = {}
-    stored = first
-    for trial in evaluate(study, points, workers, first):
-        ended[trial.number] = trial
-        while stored in ended:
-            found = ended.pop(stored)
-            storage.add(found)
-            yield found
-            stored += 1
 
 
 def _probe(study: Study, workers: Workers) -> None:

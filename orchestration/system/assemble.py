@@ -231,7 +231,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
     connections = tuple(resolver.connections())
     values = resolver.start_values()
     components = {
-        full: FmuPart(full, element.fmu, connectors[place], values[place])
+        full: FmuPart(full, element.fmu, connectors[place], values[place], element.implementation)
         for place, element in reader.net.components.items()
         if (full := ".".join(place)) and element.fmu
     }

@@ -1,6 +1,7 @@
 """What an FMU says of itself: its variables, what depends on what, and what a master may ask of it.
 
-A lean reading of modelDescription.xml (FMI 2.0 section 2.2, FMI 3.0 section 2.4), safe for files made by
+A lean reading of modelDescription.xml (FMI 2.0 section 2.2, FMI 3.0 section 2.4; what is of FMI 1.0 is put
+into the words of 2.0 first), safe for files made by
 strangers and quick enough to be done at every start.
 """
 
@@ -18,15 +19,18 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.packaging.attributes import inputs_accepting_nan
 from warmlink.fmus.packaging.cache import remembered
 from warmlink.orchestration.system import archive, xml
+from warmlink.orchestration.system.fmi1 import in_words_of_fmi2
 from warmlink.orchestration.system.model import (
     TYPES,
     Capabilities,
     ConnectorType,
     DefaultExperiment,
+    FmuPart,
     FmuVariable,
     ModelInfo,
     Value,
 )
+from warmlink.orchestration.system.model_structure import outputs_of, sizes_of
 from warmlink.orchestration.system.units import definitions_of_units
 from warmlink.orchestration.text_files import demand_file
 
@@ -48,12 +52,17 @@ _FLAGS = {
 def read_description(fmu: Path) -> ModelInfo:
     """Read an FMU's modelDescription.xml; the same unchanged file is read once in a process.
 
-    InputError if the file is absent, not a zip, not an FMU of FMI 2.0 or 3.0, damaged, or has no co-
-    simulation.
+    InputError if the file is absent, not a zip, not an FMU, damaged, or offers neither co-simulation nor
+    model exchange.
     """
     demand_file(fmu, "give the path of an .fmu file")
     facts = fmu.stat()
     return _read_cached(fmu.resolve(), (facts.st_mtime_ns, facts.st_ctime_ns, facts.st_size))
+
+
+def described(part: FmuPart) -> ModelInfo:
+    """Give the description of a part's FMU, for the interface that the system uses; InputError as above."""
+    return read_description(part.fmu).used_as(part.implementation)
 
 
 @lru_cache(maxsize=256)
@@ -69,42 +78,50 @@ def _read_cached(fmu: Path, _facts: tuple[int, int, int]) -> ModelInfo:
 
 def _parsed(text: bytes, fmu: Path, where: str) -> ModelInfo:
     remarks: list[str] = []
-    found = parse_description(xml.parse_xml(text, where, remarks), fmu, where)
+    root = xml.parse_xml(text, where, remarks)
+    if root.get("fmiVersion") == "1.0":
+        root = in_words_of_fmi2(root, where, remarks)
+    found = parse_description(root, fmu, where)
     return replace(found, remarks=tuple(remarks))
 
 
 def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
     """Give the description that an `fmiModelDescription` element holds; `where` names it in errors."""
     version = root.get("fmiVersion", "")
-    if root.tag != "fmiModelDescription" or not version.startswith(("2.", "3.")):
-        raise InputError(f"{where}: FMI version {version!r} is not supported; give an FMU of FMI 2.0 or 3.0")
-    major = int(version[0])
-    slave, experiment = root.find("CoSimulation"), root.find("DefaultExperiment")
-    if slave is None:
-        kinds = [k for k in ("ModelExchange", "ScheduledExecution") if root.find(k) is not None]
+    if root.tag != "fmiModelDescription" or not version.startswith(("1.0", "2.", "3.")):
         raise InputError(
-            f"{where}: offers {' and '.join(kinds) or 'no interface'}, not co-simulation; "
-            "export the model for co-simulation"
+            f"{where}: FMI version {version!r} is not supported; give an FMU of FMI 1.0, 2.0 or 3.0"
         )
-    variables, by_key, arrays = _read_variables(root, major, where)
-    outputs = _outputs(root, major, by_key, where)
-    flags = {
-        name: xml.optional(slave, words[major - 2], xml.truth, where) or False
-        for name, words in _FLAGS.items()
+    major = max(2, int(version[0]))
+    interfaces = {
+        kind: (xml.required(held, "modelIdentifier", where), _capabilities(held, major, where))
+        for kind in ("CoSimulation", "ModelExchange")
+        if (held := root.find(kind)) is not None
     }
+    if not interfaces:
+        other = "ScheduledExecution" if root.find("ScheduledExecution") is not None else "no interface"
+        other = "model exchange of FMI 1.0" if version[0] == "1" else other
+        raise InputError(
+            f"{where}: offers {other}, neither co-simulation nor model exchange of FMI 2.0 or 3.0; export "
+            "the model for co-simulation"
+        )
+    interface: Any = next(iter(interfaces))
+    identifier, capabilities = interfaces.pop(interface)
+    experiment = root.find("DefaultExperiment")
+    variables, by_key, arrays = _read_variables(root, major, where)
+    outputs = outputs_of(root, major, by_key, where)
+    sizes = sizes_of(root, major, by_key, variables, where)
     return ModelInfo(
         path=fmu,
-        fmi_version=f"{major}.0",
+        fmi_version=f"{version[0]}.0",
         model_name=xml.required(root, "modelName", where),
-        model_identifier=xml.required(slave, "modelIdentifier", where),
+        model_identifier=identifier,
         guid=xml.required(root, "guid" if major == 2 else "instantiationToken", where),
         description=root.get("description", ""),
         variables=variables,
         outputs=tuple(outputs),
         dependencies=outputs,
-        capabilities=Capabilities(
-            **flags, internal_step=xml.optional(slave, "fixedInternalStepSize", xml.number, where)
-        ),
+        capabilities=capabilities,
         default_experiment=DefaultExperiment(
             xml.optional(experiment, "startTime", xml.number, where) or 0.0,
             xml.optional(experiment, "stopTime", xml.number, where),
@@ -115,6 +132,23 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
         log_categories=tuple(each.get("name", "") for each in root.iterfind("LogCategories/Category")),
         arrays=arrays,
         accepts_nan=inputs_accepting_nan(root),
+        interface=interface,
+        exchange=interfaces.get("ModelExchange"),
+        continuous_states=sizes[0],
+        event_indicators=sizes[1],
+    )
+
+
+def _capabilities(interface: Any, major: int, where: str) -> Capabilities:
+    """Give what an FMU can do as one of its interfaces; a model takes steps of any size."""
+    flags = {
+        name: xml.optional(interface, words[major - 2], xml.truth, where) or False
+        for name, words in _FLAGS.items()
+    }
+    if interface.tag == "ModelExchange":
+        flags["variable_step"] = True
+    return Capabilities(
+        **flags, internal_step=xml.optional(interface, "fixedInternalStepSize", xml.number, where)
     )
 
 
@@ -210,6 +244,7 @@ def _variable(
         description=element.get("description", ""),
         items=items if kind == "Enumeration" else {},
         dimensions=dimensions,
+        negated=element.get("alias") == "negatedAlias",
     )
 
 
@@ -260,23 +295,3 @@ def _scalars(variable: FmuVariable, element: Any, where: str, most: int) -> list
         )
         for number, place in enumerate(product(*(range(size) for size in sizes)))
     ]
-
-
-def _outputs(
-    root: Any, major: int, by_key: dict[int, tuple[str, ...]], where: str
-) -> dict[str, tuple[str, ...] | None]:
-    """Give what each output depends on, by name; None where no dependencies are declared."""
-    path, key = ("Outputs/Unknown", "index") if major == 2 else ("Output", "valueReference")
-
-    def names(text: str) -> tuple[str, ...]:
-        reference = xml.integer(text, where)
-        if reference not in by_key:
-            raise InputError(f"{where}: ModelStructure refers to variable {reference}, which is not declared")
-        return by_key[reference]
-
-    found: dict[str, tuple[str, ...] | None] = {}
-    for unknown in root.iterfind(f"ModelStructure/{path}"):
-        texts = unknown.get("dependencies")
-        known = None if texts is None else tuple(n for each in texts.split() for n in names(each))
-        found |= dict.fromkeys(names(xml.required(unknown, key, where)), known)
-    return found

@@ -7,10 +7,11 @@ flattened on reading; a component then bears its full dotted name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.system.units import Unit
 
@@ -55,6 +56,10 @@ class Connector:
     sizes: tuple[int, ...] = ()
 
 
+Implementation = Literal["any", "CoSimulation", "ModelExchange"]
+"""Interface of an FMU that a system uses, in SSP's words; `any` is co-simulation where the FMU offers it."""
+
+
 @dataclass(frozen=True)
 class FmuPart:
     """One FMU in the system: its file, connectors by name, start values in its variables' own units."""
@@ -63,6 +68,7 @@ class FmuPart:
     fmu: Path
     connectors: Mapping[str, Connector] = field(default_factory=dict)
     values: dict[str, Value] = field(default_factory=dict)
+    implementation: Implementation = "any"
 
 
 @dataclass(frozen=True)
@@ -136,6 +142,7 @@ class FmuVariable:
     dimensions : sizes of an array that is not taken apart; empty for all others
     element, elements : place in an array, counted from 0 row by row, of so many elements, which have one
         value reference, and are exchanged together
+    negated : whether what is exchanged by its value reference is the value times -1 (FMI 1.0)
     """
 
     name: str
@@ -156,6 +163,7 @@ class FmuVariable:
     dimensions: tuple[int, ...] = ()
     element: int = 0
     elements: int = 1
+    negated: bool = False
 
     @property
     def settable(self) -> bool:
@@ -165,7 +173,7 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a co-simulation slave says it can do; False where its FMI version has no such flag.
+    """What an FMU says it can do as one of its interfaces; False where its FMI version has no such flag.
 
     The `internal_step` in s, of which steps are multiples, is None if it tells none.
     """
@@ -186,7 +194,7 @@ class ModelInfo:
 
     Parameters
     ----------
-    fmi_version : `2.0` or `3.0`, whatever the minor version
+    fmi_version : `1.0`, `2.0` or `3.0`, whatever the minor version
     guid : FMI 2.0 `guid` or FMI 3.0 `instantiationToken`
     variables : by name, in the FMU's order, aliases too; elements of arrays are called `A[1,2]`
     arrays : names of the elements by the name of their array
@@ -194,6 +202,9 @@ class ModelInfo:
     dependencies : for each output the names it depends on; None where the FMU declares nothing: all
     accepts_nan : inputs for which NaN is a proper value, as our own FMUs declare it
     remarks : sentences on what is wrong with the file, but can be passed over
+    interface : what `model_identifier` and `capabilities` belong to; co-simulation where the FMU offers it
+    exchange : both for model exchange, where the FMU offers that beside co-simulation
+    continuous_states, event_indicators : how many a model for model exchange has
     """
 
     path: Path
@@ -212,6 +223,26 @@ class ModelInfo:
     log_categories: tuple[str, ...] = ()
     accepts_nan: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
+    interface: Literal["CoSimulation", "ModelExchange"] = "CoSimulation"
+    exchange: tuple[str, Capabilities] | None = None
+    continuous_states: int = 0
+    event_indicators: int = 0
+
+    def used_as(self, implementation: Implementation) -> ModelInfo:
+        """Give the description for the use of an interface; InputError if the FMU does not offer it."""
+        if implementation in ("any", self.interface):
+            return self
+        if implementation == "CoSimulation" or self.exchange is None:
+            told = f"{self.path.name}: offers {self.interface}, not {implementation}"
+            raise InputError(f"{told}; export the model for it, or leave the choice to the master (any)")
+        identifier, capabilities = self.exchange
+        return replace(
+            self,
+            model_identifier=identifier,
+            capabilities=capabilities,
+            interface="ModelExchange",
+            exchange=None,
+        )
 
     @property
     def own_step(self) -> float | None:

@@ -239,6 +239,8 @@ class _Document:
         held = self.system.components[".".join(path)]
         source, kind = self.fmus[held.fmu], "application/x-fmu-sharedlibrary"
         child = sub_element(elements, "ssd", "Component", name=path[-1], type=kind, source=source)
+        if held.implementation != "any":
+            child.set("implementation", held.implementation)
         self._add_connectors(child, path, box)
         if held.values:
             bindings = sub_element(child, "ssd", "ParameterBindings")

@@ -80,7 +80,7 @@ def test_info_says_what_kind_of_file_it_is(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fmu = FmuStore("native").files(["Heater"])["Heater"]
-    assert wl.describe(fmu).facts["FMI"] == "2.0, co-simulation"
+    assert wl.describe(fmu).facts["FMI"] == "2.0, co-simulation and model exchange"
     monkeypatch.setattr("sys.argv", ["warmlink", "info", str(fmu)])
     with pytest.raises(SystemExit) as stop:
         main()

@@ -82,7 +82,6 @@ class Assignment:
 
     def __init__(self, sheet: Sheet, rig: Rig, options: ReadOptions, named: Mapping[str, str]) -> None:
         self._sheet, self._rig, self._options = sheet, rig, options
-        self._headings = [name_and_unit(header) for header in sheet.headers]
         mapped = {**{h: self._variable(h, name) for h, name in options.names.items()}, **named}
         self.absent = self._absent(mapped)
         # A file may spell the unit of `T1 [degC]` otherwise, or leave it out.
@@ -97,7 +96,7 @@ class Assignment:
 
     def _found(self) -> dict[str, Place]:
         """Column of each variable, and the best of several times."""
-        found = [place for place in map(self._place, range(len(self._headings))) if place is not None]
+        found = [place for place in map(self._place, range(len(self._sheet.headings))) if place is not None]
         taken = {place.variable for place in found if place.chosen}
         found = [p for p in found if p.variable and (p.chosen or p.variable not in taken)]
         times = [place for place in found if place.variable == TIME]
@@ -126,7 +125,7 @@ class Assignment:
             return time, date
         if date is not None:
             return date, None
-        rising = [name for i, (name, _) in enumerate(self._headings) if self._may_be_time(i)]
+        rising = [each.name for i, each in enumerate(self._sheet.headings) if self._may_be_time(i)]
         told = "add the times of the rows, headed 'time [s]'"
         if rising:
             told = f"head it as 'time [s]', or say which it is with {argument('names', {rising[0]: 'time'})}"
@@ -136,7 +135,7 @@ class Assignment:
         """Whether a column that is nothing else may hold times: in no unit but of time, and rising."""
         import pandas as pd
 
-        unit = self._headings[column][1] or self._sheet.units[column]
+        unit = self._sheet.headings[column].unit
         if (unit and not converts(unit, "s")) or column in [place.column for place in self._used.values()]:
             return False
         cells: Any = self._sheet.cells[column]
@@ -155,14 +154,13 @@ class Assignment:
             free.pop(self._rig.column_of(place.variable), None)
         meant = {}
         for column in (list(self._sheet.headers).index(header) for header in self.unused):
-            name, unit = self._headings[column]
-            unit = unit or self._sheet.units[column] or ""
+            _, name, unit, *_ = self._sheet.headings[column]
             alike = {each: _words_alike(name, each) for each in free}
             # A temperature of which no word says that it is an input is a reading.
             fitting = [
                 each
                 for each in free
-                if converts(unit, si := self._si(self._rig.columns.get(each, each)))
+                if converts(unit or "", si := self._si(self._rig.columns.get(each, each)))
                 if each not in inputs or si != "K" or alike[each]
             ]
             if fitting:
@@ -187,7 +185,7 @@ class Assignment:
 
     def _absent(self, mapped: Mapping[str, str]) -> dict[str, str]:
         """Sentences on headers that the sheet lacks; InputError where it lacks the variable as well."""
-        names = [name for name, _ in self._headings]
+        names = [each.name for each in self._sheet.headings]
         headers = [*self._sheet.headers, *names]
         known = {*headers, *map(self._rig.column_of, mapped.values()), *self._rig.columns, TIME}
         absent = {}
@@ -208,11 +206,9 @@ class Assignment:
 
     def _place(self, column: int) -> Place | None:
         """What a column is; the variable is empty where the user leaves it out."""
-        header = self._sheet.headers[column]
-        name, unit = (header, None) if header in self._rig.variables else self._headings[column]
-        source = "header"
-        if unit is None and self._sheet.units[column] is not None:
-            unit, source = self._sheet.units[column], "row of units"
+        header, name, unit, source, below = self._sheet.headings[column]
+        if header in self._rig.variables:  # whose brackets are those of an element
+            name, unit, source = header, below, "row of units"
         variable = self._named.get(header, self._named.get(name))
         chosen = variable is not None
         if variable is None and name != "T":  # a temperature, and no time
@@ -272,7 +268,7 @@ class Assignment:
                 del absent[guess]
         if not meant:
             return
-        names = [self._headings[column][0] for column in meant]
+        names = [self._sheet.headings[column].name for column in meant]
         guesses = [f"{self._sheet.headers[column]!r} (perhaps {guess})" for column, guess in meant.items()]
         say = argument("names", dict(zip(names, meant.values(), strict=True)))
         noun, verb, one = ("columns", "are", "one") if len(meant) > 1 else ("column", "is", "it")
@@ -283,8 +279,7 @@ class Assignment:
 
     def _guess(self, column: int, absent: Mapping[str, str]) -> str | None:
         """Name of those that are absent, with their variables, that an unknown column may have."""
-        name, unit = self._headings[column]
-        unit = unit or self._sheet.units[column]
+        _, name, unit, *_ = self._sheet.headings[column]
         if self._named.get(self._sheet.headers[column], self._named.get(name)) == "":
             return None
         (best,) = get_close_matches(plain(name), self._rig.columns, 1, _ALIKE) or [""]

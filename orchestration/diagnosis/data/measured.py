@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError, refusal
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.columns import DEFAULT_OPTIONS, Assignment, ReadOptions
 from warmlink.orchestration.diagnosis.data.rows import without_slips
-from warmlink.orchestration.diagnosis.data.signals import without_repeats
-from warmlink.orchestration.scenarios.logged.cells import Column, held, said_of_empty, signal
+from warmlink.orchestration.diagnosis.data.signals import as_reading
+from warmlink.orchestration.scenarios.logged.cells import Column, as_input
 from warmlink.orchestration.scenarios.logged.clock import times
 from warmlink.orchestration.scenarios.logged.layout import TIME
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
@@ -200,7 +199,7 @@ def read_run(
     for place in assigned.signals():
         kind = "covariate" if place.variable in extra.values() else _kind(sheet, place, rig)
         try:
-            column, found[kind][place.variable], said = _signal(sheet, place, rig, kind)
+            column, found[kind][place.variable], said = _read(sheet, place, rig, kind)
         except InputError as fault:
             wrong.append(str(fault))
             continue
@@ -226,17 +225,10 @@ def read_run(
     return condensed(run, [name for name in run.inputs if rig.variables[name].is_discrete])
 
 
-def _signal(sheet: Sheet, place: Place, rig: Rig, kind: str) -> tuple[Column, Array, list[str]]:
+def _read(sheet: Sheet, place: Place, rig: Rig, kind: str) -> tuple[Column, Array, list[str]]:
     """A column, its values, and remarks on its cells; raises InputError."""
     scalar = rig.variables.get(place.variable)
-    column, values, lost = signal(sheet, place, scalar)
-    remarks = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
-    if kind == "reading":
-        values, left_out = without_repeats(sheet, column.name, values)
-        return column, values, [*remarks, *left_out]
-    if kind == "input" and scalar is not None and scalar.is_discrete:
-        _refuse_undefined(sheet, place, values, scalar)
-    return column, held(sheet, place, values, lost), [*remarks, *said_of_empty(sheet, place)]
+    return as_reading(sheet, place, scalar) if kind == "reading" else as_input(sheet, place, scalar)
 
 
 def _refuse_too_short_or_long(sheet: Sheet, clock: Place, time: Array) -> None:
@@ -262,14 +254,6 @@ def _kind(sheet: Sheet, place: Place, rig: Rig) -> str:
         f"{sheet.of(place.column)}: {place.variable} is neither an input nor an output; "
         "give a constant under [known]"
     )
-
-
-def _refuse_undefined(sheet: Sheet, place: Place, values: Array, scalar: Scalar) -> None:
-    """Raise InputError where a cell is not a value of a discrete input, as 1.5 for the pad's mode."""
-    for row in np.flatnonzero(np.isfinite(values)).tolist():
-        sentence = limits.problem(scalar, float(values[row]))
-        if sentence is not None:
-            raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
 
 
 def condensed(run: Run, discrete: Sequence[str] = (), most: int = MOST_ROWS) -> Run:

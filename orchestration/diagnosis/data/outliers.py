@@ -69,6 +69,13 @@ def outliers(times: Array, values: Array, driven: Rows | None = None) -> Rows:
     return rows[np.array(sorted(lonely), dtype=np.int64)]
 
 
+def leap(times: Array, values: Array, away: Rows) -> float:
+    """Largest distance of some readings from the course of all others, in their unit."""
+    others = np.setdiff1d(np.flatnonzero(np.isfinite(values)), away)
+    course = np.interp(times[away], times[others], values[others])
+    return float(np.max(np.abs(values[away] - course)))
+
+
 def _groups(rows: Rows) -> Iterator[list[int]]:
     """Rows that follow one another."""
     yield from (each.tolist() for each in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if each.size)

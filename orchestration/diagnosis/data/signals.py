@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from warmlink.fmus.component import Scalar
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.scenarios.logged.cells import Rows
-from warmlink.orchestration.scenarios.logged.sheet import Sheet
+from warmlink.orchestration.scenarios.logged.cells import Column, Rows, signal
+from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 
 _FEWEST_CHANGES = 5
 """Changes of a column with which it may be said to repeat itself: below, it is as good as dead."""
@@ -15,7 +16,18 @@ _LEAP, _LASTING = 4.0, 3
 """Change from row to row that is a jump, as a multiple of those that noise makes; rows that make a level."""
 
 
-def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list[str]]:
+def as_reading(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, list[str]]:
+    """A measured column, its readings in SI, NaN where there is none, and remarks on its cells.
+
+    Readings that only repeat the one before are none. InputError as `signal`.
+    """
+    column, values, lost = signal(sheet, place, scalar)
+    missing = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
+    kept, said = _without_repeats(f"{sheet.name}: ", column.name, values)
+    return column, kept, [*missing, *said]
+
+
+def _without_repeats(where: str, name: str, values: Array) -> tuple[Array, list[str]]:
     """Readings of a column without those that only repeat the one before, and what is to be said of these."""
     rows = repeats(values)
     what, why = "repeat the one before", "or the logger writes more often than it samples"
@@ -26,7 +38,7 @@ def without_repeats(sheet: Sheet, name: str, values: Array) -> tuple[Array, list
         return values, []
     kept = values.copy()
     kept[rows] = np.nan
-    said = f"{sheet.name}: {rows.size} of {values.size} values of {name} {what} and are left out"
+    said = f"{where}{rows.size} of {values.size} values of {name} {what} and are left out"
     return kept, [f"{said}; the sensor sticks, {why}"]
 
 
@@ -51,15 +63,22 @@ def row_noise(times: Array, values: Array) -> float:
 
     It owes nothing to any model, shape (n,) each, NaN where there is no reading.
     """
+    bend = bends(times, values)
+    if not bend.size:
+        return 0.0
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
+
+
+def bends(times: Array, values: Array) -> Array:
+    """How far each reading lies from the line between its neighbours, scaled to the noise of one reading."""
     there = np.isfinite(values)
     at, filled = times[there], values[there]
     if filled.size <= 3:
-        return 0.0
+        return np.empty(0)
     share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
     off = filled[1:-1] - (1 - share) * filled[:-2] - share * filled[2:]
-    bend = np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2)
-    trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
+    return np.asarray(np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2))
 
 
 def repeats(values: Array) -> Rows:

@@ -114,7 +114,7 @@ class _Laid(ctypes.Structure):
 class _Log:
     """A slave that gives, after a step, what held at its beginning: the next slaves step with that."""
 
-    name, prefix, stepping, forward_only = LOG, "fmi2", 0, False
+    name, prefix, plain_step, stepping, forward_only = LOG, "fmi2", True, 0, False
     capabilities = Capabilities(variable_step=True, get_set_state=True)
     accepts_nan: frozenset[str] = frozenset()
     remarks: Sequence[str] = ()

@@ -94,6 +94,7 @@ class Addressed(Protocol):
     """What compiled code needs to step a slave by itself: its functions, as FMI has them in `prefix`."""
 
     prefix: str
+    plain_step: bool
     component: Any
     stepping: int
     forward_only: bool
@@ -107,6 +108,8 @@ def obstacle(network: Network, recorder: Recorder) -> str | None:
     for k, slave in enumerate(network.slaves):
         if not isinstance(slave, Addressed):
             return f"{slave.name} is not an FMU in this process"
+        if not slave.plain_step:
+            return f"{slave.name} takes more than one call for a step"
         if any(wire.limits for wire in network.wires[k]):
             return f"{slave.name} takes integers that it may not hold"
         for names in (network.reads[k], network.writes[k], recorder.late[k]):

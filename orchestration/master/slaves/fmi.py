@@ -1,68 +1,36 @@
-"""What FMI 2.0 and 3.0 slaves have in common.
+"""What the slaves of all FMI versions have in common.
 
 The library's functions are called with argument arrays that are made once for each set of variables.
 """
 
 from __future__ import annotations
 
-import itertools
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Mapping, Sequence
 from ctypes import byref, c_bool, c_char, c_char_p, c_double, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
-from weakref import WeakValueDictionary
 
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.fmu_log import FmuLog
 from warmlink.orchestration.master.slaves.library import (
     Batch,
     Library,
-    Surroundings,
     held_from_start,
     sorted_by_type,
 )
 from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError, Status
+from warmlink.orchestration.master.slaves.surroundings import Surroundings
 from warmlink.orchestration.system.description import ModelInfo
 from warmlink.orchestration.system.model import FmuVariable, Value
 
 _ONE, _LITTLE = 1.0, 2.0**-80
 """Their sum and difference are equal where numbers are rounded to the nearest, and nowhere else."""
 
-_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _FAILURES: dict[int, Status] = {2: "discard", 3: "error", 4: "fatal"}
 _INITIALIZING = ("SetupExperiment", "EnterInitializationMode", "ExitInitializationMode")
 # Not all logging, which may be much: what the standard's categories say of failures.
 _CATEGORIES = (b"logStatusWarning", b"logStatusDiscard", b"logStatusError", b"logStatusFatal")
-
-
-class FmuLog:
-    """The last log lines of one instance, never printed; the FMU was given its key as its environment."""
-
-    _keys = itertools.count(1)
-    open: ClassVar[WeakValueDictionary[int, FmuLog]] = WeakValueDictionary()
-
-    def __init__(self) -> None:
-        self.key = next(self._keys)
-        self.lines: deque[tuple[str, str]] = deque(maxlen=200)
-        self.open[self.key] = self
-
-    def add(self, status: int, message: bytes | str | None) -> None:
-        """Keep a line."""
-        text = message.decode("utf-8", "replace") if isinstance(message, bytes) else message or ""
-        name = _STATUS[status] if 0 <= status < len(_STATUS) else str(status)
-        self.lines.append((name, " ".join(text.split())))
-
-    @property
-    def complains(self) -> bool:
-        """Whether a line is more than information."""
-        return any(status != "ok" and text for status, text in self.lines)
-
-    def tell(self) -> str:
-        """Give the lines that explain a failure: those that are not mere information, else the last few."""
-        telling = [text for status, text in self.lines if status != "ok" and text]
-        chosen = telling[-5:] or [text for _, text in self.lines if text][-3:]
-        return f"; it logged: {' | '.join(dict.fromkeys(chosen))}" if chosen else "; it logged nothing"
 
 
 class FmiSlave(ABC):
@@ -77,6 +45,8 @@ class FmiSlave(ABC):
     """
 
     prefix: ClassVar[str]
+    plain_step: ClassVar[bool] = True
+    """Whether one call of DoStep is all that a step takes, so that compiled code can make it."""
 
     def __init__(self, name: str, info: ModelInfo, folder: Path) -> None:
         self.name = name
@@ -101,25 +71,29 @@ class FmiSlave(ABC):
         self._experiment: tuple[Any, ...] = ()
         self.answers: tuple[Any, ...] = ()
         self._surroundings = Surroundings()
-        self._note(under_way.LOADING)
-        library = Library(name, info.path.name, folder, info.model_identifier, self.prefix)
+        self.note(under_way.LOADING)
+        library = Library(name, info, folder, self.prefix)
         self._library: Library | None = library
         self._functions = library.functions
         self.component = c_void_p(self.instantiate(name.encode(), info.guid.encode(), folder / "resources"))
         if not self.component:
             raise SlaveError(name, "error", 0.0, f"it does not instantiate{self.log.tell()}")
-        self._do_step = self.function("DoStep")
-        # An FMU may refuse all further calls after one for a category that it does not declare.
-        declared = info.log_categories
-        asked = [each for each in _CATEGORIES if not declared or each.decode() in declared]
-        if asked:
-            count = len(asked)
-            self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*asked))
+        self._do_step: Any = self._functions.get("DoStep")  # which a model has not
+        self.ask_for_log()
         self.look_around("when it was loaded")
 
     @abstractmethod
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate with logging into the log, and give the instance's address."""
+
+    def ask_for_log(self) -> None:
+        """Ask for lines on failures."""
+        # An FMU may refuse all further calls after one for a category that it does not declare.
+        declared = self.info.log_categories
+        asked = [each for each in _CATEGORIES if not declared or each.decode() in declared]
+        if asked:
+            count = len(asked)
+            self.function("SetDebugLogging")(self.component, True, count, (c_char_p * count)(*asked))
 
     @abstractmethod
     def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
@@ -131,7 +105,7 @@ class FmiSlave(ABC):
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function and raise unless it answers ok or warning."""
-        self._note(under_way.INITIALIZING if name in _INITIALIZING else under_way.COPYING)
+        self.note(under_way.INITIALIZING if name in _INITIALIZING else under_way.COPYING)
         status = self.function(name)(*arguments)
         if status > 1:
             self.fail(name, status)
@@ -152,7 +126,8 @@ class FmiSlave(ABC):
         if told not in self.remarks:
             self.remarks.append(told)
 
-    def _note(self, call: int) -> None:
+    def note(self, call: int) -> None:
+        """Note what the FMU is called for."""
         self._under_way[under_way.CALL] = self._number + call
 
     def fail(self, name: str, status: int, variable: str | None = None) -> NoReturn:
@@ -169,11 +144,15 @@ class FmiSlave(ABC):
         self._under_way[under_way.CALL] = self.stepping
         status = self._do_step(self.component, time, step_size, self.forward_only, *self.answers)
         ends = self.answered(status, step_size) if status > 1 or self.wants_to_end.value else None
+        self.watch_step()
+        return ends
+
+    def watch_step(self) -> None:
+        """Put back what a step changed for others; once none did, only how all calculate is looked at."""
         if self.watched:
             self.watched = self.look_around("in a step")
         elif self._surroundings.calculates_otherwise():
             self.look_around("in a step")
-        return ends
 
     def answered(self, status: int, step_size: float) -> str:
         """Give the sentence of a slave that has stepped and asks to end there; raise for any other answer."""
@@ -303,7 +282,7 @@ class FmiSlave(ABC):
         if self._library is None:
             return
         library, self._library = self._library, None
-        self._note(under_way.ENDING)
+        self.note(under_way.ENDING)
         # After error only freeing is allowed, after fatal nothing at all (FMI 2.0 section 2.1.3).
         if self._worst < 3:
             self.function("Terminate")(self.component)

@@ -1,28 +1,27 @@
-"""An FMU's shared library with the functions of FMI 2.0 or 3.0, what they exchange, what libraries share."""
+"""An FMU's shared library with the functions of its FMI version, and what they exchange."""
 
 from __future__ import annotations
 
 import ctypes
-import locale
 import os
 import platform
-import struct
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from itertools import accumulate
-from operator import and_
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.master.slaves.slave import Names
-from warmlink.orchestration.system.model import FmuVariable, Value
+from warmlink.orchestration.master.slaves.surroundings import working_folder
+from warmlink.orchestration.system.model import FmuVariable, ModelInfo, Value
 
 _INTEGERS = [f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)]
 _TYPES: dict[str, dict[str, Any]] = {
+    "fmi1": {"Real": c_double, "Integer": c_int, "Boolean": ctypes.c_byte, "String": c_char_p},
     "fmi2": {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p},
     "fmi3": {
         **{"Float32": ctypes.c_float, "Float64": c_double, "Boolean": c_bool, "String": c_char_p},
@@ -31,7 +30,17 @@ _TYPES: dict[str, dict[str, Any]] = {
 }
 """Types by which variables are exchanged, by the names that are part of the functions' names."""
 
-_LETTERS = {"p": c_void_p, "s": c_char_p, "n": c_size_t, "d": c_double, "i": c_int, "b": c_bool}
+
+class Callbacks1(ctypes.Structure):
+    """`fmiCallbackFunctions` of FMI 1.0, which are passed by value: logger, allocate, free, step finished."""
+
+    _fields_: ClassVar[Any] = [(name, c_void_p) for name in ("logger", "allocate", "free", "finished")]
+
+
+_LETTERS = {
+    **{"p": c_void_p, "s": c_char_p, "n": c_size_t, "d": c_double, "i": c_int, "b": c_bool},
+    "c": Callbacks1,
+}
 
 _BOTH = {
     **dict.fromkeys(("FreeInstance", "ExitInitializationMode", "Terminate"), "p"),
@@ -39,31 +48,62 @@ _BOTH = {
     **{"SerializedFMUStateSize": "ppp", "SerializeFMUState": "pppn", "DeserializeFMUState": "ppnp"},
 }
 _ARGUMENTS = {
+    "fmi1": {
+        **{"Instantiate": "ssssdbbcb", "FreeInstance": "p", "Terminate": "p"},
+        **{"ExitInitializationMode": "pdbd"},
+        **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi1"] for verb in ("Get", "Set")},
+    },
     "fmi2": {
         **_BOTH,
         **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi2"] for verb in ("Get", "Set")},
         **{"Instantiate": "sisspii", "SetDebugLogging": "pinp", "SetupExperiment": "piddid"},
-        **{"EnterInitializationMode": "p", "DoStep": "pddi", "GetBooleanStatus": "pip"},
-        **{"GetRealStatus": "pip"},
-        **{"GetDirectionalDerivative": "ppnpnpp", "SetRealInputDerivatives": "ppnpp"},
+        **{"EnterInitializationMode": "p", "GetDirectionalDerivative": "ppnpnpp"},
     },
     "fmi3": {
         **_BOTH,
         **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
-        **{"InstantiateCoSimulation": "sssbbbbpnppp", "SetDebugLogging": "pbnp"},
-        **{"EnterInitializationMode": "pbddbd", "DoStep": "pddbpppp"},
+        **{"SetDebugLogging": "pbnp", "EnterInitializationMode": "pbddbd"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
     },
 }
-"""Arguments of each function: pointer, string, size, double, int, bool."""
+_MODEL = {
+    **dict.fromkeys(("EnterEventMode", "EnterContinuousTimeMode"), "p"),
+    **{"SetTime": "pd", "SetContinuousStates": "ppn", "GetContinuousStates": "ppn"},
+    **{"GetNominalsOfContinuousStates": "ppn", "GetEventIndicators": "ppn"},
+}
+_OF_INTERFACE = {
+    ("fmi1", "CoSimulation"): {"DoStep": "pddb"},
+    ("fmi2", "CoSimulation"): {
+        **{"DoStep": "pddi", "GetBooleanStatus": "pip", "GetRealStatus": "pip"},
+        **{"SetRealInputDerivatives": "ppnpp"},
+    },
+    ("fmi3", "CoSimulation"): {"InstantiateCoSimulation": "sssbbbbpnppp", "DoStep": "pddbpppp"},
+    ("fmi2", "ModelExchange"): {
+        **_MODEL,
+        **{"NewDiscreteStates": "pp", "CompletedIntegratorStep": "pipp", "GetDerivatives": "ppn"},
+    },
+    ("fmi3", "ModelExchange"): {
+        **_MODEL,
+        **{"InstantiateModelExchange": "sssbbpp", "UpdateDiscreteStates": "ppppppp"},
+        **{"CompletedIntegratorStep": "pbpp", "GetContinuousStateDerivatives": "ppn"},
+    },
+}
+"""Arguments of each function: pointer, string, size, double, int, bool, callbacks of FMI 1.0."""
 
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
+_SPELLED_1 = {
+    "Instantiate": "InstantiateSlave",
+    "FreeInstance": "FreeSlaveInstance",
+    "Terminate": "TerminateSlave",
+    "ExitInitializationMode": "InitializeSlave",
+}
+"""Names in FMI 1.0 that differ."""
 
 
 def exchanged_as(prefix: str, variable: FmuVariable) -> tuple[str, Any] | None:
     """Name and ctypes type by which a variable is exchanged; None where it cannot be."""
-    enumeration = "Integer" if prefix == "fmi2" else "Int64"
+    enumeration = "Int64" if prefix == "fmi3" else "Integer"
     base, types = enumeration if variable.type == "Enumeration" else variable.type, _TYPES[prefix]
     return (base, types[base]) if base in types else None
 
@@ -160,21 +200,26 @@ def sorted_by_type(
 class Library:
     """The shared library of an unpacked FMU; its `functions` by their names in FMI 3.0, without the prefix.
 
-    Takes the instance's name for sentences, that of the file, the folder, the model identifier, and `fmi2` or
-    `fmi3`. InputError if there is no library for this platform, or one that does not load or lacks functions.
+    Takes the instance's name for sentences, the FMU's description, the folder, and `fmi1`, `fmi2` or `fmi3`.
+    InputError if there is no library for this platform, or one that does not load or lacks functions.
     """
 
-    def __init__(self, name: str, fmu: str, folder: Path, identifier: str, prefix: str) -> None:
+    def __init__(self, name: str, info: ModelInfo, folder: Path, prefix: str) -> None:
+        fmu, identifier = info.path.name, info.model_identifier
         place = (folder / "binaries" / platform_name(prefix)).absolute()
         if not place.is_dir():
             offered = ", ".join(sorted(p.name for p in place.parent.glob("*"))) or "none"
             told = f"{name}: {fmu} holds no library for {place.name} (it has: {offered})"
             raise InputError(f"{told}; export it for this platform")
         here = working_folder()
+        self._prefix = f"{identifier}_fmi" if prefix == "fmi1" else prefix
         try:
             os.chdir(place)  # where some libraries look for others
             self._dll = ctypes.CDLL(str(place / f"{identifier}{SUFFIX}"))
-            self.functions = {each: self._declared(prefix, each) for each in _ARGUMENTS[prefix]}
+            arguments = {**_ARGUMENTS[prefix], **_OF_INTERFACE[prefix, info.interface]}
+            self.functions = {
+                each: self._declared(prefix, each, letters) for each, letters in arguments.items()
+            }
         except (OSError, AttributeError) as error:
             raise InputError(f"{name}: the library of {fmu} does not load: {error}") from error
         finally:
@@ -182,9 +227,10 @@ class Library:
                 with suppress(OSError):
                     os.chdir(here)
 
-    def _declared(self, prefix: str, name: str) -> Any:
-        function = getattr(self._dll, prefix + (_SPELLED.get(name, name) if prefix == "fmi2" else name))
-        function.argtypes = [_LETTERS[letter] for letter in _ARGUMENTS[prefix][name]]
+    def _declared(self, prefix: str, name: str, letters: str) -> Any:
+        spelled = {"fmi1": _SPELLED_1, "fmi2": _SPELLED}.get(prefix, {})
+        function = getattr(self._dll, self._prefix + spelled.get(name, name))
+        function.argtypes = [_LETTERS[letter] for letter in letters]
         function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function
 
@@ -201,94 +247,9 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def platform_name(prefix: str) -> str:
-    """Folder of this platform in an FMU of FMI 2.0 (`fmi2`) or 3.0; FMI 2.0 names none for Linux on ARM."""
+    """Folder of this platform in an FMU of `fmi1`, `fmi2` or `fmi3`; only the last names Linux on ARM."""
     arm, bits = platform.machine().lower() in ("aarch64", "arm64"), 64 if sys.maxsize > 2**32 else 32
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
-    if prefix == "fmi2" and not (arm and system == "linux"):
+    if prefix != "fmi3" and not (arm and system == "linux"):
         return f"{'win' if system == 'windows' else system}{bits}"
     return f"{'aarch64' if arm else 'x86_64' if bits == 64 else 'x86'}-{system}"
-
-
-def c_library() -> Any:
-    """The C library of this process."""
-    return ctypes.cdll.msvcrt if sys.platform == "win32" else ctypes.CDLL(None)
-
-
-_ENVIRONMENT_BYTES = 256  # the largest of any platform is far below
-_TINY = sys.float_info.min
-
-# Where fegetenv writes what steers arithmetic (rounding, precision, which faults end the process, what
-# becomes of very small numbers), and which bits of it are no mere flags of what has happened.
-_CONTROLS = {
-    ("linux", "x86_64"): ("<H26xI", (0xFFFF, 0xFFC0)),
-    ("linux", "aarch64"): ("<I", (0xFFFFFFFF,)),
-    ("darwin", "x86_64"): ("<H2xI", (0xFFFF, 0xFFC0)),
-    ("darwin", "arm64"): ("<8xQ", (0xFFFFFFFF,)),
-}
-
-
-class Surroundings:
-    """What the process's arithmetic, locale and folder were when this object was made."""
-
-    def __init__(self) -> None:
-        self._c = c_library() if hasattr(c_library(), "fegetenv") else None
-        self._arithmetic, self._now = (ctypes.create_string_buffer(_ENVIRONMENT_BYTES) for _ in range(2))
-        known = _CONTROLS.get((sys.platform, platform.machine())) if self._c is not None else None
-        self._unpack = struct.Struct(known[0]).unpack_from if known else None
-        self._bits: tuple[int, ...] = known[1] if known else ()
-        self._seen: tuple[int, ...] = ()
-        if self._c is not None:
-            self._fegetenv = self._c.fegetenv
-            self._fegetenv(self._arithmetic)
-        self._rounding, self._controls = self._rounds(), self._controlled()
-        self._locale = locale.setlocale(locale.LC_ALL)
-        self._folder = working_folder()
-
-    def put_back(self) -> tuple[str, ...]:
-        """Undo what has changed since; give its names."""
-        changed = []
-        rounds = self._rounds()
-        if rounds != self._rounding or self._controlled() != self._controls:
-            other = "which faults of arithmetic end the process, or its precision"
-            changed.append("how numbers are rounded" if rounds != self._rounding else other)
-            if self._c is not None:
-                self._c.fesetenv(self._arithmetic)
-        if locale.setlocale(locale.LC_ALL) != self._locale:
-            changed.append("the locale")
-            locale.setlocale(locale.LC_ALL, self._locale)
-        if self._folder is not None and working_folder() != self._folder:
-            changed.append("the working folder")
-            with suppress(OSError):  # it is gone
-                os.chdir(self._folder)
-        return tuple(changed)
-
-    def calculates_otherwise(self) -> bool:
-        """Tell whether arithmetic has changed since, in less than a microsecond."""
-        if self._unpack is None:
-            return self._rounds() != self._rounding
-        self._fegetenv(self._now)
-        seen = self._unpack(self._now)
-        if seen == self._seen:  # what has happened is noted once, and rarely forgotten
-            return False
-        self._seen = seen
-        return self._controlled() != self._controls
-
-    def _controlled(self) -> tuple[int, ...]:
-        """Give what steers arithmetic, where this platform tells more than the rounding."""
-        if self._unpack is None:
-            return ()
-        self._fegetenv(self._now)
-        return tuple(map(and_, self._unpack(self._now), self._bits))
-
-    def _rounds(self) -> tuple[int, bool]:
-        """Tell the direction of rounding, and whether very small numbers are kept (FTZ and DAZ are off)."""
-        direction = 0 if self._c is None else self._c.fegetround()
-        return direction, _TINY * 0.5 > 0.0
-
-
-def working_folder() -> Path | None:
-    """Give the working folder; None where it is gone."""
-    try:
-        return Path.cwd()
-    except OSError:
-        return None

@@ -1,4 +1,4 @@
-"""Co-simulation FMUs of FMI 2.0 and of FMI 3.0 as slaves.
+"""Co-simulation FMUs of FMI 1.0, 2.0 and 3.0 as slaves.
 
 FMI 3.0 has no input derivatives: where a slave offers intermediate update, its inputs are set anew
 whenever it asks during a step, along the polynomial that the master gave.
@@ -18,14 +18,80 @@ from pathlib import Path
 from typing import Any
 
 from warmlink.fmus.safe_text import printable
-from warmlink.orchestration.master.slaves.fmi import FmiSlave, FmuLog
-from warmlink.orchestration.master.slaves.library import SUFFIX, c_library, platform_name
-from warmlink.orchestration.master.slaves.slave import Names, SlaveError, Status
+from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.fmu_log import FmuLog
+from warmlink.orchestration.master.slaves.library import SUFFIX, Callbacks1, platform_name
+from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError, Status
+from warmlink.orchestration.master.slaves.surroundings import c_library
 from warmlink.orchestration.system.model import Value
 
-_CO_SIMULATION = 1  # fmi2Type
+_INTERFACES = ("ModelExchange", "CoSimulation")  # fmi2Type
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # fmi2StatusKind
 _ROUNDING = 1e-6  # of a step, by which the end of one may be missed
+
+
+class Fmi1Slave(FmiSlave):
+    """One instance of an FMU of FMI 1.0, which has no initialization mode and no state to copy.
+
+    What is set before `exit_initialization` is what it initializes with.
+    """
+
+    prefix = "fmi1"
+    plain_step = False
+
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate; the callbacks live as long as this object."""
+        self._negated: dict[Names, list[int]] = {}
+        self._callbacks = _callbacks(self.log.key)
+        functions = Callbacks1.from_buffer_copy(self._callbacks)
+        place, kind = resources.parent.absolute().as_uri().encode(), b"application/x-fmu-sharedlibrary"
+        given = name, token, place, kind, 0.0, False, False, functions, False
+        found: int | None = self.function("Instantiate")(*given)
+        FmuLog.open[found or 0] = self.log  # its lines bear its address
+        return found
+
+    def ask_for_log(self) -> None:
+        """Ask for nothing: FMI 1.0 has no categories, and what a slave logs unasked is on failures."""
+
+    def setup(self, experiment: RunSpan) -> None:
+        """Set up the experiment, of which the slave is told on leaving initialization mode."""
+        self.time, stop = experiment.start_time, experiment.stop_time
+        self._experiment = experiment.start_time, stop is not None, stop or 0.0
+        self.forward_only = True  # the step before is accepted: there is no way back
+
+    def enter_initialization(self) -> None:
+        """Do nothing."""
+
+    def exit_initialization(self) -> None:
+        """Initialize."""
+        self.call("ExitInitializationMode", self.component, *self._experiment)
+        self.look_around("during initialization")
+
+    def get(self, names: Names) -> list[Value]:
+        """Give the values of variables."""
+        values = super().get(names)
+        for position in self._turned_round(names):
+            values[position] = -values[position]  # type: ignore[operator]
+        return values
+
+    def set(self, names: Names, values: Sequence[Value]) -> None:
+        """Set variables."""
+        turned = self._turned_round(names)
+        given = [-v if i in turned else v for i, v in enumerate(values)] if turned else values  # type: ignore[operator]
+        super().set(names, given)
+
+    def _turned_round(self, names: Names) -> list[int]:
+        """Give the places of those that are exchanged as another variable's value times -1."""
+        if names not in self._negated:
+            found = [
+                i for i, name in enumerate(names) if name in self.variables and self.variables[name].negated
+            ]
+            self._negated[names] = found
+        return self._negated[names]
+
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Refuse: nothing says that the slave takes any."""
+        raise SlaveError(self.name, "error", self.time, "takes no derivatives of inputs")
 
 
 class Fmi2Slave(FmiSlave):
@@ -37,7 +103,8 @@ class Fmi2Slave(FmiSlave):
         """Instantiate; the callbacks live as long as this object."""
         self._callbacks = _callbacks(self.log.key)
         place = resources.absolute().as_uri().encode()
-        given = name, _CO_SIMULATION, token, place, byref(self._callbacks), False, False
+        kind = _INTERFACES.index(self.info.interface)
+        given = name, kind, token, place, byref(self._callbacks), False, False
         found: int | None = self.function("Instantiate")(*given)
         return found
 
@@ -104,6 +171,11 @@ _FLAG, _TIME = ctypes.POINTER(c_bool), ctypes.POINTER(c_double)
 _UPDATE = ctypes.CFUNCTYPE(None, c_void_p, c_double, c_bool, c_bool, c_bool, c_bool, _FLAG, _TIME)
 
 
+def resource_path(resources: Path) -> bytes:
+    """Give the folder of an FMU's resources as FMI 3.0 writes it."""
+    return f"{resources.absolute()}{os.sep}".encode()
+
+
 class Fmi3Slave(FmiSlave):
     """One instance of an FMI 3.0 FMU."""
 
@@ -111,17 +183,21 @@ class Fmi3Slave(FmiSlave):
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
-        self._varying: dict[int, list[float]] = {}
         self.answers = byref(c_bool()), byref(self.wants_to_end), byref(c_bool()), byref(c_double())
         updates = self.capabilities.intermediate_update
         numbers = (v for v in self.variables.values() if v.type == "Float64" and v.elements == 1)
         inputs = [v.value_reference for v in numbers if updates and v.causality == "input"]
-        self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
         self._updated = _UPDATE(self._update) if updates else None
-        given = name, token, f"{resources.absolute()}{os.sep}".encode(), False, False, False, False
-        asked = (c_uint * len(inputs))(*inputs), len(inputs), None, self._log, self._updated
+        given = name, token, resource_path(resources), False, False, False, False
+        asked = (c_uint * len(inputs))(*inputs), len(inputs), None, self.log_callback(), self._updated
         found: int | None = self.function("InstantiateCoSimulation")(*given, *asked)
         return found
+
+    def log_callback(self) -> Any:
+        """Give the function that the FMU logs by, which lives as long as this object."""
+        self._varying: dict[int, list[float]] = {}
+        self._log = _LOG3(lambda environment, status, category, message: self.log.add(status, message))
+        return self._log
 
     def set(self, names: Names, values: Sequence[Value]) -> None:
         """Set variables; derivatives that were set for them are dropped."""

@@ -29,7 +29,7 @@ from warmlink.orchestration.scenarios.duties.duty import (
 )
 from warmlink.orchestration.scenarios.logged.cells import held, signal
 from warmlink.orchestration.scenarios.logged.clock import times
-from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, name_and_unit, plain, with_suffix
+from warmlink.orchestration.scenarios.logged.layout import TIME, TIMES, plain, with_suffix
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet, read_sheet
 from warmlink.orchestration.text_files import demand_file, shown
 
@@ -87,9 +87,7 @@ def read_recorded(
 def _places(sheet: Sheet) -> dict[str, Place]:
     """Column of time and of each demand, by name."""
     found: dict[str, Place] = {}
-    for column, header in enumerate(sheet.headers):
-        written, unit = name_and_unit(header)
-        unit = unit or sheet.units[column]
+    for column, (header, written, unit, *_) in enumerate(sheet.headings):
         forms: list[tuple[str, str | None]] = [(written, unit), *(() if unit else with_suffix(written))]
         name, unit = next((form for form in forms if _known(form[0])), forms[0])
         variable = _known(name)
@@ -108,19 +106,20 @@ def _places(sheet: Sheet) -> dict[str, Place]:
 def _chosen(sheet: Sheet, columns: Mapping[str, str]) -> dict[str, Place]:
     """Column of time and of each demand, by name, as the user says it of the file's own names."""
     found: dict[str, Place] = {}
-    headers = [name_and_unit(header) for header in sheet.headers]
     for own, variable in columns.items():
-        fits = [i for i, (name, _) in enumerate(headers) if own in (name, sheet.headers[i])]
+        fits = [i for i, each in enumerate(sheet.headings) if own in (each.name, each.written)]
         if len(fits) != 1:
-            told = "stands twice; rename one" if fits else instead(own, [name for name, _ in headers])
+            told = (
+                "stands twice; rename one" if fits else instead(own, [each.name for each in sheet.headings])
+            )
             raise InputError(f"{sheet.name}: columns: {'' if fits else 'no column '}{shown(own)}; {told}")
         if variable in found:
             raise InputError(f"{sheet.name}: columns: two columns are {variable}; keep one")
-        name, unit = headers[fits[0]]
-        found[variable] = Place(fits[0], name, unit or sheet.units[fits[0]], variable, "header", chosen=True)
-    for i, (name, unit) in enumerate(headers):
+        _, name, unit, source, _ = sheet.headings[fits[0]]
+        found[variable] = Place(fits[0], name, unit, variable, source, chosen=True)
+    for i, (_, name, unit, source, _) in enumerate(sheet.headings):
         if TIME not in found and _known(name) == TIME:
-            found[TIME] = Place(i, name, unit or sheet.units[i], TIME, "header", chosen=False)
+            found[TIME] = Place(i, name, unit, TIME, source, chosen=False)
     return found
 
 

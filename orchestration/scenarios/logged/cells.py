@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.fmus.arguments import argument
-from warmlink.fmus.component import Scalar
+from warmlink.fmus.component import Scalar, limits
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.scenarios.logged.layout import NUMBER, conversion_to
@@ -32,7 +32,7 @@ _OFF = ("off", "none")
 OVERRANGE = 1e30
 """From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
 
-_MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
+MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
 _FAR = 3.0
 """Numbers that stand for "no reading" where they are so many times larger than all others in the column."""
 
@@ -107,6 +107,21 @@ def held(sheet: Sheet, place: Place, values: Array, lost: Rows) -> Array:
     return values[np.maximum.accumulate(np.where(filled, np.arange(filled.size), 0))]
 
 
+def as_input(sheet: Sheet, place: Place, scalar: Scalar | None) -> tuple[Column, Array, list[str]]:
+    """A column of an input, its values in SI in every row, and remarks on cells that are missing or empty.
+
+    InputError as `signal` and `held`, or a cell is no value of a discrete input, as 1.5 of a pad's mode.
+    """
+    column, values, lost = signal(sheet, place, scalar)
+    if scalar is not None and scalar.is_discrete:
+        for row in np.flatnonzero(np.isfinite(values)).tolist():
+            sentence = limits.problem(scalar, float(values[row]))
+            if sentence is not None:
+                raise InputError(f"{sheet.at(row, place.column)}: {sentence}")
+    missing = [sheet.taken_for_missing(lost, place.column)] if lost.size else []
+    return column, held(sheet, place, values, lost), [*missing, *said_of_empty(sheet, place)]
+
+
 def said_of_empty(sheet: Sheet, place: Place) -> list[str]:
     """What an input's empty cells are taken for; nothing of a pad's temperature, of which empty says off."""
     cells: Any = sheet.cells[place.column]
@@ -134,7 +149,7 @@ def numbers(sheet: Sheet, column: int, empty: Sequence[str] = ()) -> tuple[Array
     else:
         values, words = _of_text(sheet, column, empty)
     size = np.abs(values)
-    marks = np.isin(size, _MARKS)
+    marks = np.isin(size, MARKS)
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
     none = (size >= OVERRANGE) | (marks & (size > _FAR * usual))
     return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))

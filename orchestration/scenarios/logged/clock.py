@@ -96,8 +96,8 @@ def _written(sheet: Sheet, column: int, text: pd.Series, form: str | None) -> tu
     try:
         return written_seconds(text, form, sheet.headers[column])
     except NoTimeError as wrong:
-        told = wrong.sentence.replace("{}", sheet.cell(wrong.row, column))
-        raise InputError(f"{sheet.at(wrong.row, column)}: {told}") from None
+        sheet.refuse(np.array([wrong.row]), column, wrong.sentence)
+        raise
 
 
 def _checked(sheet: Sheet, column: int, values: Array) -> Array:

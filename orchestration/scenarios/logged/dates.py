@@ -73,11 +73,10 @@ def written_seconds(text: pd.Series, form: str | None, header: str) -> tuple[Arr
     look = stamp["date"] if stamp else first
     orders = next((orders for pattern, orders in _DATES if re.fullmatch(pattern, look)), None)
     if orders is None or stamp is None:
-        say = argument("units", {header: "%d/%m/%Y %H:%M:%S"})
         raise NoTimeError(
             0,
             f"{first!r} is no date with a time that can be read; write it as 2026-11-22 08:59:31, or give "
-            f"its form, as {say}",
+            f"its form, as {_as_said(header, '%d/%m/%Y %H:%M:%S')}",
         )
     clock = stamp["clock"]
     if orders[0] == "%Y-%m-%d" and not re.search(r"[AaPp]\.?[Mm]", clock):
@@ -88,6 +87,11 @@ def written_seconds(text: pd.Series, form: str | None, header: str) -> tuple[Arr
     seconds = ":%S" if clock.count(":") > 1 else ""
     hours = f"%I:%M{seconds} %p" if clock[-1] in "Mm" else f"%H:%M{seconds}"
     return _by_forms(text, header, [f"{order}{stamp['between']}{hours}" for order in orders])
+
+
+def _as_said(header: str, form: str) -> str:
+    """How a user says the form of the dates under a header."""
+    return argument("units", {header: form})
 
 
 def _by_forms(text: pd.Series, header: str, forms: list[str]) -> tuple[Array, str]:
@@ -107,11 +111,10 @@ def _by_forms(text: pd.Series, header: str, forms: list[str]) -> tuple[Array, st
         raise NoTimeError(worst, "{} is not of the form of the rows before; correct it")
     (form, values), *others = found.items()
     if any(not np.array_equal(values, other) for _, other in others):
-        say = argument("units", {header: form.replace("-", "/")})
         raise NoTimeError(
             0,
             f"{text.iloc[0]!r} may begin with the day or the month, which gives other times; say which, as "
-            f"{say}, or write dates as 2026-11-22",
+            f"{_as_said(header, form.replace('-', '/'))}, or write dates as 2026-11-22",
         )
     return values, f"date {form.replace('%', '')}" if form != "ISO8601" else "date"
 
@@ -120,8 +123,7 @@ def _of_clock(text: pd.Series, header: str) -> tuple[Array, str]:
     """Seconds of HH:MM:SS, going on after midnight."""
     import pandas as pd
 
-    example = argument("units", {header: "%H:%M"})
-    told = f"write it so, or give its form, as {example} or %M:%S"
+    told = f"write it so, or give its form, as {_as_said(header, '%H:%M')} or %M:%S"
     wrong = ~text.str.fullmatch(r"\d+:\d\d:\d\d(\.\d+)?")
     _refuse(wrong, f"{{}} is not of the form HH:MM:SS; {told}")
     values = pd.to_timedelta(text).dt.total_seconds().to_numpy(dtype=float)

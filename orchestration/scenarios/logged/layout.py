@@ -9,6 +9,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.safe_text import of_cell
@@ -30,6 +31,9 @@ COUNT = re.compile(rf"(?:{NUMBER.pattern})\s*(us|ms|s|sec|min|h)")
 
 Headers = tuple[list[str], list[str | None]]
 """Headers of the columns, and units from a row of their own."""
+
+SAMPLED = 200
+"""Lines at the beginning, and lines from all over a file, by which one tells how it is written."""
 
 _MOST_PARTS = 6
 """Parts, as of `rad_per_s`, that a unit at the end of a name may have."""
@@ -96,6 +100,76 @@ def converts(unit: str, si_unit: str) -> bool:
     except InputError:
         return False
     return True
+
+
+class Heading(NamedTuple):
+    """A header as it is written, its name and its unit, None if nothing says it.
+
+    Where the unit stands is the `source`: "header" or "row of units"; `below` is what such a row has.
+    """
+
+    written: str
+    name: str
+    unit: str | None
+    source: str
+    below: str | None
+
+
+def headings(found: Headers) -> tuple[Heading, ...]:
+    """Headers with their names and units; a unit in the header counts before one in a row of units."""
+    return tuple(_heading(written, unit) for written, unit in zip(*found, strict=True))
+
+
+def _heading(written: str, below: str | None) -> Heading:
+    name, unit = name_and_unit(written)
+    if unit is None and below is not None:
+        return Heading(written, name, below, "row of units", below)
+    return Heading(written, name, unit, "header", below)
+
+
+class TextLayout(NamedTuple):
+    """How a text is written: headers, what separates cells, decimal mark, and the first line of cells.
+
+    A row has `width` cells, or as many as there are headers.
+    """
+
+    headers: Headers
+    separator: str
+    decimal: str
+    first: int
+    width: int
+
+
+def text_layout(
+    name: str,
+    text: str,
+    comments: Sequence[str],
+    names: Sequence[str],
+    separator: str = "",
+    decimal: str = "",
+) -> TextLayout:
+    """Find how a text is written; a separator and a decimal mark that somebody says are taken.
+
+    InputError if there are no columns, no header, or a quote that takes in rows.
+    """
+    head = text[:100_000].split("\n")[: 2 * SAMPLED]
+    sample = [line for line in (*head[SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
+    separator, width = (separator, 0) if separator else separator_of(name, sample)
+    width = width or most_common([len(split(line, separator)) for line in sample])
+    rows = {i: split(line, separator) for i, line in enumerate(head) if line.strip()}
+    commented = [split(line.lstrip("#%/ \t"), separator) for line in comments[:SAMPLED]]
+    found, first = headers_of(name, rows, width, names, commented)
+    mark = decimal or decimal_of([cell for line in sample for cell in split(line, separator)])
+    if '"' in text:
+        refuse_open_quotes(name, text, separator)
+    return TextLayout(found, separator, mark, first, max(width, len(found[0])))
+
+
+def _spread(text: str) -> list[str]:
+    """Whole lines from all over a long text."""
+    places = range(0, len(text), -(-len(text) // SAMPLED)) if len(text) > 100_000 else ()
+    begins = (text.find("\n", place) + 1 for place in places)
+    return [text[begin : text.find("\n", begin)] for begin in begins]
 
 
 def separator_of(name: str, lines: Sequence[str]) -> tuple[str, int]:

@@ -29,13 +29,11 @@ DECIMALS = {"point": ".", "comma": ","}
 _COMMENTS = ("#", "%", "//")
 _COMMENT_LINE = re.compile(rf"(?m)^(?:{'|'.join(_COMMENTS)})[^\r\n]*")
 _EXCEL = (".xlsx", ".xlsm", ".xls", ".ods")
-_SAMPLED = 200
-"""Lines at the beginning, and lines from all over the file, by which one tells how it is written."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns of cells: column i under header i, with the unit that stands in a row of units, or None.
+    """Columns of cells: column i under heading i.
 
     The index of the cells is the line of the file, or the row of a DataFrame from 1. The decimal mark is
     "point", "comma", or "" where no cell tells; `said`: the user said which. `form` is how it is written,
@@ -43,12 +41,16 @@ class Sheet:
     """
 
     name: str
-    headers: Sequence[str]
-    units: Sequence[str | None]
+    headings: Sequence[layout.Heading]
     cells: pd.DataFrame
     decimal: str
     said: bool
     form: str
+
+    @property
+    def headers(self) -> list[str]:
+        """Headers as they are written."""
+        return [each.written for each in self.headings]
 
     def at(self, row: int, column: int) -> str:
         """Where a cell stands, for a sentence."""
@@ -146,7 +148,9 @@ def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:
     if len(filled) != 1:
         raise InputError(f"{path.name}: has {len(filled)} sheets with cells; keep one, or save one as CSV")
     (table,) = filled
-    rows = [["" if pd.isna(cell) else str(cell) for cell in row] for row in table.head(_SAMPLED).to_numpy()]
+    rows = [
+        ["" if pd.isna(cell) else str(cell) for cell in row] for row in table.head(layout.SAMPLED).to_numpy()
+    ]
     found, first = layout.headers_of(path.name, dict(enumerate(rows)), table.shape[1], names)
     cells = table.iloc[first:].infer_objects().dropna(how="all")
     cells.index += 1
@@ -155,9 +159,9 @@ def _of_workbook(path: Path, decimal: str, names: Sequence[str]) -> Sheet:
 
 def _of_cells(name: str, found: layout.Headers, cells: pd.DataFrame, decimal: str, form: str) -> Sheet:
     """Cells that have types already; those that are text tell the decimal mark."""
-    some = cells.iloc[:: max(len(cells) // _SAMPLED, 1)].to_numpy(dtype=object).ravel()
+    some = cells.iloc[:: max(len(cells) // layout.SAMPLED, 1)].to_numpy(dtype=object).ravel()
     mark = decimal or layout.decimal_of([cell.strip() for cell in some if isinstance(cell, str)])
-    return Sheet(name, *found, cells, mark, bool(decimal), form)
+    return Sheet(name, layout.headings(found), cells, mark, bool(decimal), form)
 
 
 def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
@@ -168,20 +172,12 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     said = re.match(rf'"?sep=([{"".join(layout.SEPARATORS)}])"?(?=\n)', text)
     text = text[: said.start()] + text[said.end() :] if said else text
-    head = text[:100_000].split("\n")[: 2 * _SAMPLED]
-    sample = [line for line in (*head[_SAMPLED // 2 :], *head, *_spread(text)) if line.strip()]
-    separator, width = (said[1], 0) if said else layout.separator_of(name, sample)
-    width = width or layout.most_common([len(layout.split(line, separator)) for line in sample])
-    rows = {i: layout.split(line, separator) for i, line in enumerate(head) if line.strip()}
-    commented = [layout.split(line.lstrip("#%/ \t"), separator) for line in comments[:_SAMPLED]]
-    found, first = layout.headers_of(name, rows, width, names, commented)
-    mark = decimal or layout.decimal_of([cell for line in sample for cell in layout.split(line, separator)])
-    if '"' in text:
-        layout.refuse_open_quotes(name, text, separator)
+    found = layout.text_layout(name, text, comments, names, said[1] if said else "", decimal)
+    separator, mark = found.separator, found.decimal
     # One column more, to see what stands beyond the headers.
-    cells = _parsed(text.split("\n", first)[first], name, separator, max(width, len(found[0])) + 1, mark)
-    cells.index += first + 1
-    found, cells = _fitted(name, found, cells.dropna(how="all"), separator)
+    cells = _parsed(text.split("\n", found.first)[found.first], name, separator, found.width + 1, mark)
+    cells.index += found.first + 1
+    headers, cells = _fitted(name, found.headers, cells.dropna(how="all"), separator)
     if separator == " " and cells.iloc[:, -1].hasnans:
         short = cells.index[cells.iloc[:, -1].isna()][0]
         raise InputError(
@@ -191,8 +187,8 @@ def _of_text(text: str, name: str, decimal: str, names: Sequence[str]) -> Sheet:
     words = [f"separated by {layout.SEPARATORS.get(separator, repr(separator))}"]
     words += [f"decimal {mark}"] if mark else []
     words += [f"{len(comments)} comment line{'s' * (len(comments) > 1)}"] if comments else []
-    words += ["a row of units"] if any(found[1]) else []
-    return Sheet(name, *found, cells, mark, bool(decimal), ", ".join(words))
+    words += ["a row of units"] if any(headers[1]) else []
+    return Sheet(name, layout.headings(headers), cells, mark, bool(decimal), ", ".join(words))
 
 
 def _parsed(text: str, name: str, separator: str, width: int, mark: str) -> pd.DataFrame:
@@ -217,13 +213,6 @@ def _parsed(text: str, name: str, separator: str, width: int, mark: str) -> pd.D
         told = f"cannot be read as columns ({_last(fault)}); {_remedy(separator)}"
         raise InputError(f"{name}: {told}") from None
     return cells
-
-
-def _spread(text: str) -> list[str]:
-    """Whole lines from all over a long text."""
-    places = range(0, len(text), -(-len(text) // _SAMPLED)) if len(text) > 100_000 else ()
-    begins = (text.find("\n", place) + 1 for place in places)
-    return [text[begin : text.find("\n", begin)] for begin in begins]
 
 
 def _fitted(

@@ -10,7 +10,7 @@ from pathlib import Path as File
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, Connector, ModelInfo, System
+from warmlink.orchestration.system.model import Connection, Connector, Implementation, ModelInfo, System
 from warmlink.orchestration.system.units import Conversion
 
 Path = tuple[str, ...]
@@ -66,6 +66,7 @@ class Element:
     fmu: File | None = None
     info: ModelInfo | None = None
     connections: list[Edge] = field(default_factory=list)
+    implementation: Implementation = "any"
 
 
 @dataclass
@@ -82,7 +83,8 @@ class Net:
             )
         if element.fmu is not None:
             try:
-                element = replace(element, info=read_description(element.fmu))
+                info = read_description(element.fmu).used_as(element.implementation)
+                element = replace(element, info=info)
             except InputError as fault:
                 raise InputError(f"{'.'.join(path)}: {fault}") from fault
         self.elements[path] = element
@@ -213,7 +215,7 @@ def net_of(system: System, nested: bool = False) -> Net:
                 raise InputError(f"{name}: {outer[-1]} is a component and cannot be a system; rename one")
         if path in net.elements:
             raise InputError(f"{name}: is a component and a system; rename one")
-        net.add(path, Element(dict(held.connectors), held.fmu))
+        net.add(path, Element(dict(held.connectors), held.fmu, implementation=held.implementation))
     for link in system.connections:
         _lay(net, link, *(paths.get(name, (name,)) for name, _ in link.ends))
     return net

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path as File
-from typing import Any
+from typing import Any, get_args
 from urllib.parse import unquote, urlsplit
 
 from warmlink.fmus.errors import InputError
+from warmlink.fmus.names import listed
 from warmlink.orchestration.system import archive, xml
-from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment
+from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment, Implementation
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
@@ -93,9 +94,10 @@ class Reader:
         """Read a component, or a system from another SSD or SSP; bindings here come after its own."""
         where = self._where(at)
         xml.refuse_other_children(element, ("Connectors", "ElementGeometry", "ParameterBindings"), where)
-        implementation = element.get("implementation", "any")
-        if implementation not in ("any", "CoSimulation"):
-            raise InputError(f"{where}: implementation {implementation} is not supported; use CoSimulation")
+        implementation: Any = element.get("implementation", "any")
+        if implementation not in get_args(Implementation):
+            known = listed(get_args(Implementation), "or")
+            raise InputError(f"{where}: implementation {implementation} is not supported; use {known}")
         kind, source = element.get("type", FMU_TYPE), element.get("source")
         if kind not in (FMU_TYPE, DEFINITION_TYPE, PACKAGE_TYPE):
             raise InputError(f"{where}: components of type {kind} are not supported; export an FMU")
@@ -103,7 +105,7 @@ class Reader:
             raise InputError(f"{where}: names no source, so that there is nothing to run; give it an FMU")
         connectors, bindings = self._connectors(element, at), self._bindings(element, at)
         if kind == FMU_TYPE:
-            self.net.add(at, Element(connectors, self._file(source, where)))
+            self.net.add(at, Element(connectors, self._file(source, where), implementation=implementation))
         else:
             self._other_system(source, kind, connectors, at)
         self.bindings.extend(bindings)

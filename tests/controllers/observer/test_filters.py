@@ -11,7 +11,7 @@ from warmlink.controllers.kalman import Belief, variance_along
 from warmlink.controllers.matrices import symmetric, upper, upper_diagonal
 from warmlink.controllers.observer.component import COMPONENT as OBSERVER
 from warmlink.controllers.observer.filters import allowed_for, led, quieted, together
-from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, Told, known_heat
+from warmlink.controllers.observer.model import HEATS, MODES, SENSORS, STATES, BelievedDuty, known_heat
 from warmlink.fmus.component.instance import Instance
 
 P: Any = SimpleNamespace(quiet_share=0.1)
@@ -103,7 +103,7 @@ def test_the_alert_filter_is_a_kalman_filter() -> None:
         after = OBSERVER.x.read(np.array(observer.snapshot().states))
 
         modes, unknown = np.split(before.estimate[::2], [MODES])
-        duty = Told(after.believed_speed, after.believed_torque, after.believed_ambient)
+        duty = BelievedDuty(after.believed_speed, after.believed_torque, after.believed_ambient)
         mean = np.append(
             p.decay * modes + p.reach * (known_heat(modes, duty, p) + heats @ unknown), p.fade * unknown
         )

@@ -42,7 +42,7 @@ def test_after_an_error_it_is_freed_alone_and_after_a_fatal_one_let_be(
 
     slave, library = Fmi2Slave.__new__(Fmi2Slave), Library()
     vars(slave).update(
-        name="x", component=1, _worst=worst, _library=library, function=function, _note=lambda doing: None
+        name="x", component=1, _worst=worst, _library=library, function=function, note=lambda doing: None
     )
     slave.terminate()
     slave.terminate()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from warmlink.orchestration.master.slaves.library import Surroundings, c_library
+from warmlink.orchestration.master.slaves.surroundings import Surroundings, c_library
 
 UPWARD = {"x86_64": 0x800, "aarch64": 0x400000, "arm64": 0x400000}
 

@@ -41,6 +41,7 @@ def odd_files(lab: Lab) -> dict[str, str | bytes]:
     texts = {
         "Exchange": fmi2("Exchange", LINK, "ModelExchange"),
         "Old": '<fmiModelDescription fmiVersion="1.0"/>',
+        "New": '<fmiModelDescription fmiVersion="4.0"/>',
     }
     files: dict[str, str | bytes] = {
         f"resources/{name}.fmu": lab.fmu(name, text).read_bytes() for name, text in texts.items()
@@ -84,12 +85,22 @@ CASES = [
     Case(
         "model_exchange_asked",
         alone(attributes='implementation="ModelExchange"'),
-        "link: implementation ModelExchange is not supported; use CoSimulation",
+        "link: Link.fmu: offers CoSimulation, not ModelExchange; export the model for it, or leave the choice to the master (any)",
     ),
     Case(
-        "model_exchange_only",
-        alone(fmu="resources/Exchange.fmu"),
-        "link: Exchange.fmu: modelDescription.xml: offers ModelExchange, not co-simulation; export the model for co-simulation",
+        "co_simulation_asked",
+        alone(fmu="resources/Exchange.fmu", attributes='implementation="CoSimulation"'),
+        "link: Exchange.fmu: offers ModelExchange, not CoSimulation; export the model for it, or leave the choice to the master (any)",
+    ),
+    Case(
+        "other_interface_asked",
+        alone(attributes='implementation="ScheduledExecution"'),
+        "link: implementation ScheduledExecution is not supported; use any, CoSimulation or ModelExchange",
+    ),
+    Case(
+        "model_exchange_of_fmi1",
+        alone(fmu="resources/Old.fmu"),
+        "link: Old.fmu: modelDescription.xml: offers model exchange of FMI 1.0, neither co-simulation nor model exchange of FMI 2.0 or 3.0; export the model for co-simulation",
     ),
     Case(
         "modelica",
@@ -97,9 +108,9 @@ CASES = [
         "link: components of type text/x-modelica; path=Rod are not supported; export an FMU",
     ),
     Case(
-        "fmi1",
-        alone(fmu="resources/Old.fmu"),
-        "link: Old.fmu: modelDescription.xml: FMI version '1.0' is not supported; give an FMU of FMI 2.0 or 3.0",
+        "fmi4",
+        alone(fmu="resources/New.fmu"),
+        "link: New.fmu: modelDescription.xml: FMI version '4.0' is not supported; give an FMU of FMI 1.0, 2.0 or 3.0",
     ),
     Case(
         "no_description",

@@ -1,5 +1,13 @@
 /* The host of an FMU of FMI 3.0; a part of fmi3_cs.c and of fmi3_rest.c. */
+/* The standard's header declares two callbacks by (). */
+#ifdef __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wstrict-prototypes"
+#endif
 #include "fmi3Functions.h"
+#ifdef __GNUC__
+#pragma GCC diagnostic pop
+#endif
 
 typedef struct {
     fmi3InstanceEnvironment environment;

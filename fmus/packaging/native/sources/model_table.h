@@ -43,7 +43,8 @@ static inline void table_row(double handle, double time, double *row)
     memcpy(&table, &handle, sizeof table);
     const int columns = table->columns;
     if (!table->rows) { /* none was given */
-        for (int k = 0; k < 1 + 2 * columns; k++)
+        row[0] = NAN;
+        for (int k = 1; k < 1 + 2 * columns; k++)
             row[k] = NAN;
         return;
     }

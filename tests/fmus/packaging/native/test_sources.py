@@ -134,6 +134,25 @@ def test_any_tool_can_recompile_the_sources_inside(
     assert f"fmi{version[0]}DoStep".encode() in (tmp_path / "sources" / "again.so").read_bytes()
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_optimised_sources_have_no_warning_either(
+    version: FmiVersion, c_compiler: Compiler, tmp_path: Path
+) -> None:
+    """A table's rows, which an optimising compiler follows; the standard's header declares callbacks by ()."""
+    sources, _ = native_sources(COMPONENTS["RecordedDuty"], version)
+    for file, text in sources.items():
+        (tmp_path / file).write_text(text)
+    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wstrict-prototypes", "-Werror"]
+    units = [file for file in sources if file.endswith(".c")]
+    done = subprocess.run(
+        [*c_compiler.command, *strict, f"-I{header_folder()}", "-c", *units],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
 def test_components_can_be_linked_into_one_program(c_compiler: Compiler, tmp_path: Path) -> None:
     """With the standard's prefix, two FMUs have no name in common (FMPy's header of FMI 2.0 knows none)."""
     objects = []

@@ -1,0 +1,171 @@
+"""FMUs for model exchange as slaves: equations integrated from one communication point to the next."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from ctypes import Structure, byref, c_bool, c_double, c_int
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.fmi import FmiSlave
+from warmlink.orchestration.master.slaves.integration import IntegrationError, Update, integrate, settled
+from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError
+from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave, resource_path
+
+TOLERANCE = 1e-8
+"""Relative, where neither the run nor the FMU names one."""
+
+
+class ModelSlave(FmiSlave):
+    """One instance of an FMU for model exchange, which is in event mode between two communication steps.
+
+    So inputs of any kind may be set there, and are held during a step.
+    """
+
+    plain_step = False
+    rates_named: ClassVar[str]
+    """Function that gives the states' derivatives."""
+
+    def setup(self, experiment: RunSpan) -> None:
+        """Set up the experiment."""
+        super().setup(experiment)
+        own = self.info.default_experiment.tolerance
+        self._tolerance = experiment.tolerance or own or TOLERANCE
+        states = ("GetContinuousStates", "GetNominalsOfContinuousStates", self.rates_named)
+        sizes = dict.fromkeys(states, self.info.continuous_states)
+        sizes["GetEventIndicators"] = self.info.event_indicators
+        self._filled = {name: np.zeros(size) for name, size in sizes.items()}
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode for event mode, and settle there."""
+        super().exit_initialization()
+        try:
+            settled(self)
+        except IntegrationError as fault:
+            raise SlaveError(self.name, "error", self.time, str(fault)) from None
+
+    def step(self, time: float, step_size: float) -> str | None:
+        """Integrate over one communication step."""
+        self.time = time
+        self.note(under_way.STEPPING)
+        try:
+            ends = integrate(self, time, time + step_size, self._tolerance)
+        except IntegrationError as fault:
+            raise SlaveError(self.name, "error", time, str(fault)) from None
+        finally:
+            self.watch_step()
+        return f"the model asks to end the simulation{self.log.tell()}" if ends else None
+
+    def set_input_derivatives(self, names: Names, order: int, values: Sequence[float]) -> None:
+        """Refuse: inputs are held during a step."""
+        raise SlaveError(self.name, "error", self.time, "takes no derivatives of inputs")
+
+    @abstractmethod
+    def update(self) -> Update:
+        """Do one round of an event."""
+
+    @abstractmethod
+    def completed(self) -> tuple[bool, bool]:
+        """Note that a step of the solver is done; tell whether it is an event, and whether all is to end."""
+
+    def enter_event_mode(self) -> None:
+        """Enter event mode."""
+        self._ask("EnterEventMode")
+
+    def enter_continuous_time_mode(self) -> None:
+        """Enter continuous-time mode."""
+        self._ask("EnterContinuousTimeMode")
+
+    def states(self) -> Array:
+        """Give the continuous states."""
+        return self._numbers("GetContinuousStates").copy()
+
+    def nominals(self) -> Array:
+        """Give the nominal values of the continuous states."""
+        return self._numbers("GetNominalsOfContinuousStates")
+
+    def rates(self) -> Array:
+        """Give the derivatives of the continuous states."""
+        return self._numbers(self.rates_named).copy()
+
+    def indicators(self) -> Array:
+        """Give the event indicators, which the next call overwrites."""
+        return self._numbers("GetEventIndicators")
+
+    def move(self, time: float, states: Array) -> None:
+        """Set time in s and continuous states."""
+        self._ask("SetTime", time)
+        held = self._filled["GetContinuousStates"]
+        held[:] = states
+        if len(held):
+            self._ask("SetContinuousStates", held.ctypes.data, len(held))
+
+    def _numbers(self, name: str) -> Array:
+        """Give what a function fills an array with."""
+        filled = self._filled[name]
+        if len(filled):
+            self._ask(name, filled.ctypes.data, len(filled))
+        return filled
+
+    def _ask(self, name: str, *arguments: Any) -> None:
+        status = self._functions[name](self.component, *arguments)
+        if status > 1:
+            self.fail(name, status)
+
+
+class _EventInfo(Structure):
+    """`fmi2EventInfo`."""
+
+    _fields_: ClassVar[Any] = [
+        *((name, c_int) for name in ("again", "ends", "nominals", "states", "has_next")),
+        ("next_event", c_double),
+    ]
+
+
+class Fmi2Model(ModelSlave, Fmi2Slave):
+    """One instance of an FMI 2.0 FMU for model exchange."""
+
+    rates_named = "GetDerivatives"
+
+    def update(self) -> Update:
+        """Do one round of an event."""
+        info = _EventInfo()
+        self._ask("NewDiscreteStates", byref(info))
+        return Update(bool(info.again), bool(info.ends), info.next_event if info.has_next else np.inf)
+
+    def completed(self) -> tuple[bool, bool]:
+        """Note that a step of the solver is done."""
+        event, ends = c_int(), c_int()
+        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        return bool(event.value), bool(ends.value)
+
+
+class Fmi3Model(ModelSlave, Fmi3Slave):
+    """One instance of an FMI 3.0 FMU for model exchange."""
+
+    rates_named = "GetContinuousStateDerivatives"
+
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate; the callback lives as long as this object."""
+        given = name, token, resource_path(resources), False, False, None, self.log_callback()
+        found: int | None = self.function("InstantiateModelExchange")(*given)
+        return found
+
+    def update(self) -> Update:
+        """Do one round of an event."""
+        again, ends, nominals, states, has_next = (c_bool() for _ in range(5))
+        at = c_double()
+        flags = (byref(each) for each in (again, ends, nominals, states, has_next))
+        self._ask("UpdateDiscreteStates", *flags, byref(at))
+        return Update(again.value, ends.value, at.value if has_next.value else np.inf)
+
+    def completed(self) -> tuple[bool, bool]:
+        """Note that a step of the solver is done."""
+        event, ends = c_bool(), c_bool()
+        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        return event.value, ends.value
