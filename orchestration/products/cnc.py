@@ -189,8 +189,8 @@ def cnc_table(
     values = component.start_values()[0].tolist()
     told = {f"{COMPENSATOR}.{n}": v for n, v in zip(component.p.names, values, strict=True)}
     given = told if design is not None else {}
-    asked = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
-    runs = [run(each, law, parameters=given) for each in asked]
+    scenarios = list(duties) or names_on(load_scenario(DEFAULT_SCENARIO).machine.name)
+    runs = [run(each, law, parameters=given) for each in scenarios]
     for other in runs[1:]:
         if other.scenario.machine.parts != runs[0].scenario.machine.parts:
             raise InputError(
@@ -206,7 +206,7 @@ def cnc_table(
             raise InputError(f"{told_so}; {instead(thermometer, axis.readings)}")
     played = [each.scenario.name for each in runs]
     tables = tuple(axis.tabulated(played, thermometer) for axis in axes)
-    marked = tuple(with_hash(each) if Path(each).is_file() else f"{each}, as it ships" for each in asked)
+    marked = tuple(with_hash(each) if Path(each).is_file() else f"{each}, as it ships" for each in scenarios)
     one = design is not None or runs[0].scenario.machine.designs is None
     line = formula(component, unit, temperature) if one else None
     return CncTable(Core(component, name, "double", source), tables, marked, unit, temperature, line)
