@@ -128,11 +128,11 @@ def axes_of(runs: Sequence[ClosedLoop]) -> list[AxisRuns]:
         readings = _readings(runs, controller)
         corrected = [np.asarray(each.table[f"{controller}.correction"]) for each in runs]
         links = _links(runs[0], controller)
-        added = [[_added(each, link) for link in links] for each in runs]
+        added = [[_added(each, link) for link in links] if len(links) > 1 else [] for each in runs]
         names = links or [controller.rpartition(".")[0] or WHOLE]
         for k, name in enumerate(names):
             own = [
-                whole if len(links) < 2 else each[k] + (whole - sum(each)) / len(links)
+                each[k] + (whole - sum(each)) / len(links) if each else whole
                 for whole, each in zip(corrected, added, strict=True)
             ]
             found.append(AxisRuns(name, own, readings, _places(runs[0], name) if links else None))
@@ -168,10 +168,11 @@ def _links(outcome: ClosedLoop, controller: str) -> list[str]:
 def _added(outcome: ClosedLoop, link: str) -> Array:
     """What the growth of a link alone adds to the score, in m."""
     score, growth = outcome.scenario.machine.roles.uncompensated, f"{link}.elongation"
-    if growth not in score.variables:
-        return np.zeros(len(outcome.table["time"]))
-    none = score.value(lambda name: 0.0)
-    return np.asarray(score.value(lambda name: outcome.table[name] if name == growth else 0.0) - none)
+    grown = np.asarray(outcome.table[growth])
+    none = np.zeros(grown.shape)
+    return np.asarray(
+        score.value(lambda name: grown if name == growth else none) - score.value(lambda name: none)
+    )
 
 
 def _places(outcome: ClosedLoop, link: str) -> tuple[float, float] | None:
