@@ -21,7 +21,7 @@ from warmlink.orchestration.closed_loop.outcome import run
 from warmlink.orchestration.console import Answer
 from warmlink.orchestration.files import fresh_folder, with_hash
 from warmlink.orchestration.machine.machine import COMPENSATOR
-from warmlink.orchestration.products.cnc_axis import ROWS, AxisTable, axes_of
+from warmlink.orchestration.products.cnc_axis import ROWS, TableOfAxis, axes_of
 from warmlink.orchestration.products.export import law_of
 from warmlink.orchestration.scenarios.scenario import DEFAULT_SCENARIO
 
@@ -40,7 +40,7 @@ class CncTable(Answer):
     """
 
     core: Core
-    axes: tuple[AxisTable, ...]
+    axes: tuple[TableOfAxis, ...]
     duties: tuple[str, ...]
     unit: str
     temperature_unit: str
@@ -81,7 +81,7 @@ class CncTable(Answer):
                 rows.append(f"{axis.name},{axis.thermometer},{told},{self.core.mark}")
         return "\n".join((*rows, ""))
 
-    def straight(self, axis: AxisTable) -> str:
+    def straight(self, axis: TableOfAxis) -> str:
         """The straight line of an axis as a formula."""
         factor = display_conversion("K", self.temperature_unit)[0]
         start, slope = axis.line
@@ -111,7 +111,7 @@ class CncTable(Answer):
             parameters=parameters(self.core),
         )
 
-    def _axis(self, axis: AxisTable) -> str:
+    def _axis(self, axis: TableOfAxis) -> str:
         """What there is to say of an axis."""
         rows = []
         for each in axis.errors:

@@ -37,7 +37,7 @@ class Approximation:
 
 
 @dataclass(frozen=True)
-class AxisTable:
+class TableOfAxis:
     """What a law corrects in one axis, by one temperature.
 
     Attributes
@@ -87,7 +87,7 @@ class AxisRuns:
     name : of the axis
     correction : in m, a vector for each run
     readings : in K by thermometer, a vector for each run
-    places : as in `AxisTable`
+    places : as in `TableOfAxis`
     """
 
     name: str
@@ -95,7 +95,7 @@ class AxisRuns:
     readings: Mapping[str, Sequence[Array]]
     places: tuple[float, float] | None
 
-    def tabulated(self, duties: Sequence[str], thermometer: str | None) -> AxisTable:
+    def tabulated(self, duties: Sequence[str], thermometer: str | None) -> TableOfAxis:
         """The table that is closest to the correction, by a thermometer or by the one that tells most."""
         every = np.concatenate(self.correction)
         lines = {each: _line(np.concatenate(kelvin), every) for each, kelvin in self.readings.items()}
@@ -112,7 +112,7 @@ class AxisRuns:
         )
         order = sorted(lines, key=lambda each: lines[each][2])
         others = {each: lines[each][2] for each in order if each != best}
-        return AxisTable(self.name, best, rows, growth, (start, slope), self.places, errors, others)
+        return TableOfAxis(self.name, best, rows, growth, (start, slope), self.places, errors, others)
 
 
 def axes_of(runs: Sequence[ClosedLoop]) -> list[AxisRuns]:
