@@ -14,6 +14,7 @@ import typer
 from benchmarks.command import start
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import answer
+from warmlink.orchestration.diagnosis.answer.doubtful import before_diagnosis
 from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
@@ -177,7 +178,7 @@ def said_by_check(source: Path) -> list[str]:
     """Sentences of `--check` on a log, or the one that refuses it."""
     try:
         experiment = read([source])
-        return [*slips(experiment).certain, *experiment.remarks]
+        return [*slips(experiment).certain, *before_diagnosis(experiment), *experiment.remarks]
     except InputError as fault:
         return [str(fault)]
 

@@ -106,7 +106,7 @@ class Machine:
     """One machine: parameters drawn by a seed, within a share of the nominal ones."""
 
     def __init__(self, seed: int, share: float = 0.1) -> None:
-        draw = np.random.default_rng([seed, 45])
+        draw, self.seed = np.random.default_rng([seed, 45]), seed
         drawn = {name: value * (1 + share * draw.uniform(-1, 1)) for name, value in _NOMINAL.items()}
         drawn["expansion"] = _NOMINAL["expansion"] * (1 + 0.15 * share * draw.uniform(-1, 1))
         self.p: Mapping[str, float] = drawn
@@ -121,6 +121,10 @@ class Machine:
         capacity = [self.p[f"{name}_capacity"] for name in LUMPS]
         volume = self.p["length"] * self.p["width"] * self.p["thickness"] / cells.size
         self.capacity = np.append(capacity, np.full(cells.size, self.p["heat_capacity"] * volume))
+        self.join()
+
+    def join(self) -> None:
+        """Take the parameters as they are now: what conducts between the nodes."""
         self._inside = self._conduction()
         self._solver: Callable[[float, float, float], tuple[Array, Array, Array]] = lru_cache(maxsize=256)(
             self._solved
@@ -171,12 +175,18 @@ class Machine:
         matrix = np.diag(self.capacity / STEP + room + piece) - self._inside
         return np.asarray(np.linalg.inv(matrix)), room, piece
 
-    def run(self, demands: list[Demand], seed: int, room: Room | None = None) -> Run:
-        """Temperatures and growth through demands, from a cold start in the room's air."""
+    def run(
+        self, demands: list[Demand], seed: int, room: Room | None = None, since: Run | None = None
+    ) -> Run:
+        """Temperatures and growth through demands, from a cold start in the room's air, or on from a run.
+
+        After a run the air goes on as `room` has it from there.
+        """
         draw = np.random.default_rng([seed, 46])
         rows = [each for each in demands for _ in range(max(1, round(each.duration / STEP)))]
-        air = (room or Room()).course(len(rows), draw)
-        p, temperature = self.p, np.full(self.size, air[0])
+        before = 0 if since is None else since.steps
+        air = (room or Room()).course(before + len(rows), draw)[before:]
+        p, temperature = self.p, np.full(self.size, air[0]) if since is None else since.history[-1]
         history = np.empty((len(rows) + 1, self.size))
         history[0] = temperature
         winding, rotor, gearbox, brake = (LUMPS.index(n) for n in ("winding", "rotor", "gearbox", "brake"))
@@ -193,7 +203,7 @@ class Machine:
             heat[brake] += p["brake_power"] * (speed > 0)
             temperature = inverse @ heat
             history[k + 1] = temperature
-        return Run(self, rows, air, history, draw)
+        return Run(self, rows, air, history, draw, before + len(rows))
 
     def growth(self, history: Array, torque: Array) -> Array:
         """Growth in m: of plate, gearbox and tool, by bending, and by play under load."""
@@ -209,13 +219,14 @@ class Machine:
 
 @dataclass(frozen=True)
 class Run:
-    """A run: the demand and the air of each step, temperatures in degC from the start on."""
+    """A run: demand and air of each step, temperatures in degC from the start, steps since a cold start."""
 
     machine: Machine
     rows: list[Demand]
     air: Array
     history: Array
     draw: np.random.Generator
+    steps: int
 
     def log(self) -> pd.DataFrame:
         """What a logger would write each second; `growth` is the truth, `elongation` a probe's reading."""
@@ -234,7 +245,7 @@ class Run:
         air = np.interp(seconds, steps[1:], self.air)
         noise = self.draw.normal(0.0, 0.02, count)
         logged["ambient_temperature [degC]"] = (air + machine.air_bias + noise).round(3)
-        for i, (name, true) in enumerate(self._places().items()):
+        for i, (name, true) in enumerate(self.places().items()):
             share = np.exp(-1.0 / machine.lags[i])
             exact = np.interp(seconds, steps, true)
             late = lfilter([1 - share], [1, -share], exact, zi=[share * exact[0]])[0]
@@ -246,7 +257,8 @@ class Run:
         logged["elongation [um]"] = np.where(seconds % 60 == 1, probe.round(3), np.nan)
         return pd.DataFrame(logged)
 
-    def _places(self) -> dict[str, Array]:
+    def places(self) -> dict[str, Array]:
+        """True temperatures in degC where thermometers are, at each step."""
         plate = self.history[:, self.machine.cells].mean(axis=2)
         return {
             "shaft": self.history[:, LUMPS.index("rotor")],

@@ -98,6 +98,7 @@ class TermTrial:
     hidden : what was hidden
     verdict : by causes
     finding : of the search for an equation
+    said : forms and places of the equations that were found, or why there is none
     outcome : right form, right set, none, catalogue, or wrong; for runs without a term nothing or invented
     ratio : held-out error over that of the true form fitted alike, where the form is right
     seconds : processor time
@@ -109,6 +110,7 @@ class TermTrial:
     hidden: str
     verdict: str
     finding: str
+    said: str
     outcome: str
     ratio: float | None
     seconds: float
@@ -137,7 +139,18 @@ def trial(kind: str, number: int, seed: int) -> TermTrial:
     ratio = _ratio(kind, found, diagnosis, values) if outcome in ("right form", "right set") else None
     seconds = time.process_time() - begun
     hidden = told or ", ".join(f"{name} = {size:.4g}" for name, size in effects.items()) or "nothing"
-    return TermTrial(kind, number, seed, hidden, diagnosis.verdict, found.finding, outcome, ratio, seconds)
+    said = _said(found)
+    return TermTrial(
+        kind, number, seed, hidden, diagnosis.verdict, found.finding, said, outcome, ratio, seconds
+    )
+
+
+def _said(found: Discovery) -> str:
+    equations = (
+        " + ".join(f"{c.form.about} at the {c.place}" for c in each.model.chosen.candidates)
+        for each in found.members
+    )
+    return " | ".join([*equations, *found.causes]) or found.because
 
 
 def _outcome(kind: str, found: Discovery, diagnosis: Diagnosis) -> str:

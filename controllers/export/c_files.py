@@ -8,7 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from warmlink.controllers.export.c_text import C, comment
+from warmlink.controllers.export.c_helpers import comment
+from warmlink.controllers.export.c_text import C
 from warmlink.controllers.export.core import Core
 from warmlink.controllers.export.program.statements import Routine, Slot
 from warmlink.controllers.export.texts import filled, listed

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from warmlink.controllers.export.lines import WIDTH, wrapped
+from warmlink.controllers.export.c_helpers import HELPERS, comment, helper
+from warmlink.controllers.export.lines import wrapped
 from warmlink.controllers.export.parts import divided
+from warmlink.controllers.export.program.contraction import of_loops
 from warmlink.controllers.export.program.program import LawProgram
 from warmlink.controllers.export.program.statements import (
     For,
@@ -48,20 +49,6 @@ FUNCTIONS = {"abs": "fabs", "exp": "exp", "log": "log", "sqrt": "sqrt", "sin": "
 }
 """Functions of the C library."""
 
-HELPERS = {
-    "larger": ("a", "b", "(a > b) ? a : b", "The larger of two numbers; b where one is NaN."),
-    "smaller": ("a", "b", "(a < b) ? a : b", "The smaller of two numbers; b where one is NaN."),
-    "ratio": (
-        "a",
-        "b",
-        "((b > 0{f}) || (b < 0{f})) ? (a / b) : (b * 0{f})",
-        "a / b; 0 where b is 0, and NaN where it is NaN.",
-    ),
-    "left": ("a", "b", "b - ((a + b) - a)", "What rounding leaves of b where it is added to a."),
-    "root": ("a", "", "(a < 0{f}) ? 0{f} : {sqrt}(a)", "Square root; 0 below 0."),
-}
-"""Functions that every law may use: arguments, result and what it is."""
-
 POINTERS = {
     "state": "x",
     "next": "next",
@@ -80,6 +67,9 @@ class C:
         self.suffix = "f" if single else ""
         self.real = f"{law}_real"
         self._shared: set[int] = set()
+        self._of_loops: dict[int, list[Slot]] = {}
+        for routine in program.routines:
+            self._of_loops |= of_loops(routine.body, routine.locals)
         whole = {id(routine): divided(routine, self._lines) for routine in program.routines}
         self._divided = {key: found for key, found in whole.items() if found is not None}
         self._shared.update(id(slot) for found in self._divided.values() for slot in found.shared)
@@ -162,6 +152,7 @@ class C:
             elif isinstance(each, For):
                 name = each.variable
                 lines.append(f"{pad}for ({name} = 0; {name} < {each.count}; {name}++) {{")
+                lines += self.declared(self._of_loops.get(id(each), []), depth + 1)
                 lines += [*self.statements(each.body, depth + 1), f"{pad}}}"]
             else:
                 lines += self.invoked(each, depth)
@@ -258,11 +249,18 @@ class C:
             lines.append(f"    int {', '.join(variables)};")
         if routine.fresh:
             lines.append(f"    {self.law}_state fresh;")
-        for kind, condition in ((self.real, False), ("bool", True)):
-            names = [_sized(slot) for slot in routine.locals if slot.condition is condition]
-            if names:
-                lines += wrapped(f"    {kind} {', '.join(names)};", "        ")
+        inner = {id(slot) for each in flat(routine.body) for slot in self._of_loops.get(id(each), [])}
+        lines += self.declared([slot for slot in routine.locals if id(slot) not in inner], 1)
         return [*lines, *statements, "}", ""]
+
+    def declared(self, slots: list[Slot], depth: int) -> list[str]:
+        """Declarations of variables."""
+        lines, pad = list[str](), "    " * depth
+        for kind, condition in ((self.real, False), ("bool", True)):
+            names = [_sized(slot) for slot in slots if slot.condition is condition]
+            if names:
+                lines += wrapped(f"{pad}{kind} {', '.join(names)};", f"{pad}    ")
+        return lines
 
     def constants(self) -> list[str]:
         """The design and the tables."""
@@ -283,20 +281,7 @@ class C:
     def helpers(self) -> list[str]:
         """Functions that the law uses."""
         used = {kind for routine in self.program.routines for kind in kinds_of(routine.body)}
-        lines: list[str] = []
-        for name, (a, b, result, about) in HELPERS.items():
-            if name in used:
-                given = f"{self.real} {a}" + (f", {self.real} {b}" if b else "")
-                told = result.replace("{f}", f".0{self.suffix}").replace("{sqrt}", f"sqrt{self.suffix}")
-                lines += [
-                    *comment(about),
-                    f"static {self.real} {name}({given})",
-                    "{",
-                    f"    return {told};",
-                    "}",
-                    "",
-                ]
-        return lines
+        return [line for name in HELPERS if name in used for line in helper(name, self.real, self.suffix)]
 
 
 def _sized(slot: Slot) -> str:
@@ -305,8 +290,3 @@ def _sized(slot: Slot) -> str:
 
 def _loops(body: Iterable[Statement]) -> list[str]:
     return sorted({each.variable for each in flat(list(body)) if isinstance(each, For)})
-
-
-def comment(text: str) -> list[str]:
-    """A comment."""
-    return textwrap.wrap(f"/* {text.replace('*/', '')} */", WIDTH, subsequent_indent="   ")

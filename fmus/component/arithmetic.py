@@ -201,8 +201,8 @@ def placed(value: Number, index: int, size: int) -> Number:
 def accumulated(value: Number, change: Number) -> Number:
     """A value and a change that is small beside it, from sample to sample.
 
-    It is their sum. An export in single precision adds what rounding has left of such sums before, if the value
-    comes from a state that is `slow` (Kahan's summation).
+    It is their sum. An export in single precision adds what rounding has left of such sums before, if the
+    value comes from a state that is `slow` (Kahan's summation).
     """
     return value.accumulated(change) if isinstance(value, Traced) else value + change
 

@@ -156,8 +156,8 @@ class Local(Output):
 class State(Named):
     """A state of a component; `start` is a number or the name of a parameter.
 
-    Its value is always finite; it may be NaN only if `accepts_nan` is set. A state that is `slow` is made with
-    `arithmetic.accumulated`: an export in single precision carries on what rounding leaves of it.
+    Its value is always finite; it may be NaN only if `accepts_nan` is set. A state that is `slow` is made
+    with `arithmetic.accumulated`: an export in single precision carries on what rounding leaves of it.
     """
 
     start: float | str = field(default=0.0, kw_only=True)

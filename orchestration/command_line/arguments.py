@@ -65,6 +65,7 @@ EXPLAINED = {
 """What the docstrings of commands leave out, by the names of their parameters."""
 
 OPTIONS: dict[str | tuple[str, type], str] = {
+    "controller_parameters": "--parameters",
     "heat_faces": "--heat-face",
     "mismatches": "--mismatch",
     "names": "--map",

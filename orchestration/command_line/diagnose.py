@@ -119,9 +119,14 @@ def diagnose(
 
 def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
     """Print how the files are understood."""
+    from warmlink.orchestration.diagnosis.answer.doubtful import before_diagnosis
     from warmlink.orchestration.diagnosis.answer.slips import slips
 
-    found = [{**each.understood(), "slips": slips(each).certain} for each in experiments]
+    with spinner("Looking at the columns"):
+        found = [
+            {**each.understood(), "slips": slips(each).certain, "doubts": before_diagnosis(each)}
+            for each in experiments
+        ]
     if json:
         answer_json(found if whole_arm else found[0])
         return
@@ -137,6 +142,8 @@ def _show(experiments: list[Experiment], whole_arm: bool, json: bool) -> None:
             print_table("", headings, rows, texts=3, width=120)
         for told in experiment["slips"]:
             answer(f"- likely slip: {told}")
+        for told in experiment["doubts"]:
+            answer(f"- look at this first: {told}")
         for told in experiment["remarks"]:
             answer(f"- {told}")
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from warmlink.orchestration.products.export import export as export
     from warmlink.orchestration.products.live import live as live
     from warmlink.orchestration.products.reduce import reduce as reduce
+    from warmlink.orchestration.products.watch import watch as watch
     from warmlink.orchestration.report.plot import plot as plot
     from warmlink.orchestration.simulation import simulate as simulate
     from warmlink.orchestration.studies.design import design as design
@@ -79,6 +80,7 @@ _PLACES = {
     "simulate": "orchestration.simulation:simulate",
     "sweep": "orchestration.studies.sweep:sweep_study",
     "tune": "orchestration.studies.tune:tune_study",
+    "watch": "orchestration.products.watch:watch",
     "where": "fmus.component.arithmetic:where",
     "write_ssp": "orchestration.system.write:write_ssp",
 }

@@ -139,8 +139,8 @@ def _wrong_table(diagnosis: Diagnosis, wrong: Mapping[str, Wrong]) -> PageTable:
     rows = []
     for name, each in wrong_entries(diagnosis, wrong).items():
         follows = [f"{signal['signal']} ({signal['r']:+.2f})" for signal in each["correlates_with"]]
-        formats = ("{rmse:.3g}", "{noise:.2g}", "{bias:+.2g}", "{whiteness_p:.2g}")
-        numbers = [text.format(**each) for text in formats]
+        numbers = [text.format(**each) for text in ("{rmse:.3g}", "{noise:.2g}", "{bias:+.2g}")]
+        numbers.append("< 1e-6" if each["whiteness_p"] < 1e-6 else f"{each['whiteness_p']:.2g}")
         rows.append((f"{name} [{each['unit']}]", *numbers, [*each["when"], "-"][0], [*follows, "-"][0]))
     return PageTable(("channel", "RMSE", "noise", "bias", "whiteness", "wrong when", "follows"), rows)
 

@@ -13,6 +13,7 @@ from warmlink.orchestration.diagnosis.answer.entries import in_shown_unit
 from warmlink.orchestration.diagnosis.answer.profile import Profile
 from warmlink.orchestration.diagnosis.answer.unknown import MissingHeat
 from warmlink.orchestration.diagnosis.ladder.errors import per_si, shown
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted
 from warmlink.orchestration.diagnosis.terms.words import Equation, equation_of
 from warmlink.orchestration.report.figures import DASHES, chart, styled
 from warmlink.orchestration.report.page import PageTable, Section
@@ -20,6 +21,9 @@ from warmlink.orchestration.system.units import ZERO_CELSIUS
 
 _MOST_DRAWN = 2
 """Places whose missing heat is drawn."""
+
+_HOURS, _DAYS = 6 * 3600.0, 4 * 86400.0
+"""s that a run lasts from which on its time is told in hours, and in days."""
 
 _MEASURED, _BEFORE, _AFTER = "#9aa3b2", "#d1603d", "#3b6fb6"
 
@@ -30,8 +34,11 @@ def run_sections(diagnosis: Diagnosis) -> list[Section]:
     for run, measured in enumerate(diagnosis.experiment.runs):
         role = "held out" if measured.heldout else "fitted"
         if measured.fit_until <= diagnosis.scores.problem.data[run].time[-1]:
-            role += f", from {measured.fit_until / 60:.0f} min held out"
-        text = "First measured and simulated, then measured minus simulated, over the noise's sigma."
+            length, unit = time_unit(float(measured.time[-1]))
+            role += f", from {measured.fit_until / length:.3g} {unit} held out"
+        text = (
+            "First measured and simulated, then measured minus simulated, as a multiple of the noise (sigma)."
+        )
         courses, errors = _figures(diagnosis, run)
         sections.append(Section(f"{measured.name} ({role})", text, figure=courses, beside=errors))
     return sections
@@ -54,15 +61,14 @@ def _figures(diagnosis: Diagnosis, run: int) -> tuple[Any, Any]:
         )
         for title in ("measured, simulated", "error / sigma")
     )
-    minutes = data.time / 60
+    length, unit_of_time = time_unit(float(data.time[-1]))
     pairs = [("as it stands", diagnosis.before, _BEFORE)]
-    if diagnosis.after is not diagnosis.before:
-        word = "nearest causes" if diagnosis.verdict == "unknown" else "extended"
-        pairs.append((word, diagnosis.after, _AFTER))
+    if (better := _better(diagnosis)) is not None:
+        pairs.append((*better, _AFTER))
 
     def draw(figure: Any, row: int, word: str, values: Array, **style: Any) -> None:
         """Draw a signal in a row; the legend names those of the first."""
-        x, y = minutes.astype(np.float32), values.astype(np.float32)
+        x, y = (data.time / length).astype(np.float32), values.astype(np.float32)
         told = {"name": word, "legendgroup": word, "showlegend": row == 1}
         figure.add_scatter(x=x, y=y, row=row, col=1, **told, **style)
 
@@ -84,12 +90,34 @@ def _figures(diagnosis: Diagnosis, run: int) -> tuple[Any, Any]:
         errors.update_yaxes(title_text=f"{told}error / sigma [1]", row=row)
     until = diagnosis.experiment.runs[run].fit_until
     for figure in (courses, errors):
-        figure.update_xaxes(title_text="time [min]", row=len(channels))
+        figure.update_xaxes(title_text=f"time [{unit_of_time}]", row=len(channels))
         if until < data.time[-1]:
             grey = {"fillcolor": "#5b6577", "opacity": 0.08, "line_width": 0}
-            figure.add_vrect(x0=until / 60, x1=float(minutes[-1]), **grey)
+            figure.add_vrect(x0=until / length, x1=float(data.time[-1]) / length, **grey)
         styled(figure, 170 * len(channels) + 90).update_layout(margin_t=60)
     return courses, errors
+
+
+def _better(diagnosis: Diagnosis) -> tuple[str, Predicted] | None:
+    """What is drawn beside the model as it stands: what is delivered, else what explains most."""
+    used, after = diagnosis.adopted, diagnosis.after
+    if diagnosis.delivers and not any(_alike(used, each) for each in (diagnosis.before, after)):
+        return "to use from now on", used
+    if after is diagnosis.before:
+        return None
+    return "nearest causes" if diagnosis.verdict == "unknown" else "extended", after
+
+
+def _alike(one: Predicted, other: Predicted) -> bool:
+    pairs = zip(one.readings, other.readings, strict=True)
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+
+def time_unit(duration: float) -> tuple[float, str]:
+    """Length in s of the unit in which people tell the time of a run that lasts so many s, and its name."""
+    if duration > _DAYS:
+        return 86400.0, "d"
+    return (3600.0, "h") if duration > _HOURS else (60.0, "min")
 
 
 def _dots(colour: str) -> dict[str, Any]:
@@ -113,12 +141,13 @@ def profile_figure(diagnosis: Diagnosis, profiles: Sequence[Profile]) -> Any:
 
 def heat_figure(time: Array, heat: Array, deviation: Array) -> Any:
     """Missing heat in W over time in s, with its 95 % band."""
-    minutes, spread, hidden = time / 60, 1.96 * deviation, {"showlegend": False}
+    length, unit = time_unit(float(time[-1]))
+    at, spread, hidden = time / length, 1.96 * deviation, {"showlegend": False}
     return chart(
-        {"x": minutes, "y": heat - spread, "line": {"width": 0}, **hidden},
-        {"x": minutes, "y": heat + spread, "fill": "tonexty", "line": {"width": 0}, **hidden},
-        {"x": minutes, "y": heat, "line": {"color": _AFTER}, **hidden},
-        x="time [min]",
+        {"x": at, "y": heat - spread, "line": {"width": 0}, **hidden},
+        {"x": at, "y": heat + spread, "fill": "tonexty", "line": {"width": 0}, **hidden},
+        {"x": at, "y": heat, "line": {"color": _AFTER}, **hidden},
+        x=f"time [{unit}]",
         y="missing heat [W]",
         height=320,
     )

@@ -64,8 +64,8 @@ def test_what_is_said_of_a_sound_run_is_counted() -> None:
 
 
 def test_the_table_counts_by_kind() -> None:
-    one = TermTrial("speed^1.5", 0, 1, "", "unknown", "equation", "right form", 1.1, 2.0)
-    two = TermTrial("speed^1.5", 1, 1, "", "unknown", "none", "none", None, 2.0)
+    one = TermTrial("speed^1.5", 0, 1, "", "unknown", "equation", "", "right form", 1.1, 2.0)
+    two = TermTrial("speed^1.5", 1, 1, "", "unknown", "none", "", "none", None, 2.0)
     (row,) = table([one, two])
     assert row == {
         **{"hidden": "speed^1.5", "runs": 2, "right form": 1, "none": 1},

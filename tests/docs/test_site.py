@@ -148,6 +148,7 @@ RUN_BY_TESTS = {
     "CONTRIBUTING.md": "test_contributing.py",
     "controllers/README.md": "orchestration/studies/test_own_law.py",
     "orchestration/diagnosis/README.md": "orchestration/diagnosis/causes/test_cause_catalogue.py",
+    "docs/watch.md": "orchestration/watch/test_sources.py",
 }
 """Tests of the texts whose blocks do not run when the site is built, or not all of them."""
 

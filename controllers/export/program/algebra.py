@@ -1,8 +1,7 @@
-"""How expressions are made of expressions: simplified where no number changes, and each only once."""
+"""How expressions are made of expressions: simplified where no number changes."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from typing import Any
 
@@ -11,64 +10,15 @@ import numpy as np
 from warmlink.controllers.export.program.expressions import (
     CONDITIONS,
     FUNCTIONS,
-    LARGEST,
     Array,
     Noted,
+    constant,
+    expression,
+    is_number,
+    lifted,
+    remembered,
+    worked_out,
 )
-
-_made: dict[Any, Noted] = {}
-_serial = itertools.count()
-
-
-def forget() -> None:
-    """Begin anew, with no expression made yet."""
-    _made.clear()
-
-
-def expression(kind: str, of: Iterable[Noted], shape: tuple[int, ...], data: Any = None) -> Noted:
-    """An expression, which is made once."""
-    of = tuple(of)
-    told = (data.shape, data.tobytes()) if isinstance(data, np.ndarray) else data
-    key = kind, tuple(map(id, of)), shape, told
-    if key not in _made:
-        made = Noted(kind, of, shape, data, serial=next(_serial))
-        if of and kind != "result" and all(each.value is not None for each in of):
-            made.value = _value(kind, of, data)
-            made.origin = frozenset().union(*(each.origin for each in of))
-        _made[key] = made
-    return _made[key]
-
-
-def _value(kind: str, of: tuple[Noted, ...], data: Any) -> Array:
-    values = [np.asarray(each.value) for each in of]
-    if kind == "take":
-        return np.asarray(values[0].ravel()[data])
-    if kind == "weave":
-        return np.concatenate([np.atleast_1d(each) for each in values])[data]
-    if kind == "stack":
-        return np.concatenate([np.atleast_1d(each) for each in values])
-    if kind == "sum":
-        return np.asarray(values[0].sum(axis=-1))
-    with np.errstate(all="ignore"):
-        return np.asarray(FUNCTIONS[kind](*values))
-
-
-def constant(value: Any) -> Noted:
-    """A number or an array that is known, as far as single precision holds it."""
-    array = np.clip(np.array(value, dtype=float), -LARGEST, LARGEST)
-    made = expression("constant", (), array.shape, array)
-    made.value = array
-    return made
-
-
-def lifted(value: Any) -> Noted:
-    """A value as an expression."""
-    return value if isinstance(value, Noted) else constant(value)
-
-
-def is_number(one: Noted, value: Any) -> bool:
-    """Whether all elements are a known number."""
-    return one.kind == "constant" and bool(np.all(one.data == value))
 
 
 def apply(kind: str, *given: Any) -> Noted:
@@ -110,7 +60,7 @@ def _applied(kind: str, of: list[Noted]) -> Noted:
         of[0] = told_by(of[0]) or apply("not", apply("eq", of[0], 0.0))
     of = [each if each.shape in ((), shape) else _broadcast(each, shape) for each in of]
     if all(each.kind == "constant" for each in of):
-        found = _value(kind, tuple(of), None)
+        found = worked_out(kind, tuple(of), None)
         return constant(found) if kind not in CONDITIONS else _known(bool(found.all()), shape)
     simple = _simplified(kind, of, shape)
     if simple is not None:
@@ -123,8 +73,8 @@ def _settled(made: Noted) -> Noted:
     if made.value is None or made.kind == "constant":
         return made
     if made.condition:
-        alike = bool(np.all(made.value == made.value.flat[0]))
-        return _known(bool(made.value.flat[0]), made.shape) if alike else made
+        same = bool(np.all(made.value == made.value.flat[0]))
+        return _known(bool(made.value.flat[0]), made.shape) if same else made
     if made.kind != "neg":
         made.kind, made.of, made.data = "leaf", (), ("settled", made.serial)
     return made
@@ -133,7 +83,7 @@ def _settled(made: Noted) -> Noted:
 def hold(one: Noted) -> None:
     """Take for granted that a number is above 0."""
     key = "gt", (id(one), id(constant(0.0))), (), None
-    _made[key] = _known(True, ())
+    remembered[key] = _known(True, ())
 
 
 def _known(truth: bool, shape: tuple[int, ...]) -> Noted:
@@ -195,10 +145,10 @@ def _of_flags(kind: str, of: list[Noted], shape: tuple[int, ...]) -> Noted | Non
     logic = {"mul": "and", "smaller": "and", "larger": "or"}.get(kind)
     if len(of) == 2 and logic and both[0] is not None and both[1] is not None:
         return flag(apply(logic, *both))
-    for one, other, told in ((a, b, both[1]), (b, a, both[0])):
-        known = one.kind == "constant" and one.shape == () and float(one.data) in (0.0, 1.0)
-        if logic and known and told is not None and other.shape == shape:
-            return other if bool(one.data) is (logic == "and") else _wide(one, shape)
+    for known, other, told in ((a, b, both[1]), (b, a, both[0])):
+        number = known.kind == "constant" and known.shape == () and float(known.data) in (0.0, 1.0)
+        if logic and number and told is not None and other.shape == shape:
+            return other if bool(known.data) is (logic == "and") else _wide(known, shape)
     if kind in ("lt", "le", "gt", "ge") and both[0] is not None and b.kind == "constant" and b.shape == ():
         one, zero = (bool(FUNCTIONS[kind](value, b.data)) for value in (1.0, 0.0))
         if one != zero:
@@ -270,15 +220,31 @@ def _taken(of: Noted, places: Array) -> Noted:
             if inner.min() >= start and inner.max() < start + part.size:
                 return take(part, inner - start)
             start += part.size
-    if (
-        of.kind == "stack"
-        and np.array_equal(np.sort(places, axis=None), np.arange(of.size))
-        and places.ndim == 1
-    ):
-        return expression("weave", of.of, places.shape, places)
+    if of.kind == "stack" and places.ndim == 1 and places.size and np.unique(places).size == places.size:
+        return _woven(of, places)
     if of.ndim >= 2 and of.kind in _MOVABLE and np.unique(places).size == places.size:
         return _inside(of, places)
     return _plain(of, places)
+
+
+def _woven(of: Noted, places: Array) -> Noted:
+    """Elements of a stack in another order: of each part those that are asked for."""
+    parts, at = list[Noted](), list[Array]()
+
+    def add(part: Noted, asked: Array, to: Array) -> None:
+        if part.kind not in ("stack", "weave"):
+            parts.append(take(part, asked) if part.shape else part)
+            at.append(to)
+            return
+        inner, start = asked if part.kind == "stack" else part.data[asked], 0
+        for each in part.of:
+            here = (inner >= start) & (inner < start + each.size)
+            if here.any():
+                add(each, inner[here] - start, to[here])
+            start += each.size
+
+    add(of, places, np.arange(places.size))
+    return expression("weave", parts, places.shape, np.argsort(np.concatenate(at)))
 
 
 _MOVABLE = frozenset({"add", "sub", "mul", "sum", "neg"})

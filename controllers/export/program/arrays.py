@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.export.program.algebra import (
-    apply,
+from warmlink.controllers.export.program.algebra import apply, stacked, summed, take
+from warmlink.controllers.export.program.expressions import (
+    LARGEST,
+    Array,
+    Noted,
     constant,
     expression,
     is_number,
     lifted,
-    stacked,
-    summed,
-    take,
 )
-from warmlink.controllers.export.program.expressions import LARGEST, Array, Noted
 
 
 def diagonal(of: Any) -> Noted:

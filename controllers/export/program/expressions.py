@@ -6,6 +6,8 @@ array of elements at places of another one. A product of matrices is a sum of pr
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -191,6 +193,64 @@ class Noted(Traced):
         return call(function, given, idle)
 
 
+remembered: dict[Any, Noted] = {}
+"""Every expression so far, by what it is made of."""
+
+_serial = itertools.count()
+
+
+def forget() -> None:
+    """Begin anew, with no expression made yet."""
+    remembered.clear()
+
+
+def expression(kind: str, of: Iterable[Noted], shape: tuple[int, ...], data: Any = None) -> Noted:
+    """An expression, which is made once."""
+    of = tuple(of)
+    told = (data.shape, data.tobytes()) if isinstance(data, np.ndarray) else data
+    key = kind, tuple(map(id, of)), shape, told
+    if key not in remembered:
+        made = Noted(kind, of, shape, data, serial=next(_serial))
+        if of and kind != "result" and all(each.value is not None for each in of):
+            made.value = worked_out(kind, of, data)
+            made.origin = frozenset().union(*(each.origin for each in of))
+        remembered[key] = made
+    return remembered[key]
+
+
+def worked_out(kind: str, of: tuple[Noted, ...], data: Any) -> Array:
+    """What an expression is, if all that it is made of is known."""
+    values = [np.asarray(each.value) for each in of]
+    if kind == "take":
+        return np.asarray(values[0].ravel()[data])
+    if kind == "weave":
+        return np.concatenate([np.atleast_1d(each) for each in values])[data]
+    if kind == "stack":
+        return np.concatenate([np.atleast_1d(each) for each in values])
+    if kind == "sum":
+        return np.asarray(values[0].sum(axis=-1))
+    with np.errstate(all="ignore"):
+        return np.asarray(FUNCTIONS[kind](*values))
+
+
+def constant(value: Any) -> Noted:
+    """A number or an array that is known, as far as single precision holds it."""
+    array = np.clip(np.array(value, dtype=float), -LARGEST, LARGEST)
+    made = expression("constant", (), array.shape, array)
+    made.value = array
+    return made
+
+
+def lifted(value: Any) -> Noted:
+    """A value as an expression."""
+    return value if isinstance(value, Noted) else constant(value)
+
+
+def is_number(one: Noted, value: Any) -> bool:
+    """Whether all elements are a known number."""
+    return one.kind == "constant" and bool(np.all(one.data == value))
+
+
 def _reshaped(of: Noted, shape: Any) -> Noted:
     from warmlink.controllers.export.program.algebra import take
 
@@ -235,3 +295,14 @@ for _name, _ufunc in {
 }.items():
     setattr(Noted, f"__{_name}__", _operator(_ufunc))
 Noted.__hash__ = object.__hash__  # type: ignore[method-assign]
+
+
+class Given:
+    """A record of a law: its states, inputs or parameters by name."""
+
+    def __init__(self, values: dict[str, Noted]) -> None:
+        self.__dict__.update(values)
+
+    def __getitem__(self, name: str) -> Noted:
+        found: Noted = self.__dict__[name]
+        return found

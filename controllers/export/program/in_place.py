@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from warmlink.controllers.export.program.statements import (
     For,
+    Index,
     Invoke,
     Read,
     Set,
@@ -54,6 +55,42 @@ def _element_by_element(statement: Statement, result: Slot, argument: Slot) -> b
             if read.slot is argument and (read.index != to.index or k > writes[0]):
                 return False
     return True
+
+
+def stays(statement: Statement) -> bool:
+    """Whether an assignment, or a loop of one, gives each element the value that it has."""
+    inner = statement.body[0] if isinstance(statement, For) and len(statement.body) == 1 else statement
+    return isinstance(inner, Set) and inner.to == inner.value
+
+
+def may_follow(statement: Statement, slot: Slot, lost: set[int]) -> bool:
+    """Whether a loop of one assignment reads of a variable none of the elements that are lost, nor loses any.
+
+    An element may be read where it is written. Those that it writes are lost after it.
+    """
+    count, inner = (statement.count, statement.body[0]) if isinstance(statement, For) else (1, statement)
+    assert isinstance(inner, Set)
+    written = _places(inner.to.index, count)
+    for read in read_by(inner.value):
+        if read.slot is not slot:
+            continue
+        places = _places(read.index, count)
+        elsewhere = {a for a, b in zip(places, written, strict=True) if a != b}
+        if lost & {*places} or elsewhere & {*written}:
+            return False
+    lost.update(written)
+    return True
+
+
+def _places(index: Index | None, count: int) -> list[int]:
+    """Which elements a loop of one variable goes through."""
+    assert index is not None
+    return [_place(index, turn) for turn in range(count)]
+
+
+def _place(index: Index, turn: int) -> int:
+    tables = sum(int(slot.values[_place(inner, turn)]) for slot, inner in index.tables)
+    return index.constant + sum(pace * turn for _, pace in index.terms) + index.of_tables * tables
 
 
 def _read(statement: Statement) -> list[Read]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from warmlink.controllers.export.program.contraction import contracted
 from warmlink.controllers.export.program.expressions import FUNCTIONS, Noted
-from warmlink.controllers.export.program.in_place import may_overwrite
+from warmlink.controllers.export.program.in_place import may_follow, may_overwrite, stays
 from warmlink.controllers.export.program.places import fitted, place_of
 from warmlink.controllers.export.program.ranges import never_negative, never_zero
 from warmlink.controllers.export.program.statements import (
@@ -51,7 +52,8 @@ class Lowering(Uses):
         used = [k < self.traced.kept or id(e) in read for k, e in enumerate(arguments)]
         given = [self.leaves[e.data] for k, e in enumerate(arguments) if used[k] and k >= self.traced.kept]
         results = [] if kept else [slot for _, slot in self._targets if slot.record == "result"]
-        name, about, body = self.traced.name, self.traced.about, tidied(self.body)
+        name, about = self.traced.name, self.traced.about
+        body = contracted(tidied(self.body), self.locals)
         over = {} if kept else self._over(body)
         body = [For(SIDE, 2, body)] if self.traced.paired else body
         return Routine(name, about, body, given, results, kept, self.locals, used, over)
@@ -71,7 +73,8 @@ class Lowering(Uses):
     def _late(self, one: Noted, target: Slot) -> bool:
         """Whether a result that is changed in place is computed last, straight into its variable."""
         alone = len(self._users[id(one)]) == 1
-        return target.record == "kept" and one.kind in FUNCTIONS and alone and id(one) not in self.slots
+        simple = one.kind in FUNCTIONS or one.kind == "weave"
+        return target.record == "kept" and simple and alone and id(one) not in self.slots
 
     def _finish(self, late: set[int]) -> None:
         """Write the results that lie elsewhere; what is changed in place after all who read it."""
@@ -82,7 +85,7 @@ class Lowering(Uses):
                 (one, target)
                 for one, target in pending
                 if not any(id(target) in texts[id(other)] for _, other in pending if other is not target)
-                and texts[id(target)].get(id(target), True)
+                and (texts[id(target)].get(id(target), True) or self._in_turn(one, target))
             ]
             one, target = (free or pending)[0]
             pending = [each for each in pending if each[1] is not target]
@@ -162,7 +165,10 @@ class Lowering(Uses):
     def _compute(self, one: Noted, to: Slot) -> None:
         """Statements that give a variable its value."""
         if one.kind in ("stack", "weave") and self._place(one) in (None, to):
-            (self._pieces if one.kind == "stack" else self._strands)(one, to)
+            if one.kind == "stack":
+                self._pieces(one, to)
+            else:
+                self.body.extend(self._strands(one, to))
             return
         dims = LOOPS[: one.ndim]
         at = place_of(one.shape, dims) if to.array else None
@@ -202,18 +208,26 @@ class Lowering(Uses):
                 self.body.append(For("i", size, [Set(at, inner)]))
             start += size
 
-    def _strands(self, one: Noted, to: Slot) -> None:
+    def _in_turn(self, one: Noted, target: Slot) -> bool:
+        """Whether parts can be written into the variable that they are read from, one after the other."""
+        if one.kind != "weave" or id(one) in self.slots:
+            return False
+        lost: set[int] = set()
+        return all(may_follow(statement, target, lost) for statement in self._strands(one, target))
+
+    def _strands(self, one: Noted, to: Slot) -> list[Statement]:
         """Statements that write parts to where they belong among the others."""
-        start, places = 0, np.argsort(one.data)
+        start, places, made = 0, np.argsort(one.data), list[Statement]()
         for part in one.of:
             own = places[start : start + part.size]
             start += part.size
             if part.size == 1:
                 value = self.element(part, (0,) * part.ndim)
-                self.body.append(Set(Read(to, Index(int(own[0]))), value))
+                made.append(Set(Read(to, Index(int(own[0]))), value))
             else:
                 at = Read(to, fitted(own, ("i",), self.tables))
-                self.body.append(For("i", part.size, [Set(at, self.element(part, ("i",)))]))
+                made.append(For("i", part.size, [Set(at, self.element(part, ("i",)))]))
+        return [each for each in made if not stays(each)]
 
     def element(self, one: Noted, dims: tuple[str | int, ...]) -> Value:
         """An element of an expression; of a number, itself."""

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from warmlink.controllers.export.program import tracing
+from warmlink.controllers.export.program.expressions import Given
 from warmlink.controllers.export.program.lowering import Lowering
 from warmlink.controllers.export.program.places import FreeNames, Tables
 from warmlink.controllers.export.program.statements import Routine, Slot
-from warmlink.controllers.export.program.tracing import Given, TracedFunction, leaf
+from warmlink.controllers.export.program.tracing import TracedFunction, leaf
 from warmlink.controllers.export.program.words import RESERVED
 from warmlink.fmus.component import Component
 from warmlink.fmus.component.arithmetic import Number
@@ -75,7 +76,6 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
         time = leaf("clock", "time", ())
         leaves[time.data] = Slot("elapsed", (), "clock", unit="s")
         assert component.update is not None
-        begin, begun = tracing.of_records(_started(component), u, p)
         update, updated = tracing.run(
             "update",
             "The states after a sample.",
@@ -87,6 +87,7 @@ def program(component: Component, settled: Number, name: str, single: bool) -> L
             p["sample_time"],
             states=True,
         )
+        begin, begun = tracing.of_records(_started(component), u, p)
         told, named = tracing.run("outputs", "What the law says.", component.observe, x, u, p, time)
         functions = tracing.functions()
     known = (slot for slot in leaves.values() if slot.record not in ("state", "recall"))

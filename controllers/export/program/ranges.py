@@ -1,4 +1,4 @@
-"""Between which bounds an expression lies, as far as that follows from its form."""
+"""Between which bounds an expression lies, and whether it is a flag, as far as that follows from its form."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from math import exp, inf, isnan, sqrt
 
 import numpy as np
 
-from warmlink.controllers.export.program.expressions import Noted
+from warmlink.controllers.export.program.algebra import told_by
+from warmlink.controllers.export.program.expressions import Noted, is_number
 
 Bounds = tuple[float, float]
 
@@ -85,3 +86,20 @@ _RULES: dict[str, Callable[..., Bounds]] = {
     "weave": _several,
     "sum": _sum,
 }
+
+
+def is_binary(one: Noted) -> bool:
+    """Whether each element is 0 or 1, as far as that follows from its form."""
+    if told_by(one) is not None or (one.kind == "constant" and bool(np.isin(one.data, (0.0, 1.0)).all())):
+        return True
+    if one.kind == "result":
+        call, place = one.data
+        return is_binary(call.function.results[place])
+    if one.kind == "sub" and is_number(one.of[0], 1.0):
+        return is_binary(one.of[1])
+    of = one.of[1:] if one.kind == "select" else one.of
+    return one.kind in _OF_BINARY and all(map(is_binary, of))
+
+
+_OF_BINARY = frozenset({"larger", "smaller", "mul", "take", "stack", "select"})
+"""What is 0 or 1 if all that it is made of is."""

@@ -12,29 +12,18 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from warmlink.controllers.export.program import algebra
-from warmlink.controllers.export.program.algebra import expression, lifted
-from warmlink.controllers.export.program.expressions import Noted
+from warmlink.controllers.export.program import algebra, expressions
+from warmlink.controllers.export.program.expressions import Given, Noted, expression, lifted
+from warmlink.controllers.export.program.naming import noticed
+from warmlink.controllers.export.program.ranges import is_binary
 from warmlink.fmus.component import arithmetic
 
 Place = tuple[str, str]
 """What a leaf is: the record that it stands in, as `state` or `argument`, and its name."""
-
-
-class Given:
-    """A record of a law: its states, inputs or parameters by name."""
-
-    def __init__(self, values: dict[str, Noted]) -> None:
-        self.__dict__.update(values)
-
-    def __getitem__(self, name: str) -> Noted:
-        found: Noted = self.__dict__[name]
-        return found
 
 
 @dataclass(eq=False)
@@ -110,11 +99,11 @@ def traced(slow: tuple[str, ...] = ()) -> Iterator[None]:
     Of the states named in `slow` what rounding leaves is a state too, with `_rest` after its name.
     """
     global _tape
-    algebra.forget()
+    expressions.forget()
     _tape = _Tape()
     _tape.slow = slow
     before = sys.getprofile()
-    sys.setprofile(_noticed)
+    sys.setprofile(noticed)
     try:
         yield
     finally:
@@ -133,7 +122,7 @@ def run(
     found = {key: algebra.flag(each) if each.condition else each for key, each in found.items()}
     for key in _tape.slow if states else ():
         rest = found[key].rest
-        found[f"{key}_rest"] = algebra.constant(np.zeros(found[key].shape)) if rest is None else rest
+        found[f"{key}_rest"] = expressions.constant(np.zeros(found[key].shape)) if rest is None else rest
     for key, each in found.items():
         each.fallback = each.fallback or key
     return TracedFunction(name, about, [], list(found.values()), spans=_tape.spans.pop()), found
@@ -141,12 +130,18 @@ def run(
 
 def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> Any:
     """A call of a function that is kept whole; the same arguments give the same function."""
-    arguments, shape = [], _mapped(given, _shape)
-    _mapped(given, lambda each: arguments.extend(_with_rest(each)) if _is_value(each) else None)
-    key = function, shape, idle
+    values: list[Noted] = []
+    _mapped(given, lambda each: values.append(lifted(each)) if _is_value(each) else None)
+    sure = idle and is_binary(values[-1])
+    key = _like((function, _mapped(given, _shape), sure, idle), [each.rest is not None for each in values])
     if key not in _tape.functions:
-        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle)
+        _tape.functions[key], _tape.shapes[key] = _function(function, given, idle, sure)
     whole, (like, rests) = _tape.functions[key], _tape.shapes[key]
+    arguments = [
+        one
+        for each, carried in zip(values, key[-1], strict=True)
+        for one in algebra.with_rest(each)[: 1 + carried]
+    ]
     asked = arguments[-1] if idle else None
     flat = [algebra.flag(each) if each.condition else each for each in arguments]
     if idle and asked is not None:
@@ -179,14 +174,21 @@ def call(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> An
     return _mapped(like, one)
 
 
-def _with_rest(value: Any) -> list[Noted]:
-    """A value, and after it what rounding has left of it if that is carried on."""
-    made = lifted(value)
-    return [made] if made.rest is None else algebra.with_rest(made)
+def _like(key: tuple[Any, ...], carried: list[bool]) -> tuple[Any, ...]:
+    """The key of a function that takes what is carried on of these arguments; if idle, of more too."""
+    for known in _tape.functions if key[-1] else ():
+        if known[: len(key)] == key and all(a or not b for a, b in zip(known[-1], carried, strict=True)):
+            return known
+    return *key, tuple(carried)
 
 
-def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) -> tuple[TracedFunction, Any]:
-    """The function for arguments of a shape, and what its results are put together like."""
+def _function(
+    function: Callable[..., Any], given: tuple[Any, ...], idle: bool, sure: bool
+) -> tuple[TracedFunction, Any]:
+    """The function for arguments of a shape, and what its results are put together like.
+
+    If it is idle where its last argument is 0, it knows that this is 1 if `sure`, else that it is above 0.
+    """
     code: Any = inspect.unwrap(function)
     names = code.__code__.co_varnames[: code.__code__.co_argcount]
     name = _fresh(code.__name__.strip("_"))
@@ -217,6 +219,7 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
     inside = (*first, *rest)
     if idle:  # it runs only where its last argument is above 0
         algebra.hold(arguments[-1])
+        inside = (*inside[:-1], expressions.constant(1.0)) if sure else inside
     _tape.spans.append([])
     result = code(*inside)
     rests: list[bool] = []
@@ -226,6 +229,9 @@ def _function(function: Callable[..., Any], given: tuple[Any, ...], idle: bool) 
         _mapped(inside[0], lambda each: rests.append(each.rest is not None))
     flat, carried = list[Noted](), iter(rests)
     _mapped(result, lambda each: flat.extend(algebra.with_rest(lifted(each))[: 1 + next(carried)]))
+    for each in flat:
+        if each.rest is not None:
+            each.rest.fallback = each.rest.fallback or f"{each.name or each.fallback or 'value'}_rest"
     flat = [algebra.flag(each) if each.condition else each for each in flat]
     kept = len(flat) if idle else 0
     about = (code.__doc__ or "").strip().partition("\n")[0]
@@ -275,7 +281,7 @@ def _is_value(value: Any) -> bool:
 
 
 def _shape(value: Any) -> Any:
-    return ("value", *(each.shape for each in _with_rest(value))) if _is_value(value) else _Same(value)
+    return ("value", lifted(value).shape) if _is_value(value) else _Same(value)
 
 
 @dataclass(frozen=True)
@@ -306,41 +312,3 @@ def _fresh(name: str) -> str:
         made = f"{name}_{count}"
     _tape.names.add(made)
     return made
-
-
-_NOT_ITS_NAMES = ("arithmetic.py", "matrices.py", "calls.py", "instance.py")
-
-
-def _noticed(frame: Any, event: str, result: Any) -> None:
-    """Name what the variables of a law's function hold, when it returns."""
-    if event != "return":
-        return
-    path = Path(frame.f_code.co_filename)
-    if (
-        path.parent.name == "program"
-        or path.name.startswith("<")
-        or path.name in _NOT_ITS_NAMES
-        or "numpy" in path.parts
-    ):
-        return
-    arguments = frame.f_code.co_varnames[: frame.f_code.co_argcount]
-    for name, value in frame.f_locals.items():
-        if name != "self" and not name.startswith("."):
-            _named(value, name.strip("_"), "fallback" if name in arguments else "name")
-    if isinstance(result, tuple):
-        _named(result, frame.f_code.co_name.strip("_"), "fallback")
-
-
-def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:
-    if isinstance(value, Noted):
-        if value.kind != "constant" and not (value.kind == "leaf" and value.data[0] != "settled"):
-            setattr(value, kind, getattr(value, kind) or name)
-            if value.kind == "select" and algebra.told_by(value) is not None:
-                _named(value.of[0], name, kind, depth)
-    elif isinstance(value, dict) and depth < 2:
-        for key, each in value.items():
-            _named(each, str(key), "fallback", depth + 1)
-    elif isinstance(value, (tuple, list)) and depth < 3 and len(value) < 40:
-        fields = getattr(value, "_fields", None)
-        for i, each in enumerate(value):
-            _named(each, fields[i] if fields else f"{name}_{i + 1}", kind, depth + 1)

@@ -43,7 +43,8 @@ class Uses:
         self._order = self._reachable()
         self._users = self._used_by()
         self._emitted: dict[int, float] = {}
-        self._in_place = {id(one) for one in traced.results} if traced.kept else set[int]()
+        late = [one for one in traced.results if one.kind != "result"] if traced.kept else []
+        self._in_place = set(map(id, late))
         self._share()
 
     def _given(self, one: Noted) -> list[Noted]:

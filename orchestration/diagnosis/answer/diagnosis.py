@@ -12,7 +12,7 @@ from warmlink.orchestration.diagnosis.answer.claims import Claim, claims
 from warmlink.orchestration.diagnosis.answer.compensated import Compensated, feed_forward, observer
 from warmlink.orchestration.diagnosis.answer.doubtful import (
     beyond_noise,
-    doubts,
+    doubts_of,
     unchanging_inputs,
     understated,
 )
@@ -91,11 +91,11 @@ class Diagnosis:
     def verdict_and_reason(self) -> tuple[Word, str]:
         """Verdict after the gate on prediction, and what is to be said of it."""
         word, _ = found = self._gated
+        if word == "empirical" and self._misread:
+            return "unknown", "No cause is established, as a column looks like something else."
         if word == "empirical" and self.ladder.is_judged and self.delivery.base == UNCORRECTED:
-            return "unknown", (
-                "No cause is established, and none of the models predicts the held-out rows better than the "
-                "uncorrected one."
-            )
+            told = "none of the models predicts the held-out rows better than the uncorrected one"
+            return "unknown", f"No cause is established, and {told}."
         return found
 
     @cached_property
@@ -204,12 +204,16 @@ class Diagnosis:
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Sentences on columns that look stuck, swapped or in another unit, unless nothing is wrong."""
-        problem, null = self.assessment.problem, self.assessment.null
-        stated = tuple(each for each in understated(problem) if each != self.verdict_and_reason[1])
+        stated = tuple(e for e in understated(self.assessment.problem) if e != self.verdict_and_reason[1])
         if self.verdict == "adequate":
             return stated
-        found = (*doubts(problem, problem.values_by_run(null.freed, null.theta)), *stated)
-        return found or (unchanging_inputs(self.experiment) if self.verdict == "unknown" else ())
+        asked = unchanging_inputs(self.experiment) if self.verdict == "unknown" else ()
+        return (*self._misread, *stated) or asked
+
+    @cached_property
+    def _misread(self) -> tuple[str, ...]:
+        """Sentences on columns that look stuck, swapped or in another unit, by the uncorrected model."""
+        return doubts_of(self.assessment)
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:

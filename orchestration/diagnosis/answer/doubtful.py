@@ -10,9 +10,11 @@ from itertools import combinations
 
 import numpy as np
 
+from warmlink.fmus.errors import InputError
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.sensible import refuse_senseless
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.machine.rig import SCALE
@@ -23,6 +25,9 @@ _BETTER = 3.0
 
 _MOVES, _SHARE = {"K": 1.0, "m": 5e-6}, 0.1
 """Change in the simulation, rms by SI unit, that a reading should show, and what share of it is little."""
+
+_LEVEL = 10
+"""Rows of one value from which on it is asked whether the sensor is stuck."""
 
 _MISTAKEN = {
     "K": ("degC", "degF", "K"),
@@ -40,6 +45,25 @@ def doubts(problem: Problem, values: Sequence[Array]) -> tuple[str, ...]:
     named = [f"{run.name}: " if len(values) > 1 else "" for run in problem.experiment.runs]
     found = [_Doubts(problem, run, z).sentences() for run, z in enumerate(values)]
     return tuple(name + each for name, said in zip(named, found, strict=True) for each in said)
+
+
+def doubts_of(assessment: Assessment) -> tuple[str, ...]:
+    """The same by the uncorrected model of an assessment, on the rows that were fitted."""
+    problem, null = assessment.problem, assessment.null
+    return doubts(problem, problem.values_by_run(null.freed, null.theta))
+
+
+def before_diagnosis(experiment: Experiment) -> tuple[str, ...]:
+    """What columns look like, by the model before anything is fitted, or why they cannot be diagnosed."""
+    try:
+        refuse_senseless(experiment)
+        problem = Problem(experiment)
+        freed = problem.calibrated
+        return doubts(problem, problem.values_by_run(freed, [each.start for each in freed]))
+    except NotSimulatedError:
+        return ()
+    except InputError as fault:
+        return (f"a diagnosis refuses this: {fault}",)
 
 
 class _Doubts:
@@ -85,7 +109,8 @@ class _Doubts:
                 # Readings that are rounded stay where they are while they move by less than a step.
                 least = max(_MOVES[unit] / 4, 2 * float(self._quantum[i]))
                 level = read[_longest_level(self._measured[read, i])]
-                for rows, enough in ((level, least), (read, _MOVES[unit])):
+                stretches = ((level, least), (read, _MOVES[unit]))
+                for rows, enough in (each for each in stretches if each[0].size >= _LEVEL):
                     shows, should = (float(np.std(v[rows, i])) for v in (self._measured, self._simulated))
                     if should > enough and shows < _SHARE * should:
                         told = f"by {_shown(shows, unit)} rms in {rows.size} of {read.size} rows"

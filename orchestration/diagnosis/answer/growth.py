@@ -32,6 +32,8 @@ def growth_of(problem: Problem) -> Growth:
     Raises InputError if nothing says what it is, or an output of it was not measured.
     """
     machine, measured = problem.experiment.rig.machine, list(problem.variables)
+    if not any(problem.experiment.rig.unit(name) == "m" for name in measured):
+        raise InputError(f"{machine.name}: no growth was measured, so that nothing is known of it")
     if not machine.growth:
         raise InputError(
             f"{machine.name}: nothing says which growth a controller should take out; give it as a weighted "

@@ -108,7 +108,8 @@ def next_experiment(assessment: Assessment, experiment: Experiment) -> Proposed 
         shared = frozenset.intersection(*(fit.key for fit in members))
         items = {item.title: item for fit in members for item in fit.items if item.title not in shared}
         told = f"{' and '.join(items)} apart" if len(items) > 1 else f"whether {next(iter(items))} is there"
-        check = next(iter(items.values())).cause.check
+        first = next((item for item in items.values() if item.cause.twin_of), next(iter(items.values())))
+        check = first.cause.check
         return Proposed((), f"No duty cycle of up to a day tells {told}. {check}", 0.0, 0.0, written)
     table[:, never] = np.inf
     duty, separations, chance = _surest(design, feasible, table, never)

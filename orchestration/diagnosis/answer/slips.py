@@ -6,7 +6,7 @@ measured depends on it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,14 +20,17 @@ from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.system.units import ZERO_CELSIUS
 
-_MOVES = 1.0
-"""K rms by which a reading and its simulation move at least, where they are compared."""
+_MOVES = {"K": 1.0, "m": 5e-6}
+"""By how much, rms by SI unit, a reading and its simulation move at least, where they are compared."""
 
 _REVERSED = -0.8
 """Correlation of a reading with its simulation below which its sign is reversed."""
 
 _DEPENDS = 0.02
 """Change of a reading by that of an input from which it depends on it."""
+
+_SHOWS = 10.0
+"""Change of a reading, as a multiple of how exact the simulation is, from which heat shows."""
 
 _PAD = "pad_temperature"
 
@@ -52,12 +55,12 @@ class Slips:
 
 def slips(experiment: Experiment) -> Slips:
     """Look for slips in the runs of an experiment, by its data and by its model as it stands."""
-    lacking, wrong = tuple(absent_drives(experiment)), list(_shifted(experiment))
+    lacking, wrong = absent_drives(experiment), list(_shifted(experiment))
     try:
-        look = _Look(experiment)
-        return Slips(tuple(look.unlogged()), lacking, (*look.reversed(), *wrong))
+        look = _Look(experiment, lacking)
+        return Slips(tuple(look.unlogged()), tuple(look.lacking()), (*look.reversed(), *wrong))
     except NotSimulatedError:
-        return Slips((), lacking, tuple(wrong))
+        return Slips((), tuple(lacking.values()), tuple(wrong))
 
 
 def _shifted(experiment: Experiment) -> Iterator[str]:
@@ -89,10 +92,13 @@ def _of(experiment: Experiment, run: Run) -> str:
 
 
 class _Look:
-    """The runs simulated as the model stands, with derivatives by temperatures that nobody logged."""
+    """The runs simulated as the model stands, with derivatives by temperatures that nobody logged.
 
-    def __init__(self, experiment: Experiment) -> None:
-        self._experiment, rig = experiment, experiment.rig
+    `lacking` are sentences by input that makes heat and that nobody logged.
+    """
+
+    def __init__(self, experiment: Experiment, lacking: Mapping[str, str]) -> None:
+        self._experiment, rig, self._lacking = experiment, experiment.rig, lacking
         groups = {name for group in rig.required_inputs for name in group}
         self._free = [
             name
@@ -103,11 +109,14 @@ class _Look:
         ]
         starts = [float(rig.variables[name].start or 0.0) for name in self._free]
         wide = [Calibration(n, s - 50, s + 50, s) for n, s in zip(self._free, starts, strict=True)]
+        sizes = {name: float(rig.variables[name].variable.nominal or 1.0) for name in lacking}
+        wide += [Calibration(name, -size, size, 0.0) for name, size in sizes.items()]
         stated = (*experiment.calibrated, *wide)
         self._problem = Problem(replace(experiment, calibrated=stated, declared=(), with_shipped=False))
         freed = self._problem.calibrated
-        values = self._problem.values_by_run(freed, [each.start for each in freed])
-        self._predicted = [self._problem.predict(i, z) for i, z in enumerate(values)]
+        self._values = self._problem.values_by_run(freed, [each.start for each in freed])
+        self._predicted = [self._problem.predict(i, z) for i, z in enumerate(self._values)]
+        self._sizes = sizes
 
     def unlogged(self) -> Iterator[str]:
         """Temperatures that nobody logged and on which a reading depends."""
@@ -123,6 +132,18 @@ class _Look:
                     "to 0 under [known]"
                 )
 
+    def lacking(self) -> Iterator[str]:
+        """What nobody logged and makes heat, as far as the readings would show it."""
+        for name, sentence in self._lacking.items():
+            slot, shows = self._problem.slots.index(name), 0.0
+            for i, z in enumerate(self._values):
+                working = z.copy()
+                working[slot] = self._sizes[name]
+                change = self._problem.predict(i, working)[0] - self._predicted[i][0]
+                shows = max(shows, float(np.nanmax(np.abs(change) / self._problem.floors)))
+            if shows > _SHOWS:
+                yield sentence
+
     def reversed(self) -> Iterator[str]:
         """Readings that fall where their simulation rises."""
         problem = self._problem
@@ -133,9 +154,13 @@ class _Look:
                 there = np.isfinite(data.readings[:, i] + simulated[:, i])
                 pair = data.readings[there, i], simulated[there, i]
                 moves = [float(np.std(each)) if each.size else 0.0 for each in pair]
-                if problem.experiment.rig.unit(variable) == "K" and min(moves) > _MOVES:
+                unit = problem.experiment.rig.unit(variable)
+                if min(moves) > _MOVES.get(unit, np.inf):
                     alike = float(np.corrcoef(*pair)[0, 1])
                     if alike < _REVERSED:
                         falls = f"{_of(self._experiment, run)}{name} falls where it should rise"
                         told = f"{falls} (correlation with the simulation {alike:.2f})"
-                        yield f"{told}: its sign is reversed; look at the wires of its sensor"
+                        remedy = "look at the wires of its sensor"
+                        if unit == "m":
+                            remedy = "look at which way it counts as positive"
+                        yield f"{told}: its sign is reversed; {remedy}"

@@ -148,7 +148,7 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
         f"{errors['rmse_before']:.3g} before and {errors['rmse_after']:.3g} after on {word} rows"
         for word, errors in _errors(diagnosis, diagnosis.after)
     ]
-    lines = [f"Error as a multiple of the noise: {'; '.join(parts)}."]
+    lines = [f"Error as a multiple of the noise: {'; '.join(parts)}{_in_units(diagnosis)}."]
     if diagnosis.observer is not None:
         before, after = diagnosis.observer
         first, then = (f"{1e6 * each.largest:.2g} µm" for each in (before, after))
@@ -167,6 +167,16 @@ def _gain_lines(diagnosis: Diagnosis) -> list[str]:
             count = len(diagnosis.claims)
             lines.append(f"In {count} other duty cycles it foresees the growth within {widest:.2g} µm.")
     return lines
+
+
+def _in_units(diagnosis: Diagnosis) -> str:
+    """The same on fitted rows in the unit of the channel that was off most."""
+    before, after = diagnosis.wrong, diagnosis.remaining
+    name = max(before, key=lambda each: before[each].rmse / before[each].noise)
+    entries = (wrong_entries(diagnosis, each)[name] for each in (before, after))
+    first, then = (f"{each['rmse']:.3g}" for each in entries)
+    unit = _shown(wrong_entries(diagnosis, before)[name]["unit"])
+    return f" ({name} from {first} to {then} {unit} rms)"
 
 
 def _unknown_lines(diagnosis: Diagnosis, hint: Hint) -> list[str]:

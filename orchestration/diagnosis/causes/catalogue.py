@@ -36,7 +36,10 @@ class Cause(Table):
     material : whether it is a property of the material, or a law of nature, that is the same in all runs
     each_run : whether every run has a value of its own
     covers : causes whose joint effect this one has, so that none of them is sought beside it
+    twin_of : cause from which no log tells it: it is not sought, and stands beside that one where the value
+        that was found is within its own bounds
     covariate : input whose column the cause needs
+    at_work : whether it may change while a machine is at work, so that `watch` looks for it
     usual : whether a plain calibration of a machine, which looks for no cause, fits it
     declared : whether a person declared it, so that it frees exactly the variables that it names
     kind : what it belongs to; a cause of kind "simulation" is checked before all others, and not fitted
@@ -57,7 +60,9 @@ class Cause(Table):
     material: Annotated[bool, Flag()] = False
     each_run: Annotated[bool, Flag()] = False
     covers: Annotated[tuple[str, ...], Names("coulomb_friction")] = ()
+    twin_of: Annotated[str, Text("coulomb_friction")] = ""
     covariate: Annotated[str | None, Text("neighbour_temperature")] = None
+    at_work: Annotated[bool, Flag()] = False
     usual: Annotated[bool, Flag()] = False
     declared: Annotated[bool, Flag()] = False
     kind: Annotated[Kind, OneOf(get_args(Kind))] = "plant"

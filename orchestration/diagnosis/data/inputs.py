@@ -165,16 +165,16 @@ def _absent(experiment: Experiment) -> list[str]:
     return remarks
 
 
-def absent_drives(experiment: Experiment) -> list[str]:
-    """Sentences on inputs that make heat by working and that nobody logged, in runs where others do."""
-    found = []
+def absent_drives(experiment: Experiment) -> dict[str, str]:
+    """Sentences on inputs that make heat by working and that nobody logged in some run, by input."""
+    found = {}
     for group in experiment.rig.required_inputs:
         works = not group[0].endswith((_AMBIENT, *_PADS))
         if works and not all(is_given(experiment, run, *group) for run in experiment.runs):
             names = " or ".join(experiment.rig.column_of(each) for each in group)
             name = experiment.rig.column_of(group[0])
             told = f"{names} was not logged and makes no heat in the simulation: log it"
-            found.append(f"{told}, or say that it was 0 ({argument('assume', {name: '0'})})")
+            found[group[0]] = f"{told}, or say that it was 0 ({argument('assume', {name: '0'})})"
     return found
 
 

@@ -1,20 +1,27 @@
-"""Rows of a log that no machine made: readings that leap away and back at once, and rows of zeros."""
+"""Rows of a log that no machine made: rows of zeros, sensors that stick, readings that leap."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.outliers import leap, outliers
+from warmlink.orchestration.diagnosis.data.stretches import loose, shifted, stuck
 from warmlink.orchestration.scenarios.logged.cells import Column, Rows
 from warmlink.orchestration.scenarios.logged.sheet import Sheet
 from warmlink.orchestration.system.units import parse_unit
 
 _FALLEN = 5.0
 """Multiple of its usual spread by which a temperature differs in a row of zeros."""
+
+_PULSE, _UNUSUAL, _SHORT = 0.1, 3.0, 3
+"""An input's leap in a pulse at least, as a share of its largest and in medians; rows of a short pulse."""
+
+_UNREAD, _UNREAD_SHARE = 10, 0.05
+"""Rows, and share of a run's time, for which it is said that something was not read."""
 
 _MOST_NAMED = 8
 
@@ -60,20 +67,63 @@ def without_slips(
             inputs[name][empty] = values[source]
         told = "taken for missing values, as the logger was not ready or had lost the connection"
         remarks.append(f"{sheet.name}: {_named(sheet, empty)}: nothing but zeros, {told}")
+    remarks += _unread(sheet, time, {c.name: readings[c.variable] for c in columns if c.variable in readings})
     driven = (
         np.flatnonzero(np.any([_leaps(values) for values in inputs.values()], axis=0)) if inputs else None
     )
-    for column in columns:
-        if column.variable in readings and (away := outliers(time, readings[column.variable], driven)).size:
-            values = readings[column.variable]
-            by = leap(time, values, away) / parse_unit(column.unit).factor
-            unit = {"degC": "K", "degF": "degF"}.get(column.unit, column.unit)
-            values[away] = np.nan
-            remarks.append(
-                f"{sheet.name}: {_named(sheet, away)}: {column.name} leaps away and back by up to {by:.3g} "
-                f"{unit}, as no heat does; taken for missing values, so look at its wiring"
-            )
+    pulses = np.unique(np.concatenate([np.empty(0, np.intp), *map(_pulses, inputs.values())]))
+    for column in (each for each in columns if each.variable in readings):
+        remarks += _without_faults(sheet, time, column, readings[column.variable], driven, pulses)
     return inputs, readings, remarks
+
+
+def _unread(sheet: Sheet, time: Array, readings: Mapping[str, Array]) -> Iterator[str]:
+    """Remarks on long stretches of rows in which nothing was read, or one column was not."""
+    absent = {name: np.isnan(values) for name, values in readings.items()}
+    every = np.all([*absent.values()], axis=0) if absent else np.zeros(time.size, dtype=bool)
+    for name, missing in (("nothing", every), *((name, each & ~every) for name, each in absent.items())):
+        for rows in _runs_of(np.flatnonzero(missing)):
+            lasts = float(time[min(rows[-1] + 1, time.size - 1)] - time[rows[0]])
+            if rows.size >= _UNREAD and lasts > _UNREAD_SHARE * time[-1]:
+                told = f"{name} was {'' if name == 'nothing' else 'not '}read"
+                yield f"{sheet.name}: {told} for {lasts / 60:.3g} min from {time[rows[0]] / 60:.4g} min on"
+
+
+def _without_faults(
+    sheet: Sheet, time: Array, column: Column, values: Array, driven: Rows | None, pulses: Rows
+) -> Iterator[str]:
+    """Take readings that no temperature made for missing values, and say which; `pulses` may make leaps."""
+    unit = {"degC": "K", "degF": "degF"}.get(column.unit, column.unit)
+    missing = "taken for missing values, so look at its wiring"
+    for rows in _runs_of(held := stuck(time, values)):
+        shown = (values[rows[0]] - parse_unit(column.unit).offset) / parse_unit(column.unit).factor
+        minutes = (time[rows[-1]] - time[rows[0]]) / 60
+        yield (
+            f"{sheet.name}: {_named(sheet, rows)}: {column.name} stays at {shown:.4g} {column.unit} for "
+            f"{minutes:.3g} min, as no sensor that works does; {missing}"
+        )
+    values[held] = np.nan
+    for find, told in ((loose, "leaps to and fro"), (outliers, "leaps away and back")):
+        away = np.setdiff1d(find(time, values, driven), pulses)
+        if away.size:
+            by = leap(time, values, away) / parse_unit(column.unit).factor
+            values[away] = np.nan
+            yield (
+                f"{sheet.name}: {_named(sheet, away)}: {column.name} {told} by up to {by:.3g} {unit}, as no "
+                f"heat does; {missing}"
+            )
+    for row, height in shifted(time, values, driven):
+        by = height / parse_unit(column.unit).factor
+        yield (
+            f"{sheet.name}: {_named(sheet, np.array([row]))}: from here on {column.name} reads {abs(by):.3g} "
+            f"{unit} {'more' if by > 0 else 'less'}, at once, as no heat does: was a sensor or a connector "
+            "moved? The readings stay as they are; give what comes before and after as two runs"
+        )
+
+
+def _runs_of(rows: Rows) -> list[Rows]:
+    """Rows that follow one another, each stretch by itself."""
+    return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
 
 
 def _leaps(values: Array) -> NDArray[np.bool_]:
@@ -81,8 +131,19 @@ def _leaps(values: Array) -> NDArray[np.bool_]:
     return np.append(False, np.diff(np.nan_to_num(values, nan=-1.0)) != 0)
 
 
+def _pulses(values: Array) -> Rows:
+    """Rows in which an input is on, or off, for a few rows only, and the row after each."""
+    moves = np.abs(np.diff(np.nan_to_num(values, nan=-1.0)))
+    usual = max(_PULSE * float(np.max(moves, initial=0.0)), _UNUSUAL * float(np.median(moves)), 1e-12)
+    leaps = np.flatnonzero(moves > usual) + 1
+    short = leaps[:-1][np.diff(leaps) <= _SHORT]
+    return np.unique(short[:, None] + np.arange(_SHORT + 1))
+
+
 def _named(sheet: Sheet, rows: Rows) -> str:
     """Which rows of a file, for a sentence."""
-    lines = [str(line) for line in sheet.cells.index[rows[:_MOST_NAMED]].tolist()]
-    more = f" and {rows.size - _MOST_NAMED} more" if rows.size > _MOST_NAMED else ""
-    return f"row{'s' * (rows.size > 1)} {', '.join(lines)}{more}"
+    lines: list[str] = []
+    for each in (sheet.cells.index[stretch].tolist() for stretch in _runs_of(rows)):
+        lines += map(str, each) if len(each) <= _SHORT else [f"{each[0]} to {each[-1]}"]
+    more = f" and {len(lines) - _MOST_NAMED} more" if len(lines) > _MOST_NAMED else ""
+    return f"row{'s' * (rows.size > 1)} {', '.join(lines[:_MOST_NAMED])}{more}"

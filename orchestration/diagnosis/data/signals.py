@@ -63,15 +63,22 @@ def row_noise(times: Array, values: Array) -> float:
 
     It owes nothing to any model, shape (n,) each, NaN where there is no reading.
     """
+    bend = bends(times, values)
+    if not bend.size:
+        return 0.0
+    trimmed = bend[bend <= np.quantile(bend, 0.95)]
+    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
+
+
+def bends(times: Array, values: Array) -> Array:
+    """How far each reading lies from the line between its neighbours, scaled to the noise of one reading."""
     there = np.isfinite(values)
     at, filled = times[there], values[there]
     if filled.size <= 3:
-        return 0.0
+        return np.empty(0)
     share = (at[1:-1] - at[:-2]) / (at[2:] - at[:-2])
     off = filled[1:-1] - (1 - share) * filled[:-2] - share * filled[2:]
-    bend = np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2)
-    trimmed = bend[bend <= np.quantile(bend, 0.95)]
-    return max(1.4826 * float(np.median(bend)), float(np.sqrt(np.mean(trimmed**2))))
+    return np.asarray(np.abs(off) / np.sqrt(1 + share**2 + (1 - share) ** 2))
 
 
 def repeats(values: Array) -> Rows:

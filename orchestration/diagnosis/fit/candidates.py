@@ -16,7 +16,12 @@ from warmlink.orchestration.diagnosis.data.measured import Run, names_of
 from warmlink.orchestration.diagnosis.data.thinning import Thinned, thinned
 from warmlink.orchestration.diagnosis.fit.offers import freed_by
 from warmlink.orchestration.diagnosis.model.instruments import channel_of, neutral
-from warmlink.orchestration.diagnosis.model.simulation import initial_values, input_table, start_values
+from warmlink.orchestration.diagnosis.model.simulation import (
+    initial_values,
+    input_table,
+    start_values,
+    unread_starts,
+)
 from warmlink.orchestration.machine.rig import OFFSET
 
 _INNER = ("plant", "input", "place")
@@ -24,6 +29,9 @@ _INNER = ("plant", "input", "place")
 
 _START, _PER_KELVIN = 10.0, 1e-5
 """K by which a measured start may be off, and m of the camera that count as much as 1 K of a sensor."""
+
+_UNREAD = 100.0
+"""K by which a start that no reading tells may be off: a winding that is heated as its run begins."""
 
 _DENIED, _DENIED_LEAST = 10.0, 0.5
 """Scatter of the readings, and K at least, by which the first ones deny a start that was given."""
@@ -183,6 +191,7 @@ class Candidates:
         if self.experiment.initial_measured:
             spans = {
                 **dict.fromkeys(read, _START),
+                **dict.fromkeys(unread_starts(self.experiment.rig, run), _UNREAD),
                 **dict.fromkeys(self._camera_offsets, _START * _PER_KELVIN),
             }
             return {name: span for name, span in spans.items() if name in free}

@@ -69,7 +69,7 @@ class Search:
         alone: bool = False,
     ) -> None:
         self.fitter = fitter
-        possible = () if alone else fitter.problem.items
+        possible = [] if alone else [item for item in fitter.problem.items if not item.cause.twin_of]
         # The first of those that free the same in the fitted runs.
         split = ((_split(i, fitter.problem.fitted_runs), i) for i in reversed(possible))
         self.items = tuple(dict(split).values())[::-1]
@@ -97,7 +97,8 @@ class Search:
         from scipy.special import chdtri
 
         shares, further = neighbours.prior_shares(self.items), self.level * INVENTED / FALSE_ALARMS
-        wanted = [(i.title, len(i.freed), shares[i.cause.name]) for i in self.fitter.problem.items]
+        of = [(i, shares.get(i.cause.twin_of or i.cause.name, 1.0)) for i in self.fitter.problem.items]
+        wanted = [(item.title, len(item.freed), share) for item, share in of]
         return {
             title: (float(chdtri(count, self.level * share)), float(chdtri(count, further * share)))
             for title, count, share in wanted
@@ -244,11 +245,14 @@ class Search:
         return found
 
     def _twins(self, fit: Fit) -> Iterable[Fit]:
-        """The same fit under labels that split the fitted runs alike: no data tell them apart."""
+        """The same fit by other labels, or twins of causes, that no data of the fitted runs tell apart."""
         runs = self.fitter.problem.fitted_runs
         for i, item in enumerate(fit.items):
             for other in self.fitter.problem.items:
                 if other.title not in fit.key and _split(other, runs) == _split(item, runs):
+                    pairs = zip(other.freed, item.freed, strict=True)
+                    if not all(own.lower <= fit.values[found] <= own.upper for own, found in pairs):
+                        continue
                     items = (*fit.items[:i], other, *fit.items[i + 1 :])
                     freed = (*self.fitter.problem.calibrated, *(f for each in items for f in each.freed))
                     yield replace(fit, items=items, freed=freed)
@@ -272,5 +276,6 @@ class Search:
 
 
 def _split(item: Item, runs: Sequence[int]) -> tuple[object, ...]:
-    """What an item frees in the fitted runs, whatever the label is called."""
-    return item.name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)
+    """What an item frees in the fitted runs, whatever the label or a twin of its cause is called."""
+    name = item.name.replace(item.cause.name, item.cause.twin_of or item.cause.name, 1)
+    return name, tuple(tuple(r for r in f.runs if r in runs) for f in item.freed)

@@ -180,7 +180,8 @@ def _searched_again(
     doing = "looking again from " + (" + ".join(sorted(best.key)) or "the start")
     progress(doing, 0.0)
     refine(problem, best)
-    known = [best, *search.rivals(best)] if best.items else []
+    sought = (fit for fit in search.rivals(best) if not any(item.cause.twin_of for item in fit.items))
+    known = [best, *sought] if best.items else []
     fresh = _search(problem, _noise(problem, best, inflation, liked), known[:1], progress, search.fits)
     for k, seed in enumerate(seeds := known[:_SEEDS]):
         progress(f"{doing}: fit {k + 1} of {len(seeds)}", 0.0)

@@ -31,7 +31,7 @@ _LOOP = Path(__file__).parent / "sources" / "integrator.c"
 _PAYS_FROM = 2_500
 """Steps on CasADi's machine from which compiling pays: it takes as long as some five thousand of them."""
 
-_BLOCK = 64
+_BLOCK, _PAIR = 64, 2
 """Points at which outputs are computed in one call; CasADi would keep a function for each other number."""
 
 Indices = NDArray[np.int64]
@@ -89,7 +89,7 @@ class Equations:
         symbols, once = (ca.vertcat(ca.SX(0, 1), *each) for each in parts)
         self._once = ca.Function("once", held, [once], {"cse": True})
         observe = ca.Function("observe", [x, symbols, joined.w, joined.time], [there], {"cse": True})
-        self._observe = observe.map(_BLOCK)
+        self._observe = {count: observe.map(count) for count in (_PAIR, _BLOCK)}
         found = [ca.densify(v) for v in (begun, ca.jacobian(begun, z))]
         self._begin = ca.Function("begin", arguments[1:4], found, {"cse": True})
 
@@ -114,6 +114,10 @@ class Equations:
     def library(self) -> ctypes.CDLL | None:
         """`integrator.c` with these equations if it was compiled before or pays by now; None for CasADi."""
         return self._before or (self._compiled if self.taken >= _PAYS_FROM else None)
+
+    def compile(self) -> None:
+        """Take C from the first step on if it compiles here: for many steps that must all come out alike."""
+        self.taken = max(self.taken, _PAYS_FROM)
 
     @cached_property
     def _sources(self) -> dict[str, str]:
@@ -162,14 +166,14 @@ class Equations:
             Outputs, shape (points, outputs); derivatives by state, shape (points, outputs, n), and by
             slot, shape (points, outputs, columns).
         """
-        rows = np.minimum(np.arange(-(-time.size // _BLOCK) * _BLOCK), time.size - 1)
+        size = _PAIR if time.size <= _PAIR else _BLOCK
+        rows = np.minimum(np.arange(-(-time.size // size) * size), time.size - 1)
         at, fed, when = (np.ascontiguousarray(course[rows]) for course in (x.T, w.T, time))
-        once = np.tile(np.array(self._once(z, p)).ravel(), (_BLOCK, 1))
-        found = np.empty((rows.size, self._observe.size1_out(0)))  # CasADi's columns are rows here
-        for block in (slice(first, first + _BLOCK) for first in range(0, rows.size, _BLOCK)):
-            _buffer, evaluate = bound(
-                self._observe, [at[block], once, fed[block], when[block]], [found[block]]
-            )
+        once = np.tile(np.array(self._once(z, p)).ravel(), (size, 1))
+        observe = self._observe[size]
+        found = np.empty((rows.size, observe.size1_out(0)))  # CasADi's columns are rows here
+        for block in (slice(first, first + size) for first in range(0, rows.size, size)):
+            _buffer, evaluate = bound(observe, [at[block], once, fed[block], when[block]], [found[block]])
             evaluate()
         tables, begin = [], 0
         for shape, row, column in self._places:

@@ -89,9 +89,18 @@ class Courses:
         """Derivatives at a time by the values at the nodes, shape (n, values), from those by slot."""
         if self is each_slot(by_slot.shape[1]):
             return by_slot
-        at = [np.interp(time, self.nodes, hat) for hat in np.eye(self.nodes.size)]
+        at = self._hats(time)
         parts = [np.outer(by_slot[:, list(slots)].sum(axis=1), at) for slots in self.added_to]
         return np.concatenate([np.empty((len(by_slot), 0)), *parts], axis=1)
+
+    def _hats(self, time: float) -> Array:
+        """What each node has of the broken lines at a time, shape (nodes,)."""
+        at, last = np.zeros(self.nodes.size), self.nodes.size - 1
+        k = min(max(int(np.searchsorted(self.nodes, time, side="right")) - 1, 0), max(last - 1, 0))
+        share = (time - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k]) if last else 0.0
+        at[min(k + 1, last)] = min(max(share, 0.0), 1.0)
+        at[k] = 1.0 - min(max(share, 0.0), 1.0)
+        return at
 
 
 @cache

@@ -193,6 +193,16 @@ def initial_values(rig: Rig, run: Run, known: Mapping[str, float]) -> dict[str, 
     return result
 
 
+def unread_starts(rig: Rig, run: Run) -> frozenset[str]:
+    """Parameters that set temperatures at the start which no reading tells, as of a winding in its shaft."""
+    return frozenset(
+        f"{motor}.initial_{place}_temperature"
+        for motor in rig.called("motor")
+        for place in ("winding", "shaft")
+        if f"{motor}.{place}_temperature" not in run.readings
+    )
+
+
 def _along_link(
     rig: Rig, link: str, measured: Mapping[int, float], mean: float, known: Mapping[str, float]
 ) -> dict[str, float]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from warmlink.orchestration.diagnosis.causes.catalogue import catalogue
 from warmlink.orchestration.diagnosis.data.experiment import Experiment
 from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment, Word
@@ -41,7 +42,7 @@ class Discovery:
     Attributes
     ----------
     finding : what is believed
-    members : models of the set, best first; one for an equation
+    members : models of the set, that first which held-out rows bear out best; one for an equation
     tried : the best model that was tried, whatever became of it
     because : why no equation earns its place, or which cause it is
     missing : missing heat by place and run, the likeliest place first
@@ -103,7 +104,8 @@ def discover(
     if not missing.places:
         return Discovery("none", because=f"{experiment.rig.name} has no motor and no link that takes heat")
     search = TermSearch(assessment, missing, progress)
-    explaining = search.run()
+    by_causes = search.bare_score - _catalogue_gain(search, verdict)
+    explaining = search.run(by_causes + NEAR)
     found = Discovery(
         "none",
         tried=next(iter(search.tried), None),
@@ -111,13 +113,13 @@ def discover(
         thought_of=search.forms,
         bare_score=search.bare_score,
     )
+    causes = tuple(sorted(assessment.best.key))
+    margin = by_causes - min((each.score for each in explaining), default=np.inf)
+    if margin < -NEAR and np.isfinite(by_causes):
+        because = f"the catalogue explains the run, by {_named(causes)}"
+        return replace(found, finding="catalogue", because=because)
     if not explaining:
         return replace(found, because="none of the candidates explains the run to within the noise")
-    margin = search.bare_score - explaining[0].score - _catalogue_gain(search, verdict)
-    causes = tuple(sorted(assessment.best.key))
-    if margin < -NEAR:
-        because = f"the catalogue explains the run, by {' and '.join(causes)}"
-        return replace(found, finding="catalogue", because=because)
     near = [each for each in explaining if each.score < explaining[0].score + NEAR]
     near = _without_idle_numbers(near)[:MOST_MEMBERS]
     wander = assessment.fitter.wander
@@ -129,12 +131,12 @@ def discover(
     if margin < NEAR:  # a cause explains it as well, so that its own form is no other explanation
         passed = [(each, said) for each, said in passed if _disguise(each) not in causes]
         if not passed:
-            because = f"it is {' and '.join(causes)} of the catalogue"
+            because = f"it is {_named(causes)} of the catalogue"
             return replace(found, finding="catalogue", because=because)
         found = replace(found, causes=causes)
     found = replace(found, members=tuple(each for each, _ in passed), foretold=passed[0][1])
     if (cause := _disguise(found.best)) and len(passed) == 1 and not found.causes:
-        return replace(found, finding="catalogue", because=f"it is {cause} of the catalogue")
+        return replace(found, finding="catalogue", because=f"it is {_named([cause])} of the catalogue")
     return replace(found, finding="equation" if len(passed) == 1 and not found.causes else "ambiguous")
 
 
@@ -147,7 +149,7 @@ def _through_the_gates(
 ) -> tuple[list[tuple[FittedTerms, Foretold]], str]:
     """Models that pass the gates with what they foretell, and why the first one that does not is refused."""
     passed, why = list[tuple[FittedTerms, Foretold]](), ""
-    whole = missing.whole(experiment)
+    whole = missing.followed.logged(experiment)
     for each in near:
         fault = unstable(each.model, missing)
         for model in () if fault else with_other_levels(each.model, whole):
@@ -159,7 +161,8 @@ def _through_the_gates(
                 break
             fault = fault or refused
         why = why or fault
-    return passed, why
+    # What the fitted rows cannot tell apart, those held out rank.
+    return sorted(passed, key=lambda each: each[1].held_out.in_noise if each[1].held_out else 0.0), why
 
 
 def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
@@ -170,6 +173,12 @@ def _without_idle_numbers(near: list[FittedTerms]) -> list[FittedTerms]:
         if not any(np.sum((each.model.left - other.model.left) ** 2) < _SAME for other in simpler):
             kept.append(each)
     return sorted(kept, key=lambda tried: tried.score)
+
+
+def _named(causes: Iterable[str]) -> str:
+    """Names of causes, each with those that no data tell from it."""
+    every = ((name, [each.name for each in catalogue() if each.twin_of == name]) for name in causes)
+    return " and ".join(" or ".join([name, *twins]) for name, twins in every)
 
 
 def _disguise(tried: FittedTerms) -> str:

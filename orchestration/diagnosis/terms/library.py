@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -53,6 +54,12 @@ class ShapeNumber:
         above = [each for each in self.levels if each >= value]
         return max(below, default=value), min(above, default=value)
 
+    def bounds(self, value: float) -> tuple[float, float]:
+        """Bounds between which it is fitted, from a value that was tried."""
+        if self.unit == "K" and value > _ABSOLUTE:
+            return 200.0, 420.0
+        return 0.1 * value if self.unit == "s" else 0.0, 4 * value
+
     def seen(self, signals: Mapping[str, Array]) -> ShapeNumber:
         """The same with the levels that the signal of a switch has."""
         if self.fitted or not self.of:
@@ -85,6 +92,9 @@ def _levels(signal: Array) -> list[float]:
 _SHARES = np.linspace(0.08, 0.88, 9)
 """Where between the least and the largest value of a signal a threshold is tried."""
 
+_ABSOLUTE = 100.0
+"""K from which a temperature is no difference."""
+
 _MOST_LEVELS = 16
 """Levels of a signal between which a switch is tried, at most."""
 
@@ -112,11 +122,16 @@ class Form:
         """The form where the heat enters a place."""
         return replace(self, heat=self.heat.replace(_OWN, f"{place}_temperature"))
 
+    @cached_property
+    def law(self) -> HeatLaw:
+        """Its heat as an expression."""
+        return HeatLaw(self.heat)
+
     @property
     def variables(self) -> tuple[str, ...]:
         """Variables of the machine in it."""
         known = {"a", *UNITS, *MORE, *(each.name for each in self.shapes)}
-        return tuple(name for name in HeatLaw(self.heat).variables if name not in known)
+        return tuple(name for name in self.law.variables if name not in known)
 
 
 _SPEED, _TORQUE = "speed", "torque"
@@ -268,7 +283,7 @@ class Candidate:
     @property
     def fixed(self) -> dict[str, tuple[float, str]]:
         """Value and unit of what is not fitted."""
-        names = HeatLaw(self.form.heat).variables
+        names = self.form.law.variables
         known = {**UNITS, **MORE}
         switches = zip(self.form.shapes, self.shape, strict=True)
         return {

@@ -15,18 +15,15 @@ from itertools import pairwise
 import numpy as np
 
 from warmlink.fmus.heat_term.component import HeatTerm
-from warmlink.fmus.heat_term.law import FUNCTIONS, HeatLaw, PlainNumber, power
 from warmlink.orchestration.arrays import Array
-from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
-from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.data.experiment import Calibration
 from warmlink.orchestration.diagnosis.fit.algebra import orthonormal
 from warmlink.orchestration.diagnosis.fit.fitting import Fitter, by_number
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
-from warmlink.orchestration.diagnosis.ladder.baselines import filtered
 from warmlink.orchestration.diagnosis.model.integrator import Courses
-from warmlink.orchestration.diagnosis.model.simulation import input_table
+from warmlink.orchestration.diagnosis.terms.followed import TermSignals
 from warmlink.orchestration.diagnosis.terms.library import Candidate
-from warmlink.orchestration.diagnosis.terms.modelled import TermProblem, into, named, places_of
+from warmlink.orchestration.diagnosis.terms.modelled import TermProblem, into, places_of
 from warmlink.orchestration.machine.terms import PlacedTerm, with_terms
 
 _SPACING, _MOST_NODES = 60.0, 150
@@ -113,6 +110,7 @@ class Missing:
         # What the user calibrates may move, so that it is taken out of both.
         taken = [by_number(j[:, 1:], self._own, r, self._own) for r, j in enumerate(self._left)]
         self._taken = orthonormal(np.concatenate(taken))
+        self.followed = TermSignals(self.problem, self.values)
         edges = np.cumsum([0, *(len(each) for each in self._left)])
         self._rows = [slice(a, b) for a, b in pairwise(edges.tolist())]
         self.residual = self._free(np.concatenate([joined[:, 0] for joined in self._left]))
@@ -121,83 +119,46 @@ class Missing:
         """Columns without what calibrated numbers explain."""
         return columns - self._taken @ (self._taken.T @ columns)
 
-    def _logged(self, measured: Run) -> dict[str, Array]:
-        """Inputs of a run by the name that a form has for them."""
-        rig = self.problem.experiment.rig
-        table = input_table(rig, measured, self.problem.known(measured))
-        inputs = dict(zip(rig.externals, table, strict=True))
-        found = {name: inputs[full] for name, full in named(rig).items() if full in inputs}
-        return {name: values for name, values in found.items() if np.isfinite(values).all()}
+    def columns(self, candidates: Sequence[Candidate]) -> Array:
+        """What the readings answer to candidates of 1 W, shape (rows, candidates).
 
-    def whole(self, experiment: Experiment) -> list[dict[str, Array]]:
-        """Inputs of all runs, held-out rows included, whose levels a switch may lie between."""
-        return [self._logged(run) for run in experiment.runs]
-
-    @cached_property
-    def signals(self) -> list[dict[str, Array]]:
-        """Variables that a form may follow, in SI, at the rows of each run: logged or measured."""
-        found = []
-        for run, measured in enumerate(self.problem.experiment.runs):
-            here = self._logged(measured)
-            for name, full in named(self.problem.experiment.rig).items():
-                if full in self.problem.variables:
-                    here[name] = self._read(run, self.problem.variables.index(full))
-            here["speed"] = np.abs(here["speed"]) if "speed" in here else np.zeros(measured.time.size)
-            found.append(here)
-        shared = set.intersection(*(set(each) for each in found)) - {"pad_temperature", "pad_mode"}
-        return [{name: each[name] for name in sorted(shared)} for each in found]
-
-    def _read(self, run: int, channel: int) -> Array:
-        """A measured temperature at a run's rows, and what the model says where nothing is read."""
-        data, rows = self.problem.data[run], self.problem.experiment.runs[run].time
-        simulated = self.problem.predict(run, self.values[run])[0][:, channel]
-        values = data.readings[:, channel]
-        good = np.isfinite(values) & data.fitted
-        off = np.interp(data.time, data.time[good], (values - simulated)[good]) if good.any() else 0.0
-        return np.interp(rows, data.time, simulated + off)
-
-    def course(self, run: int, candidate: Candidate) -> Array:
-        """Heat of a candidate of 1 W at a run's rows, shape (rows,)."""
-        signals, time = self.signals[run], self.problem.experiment.runs[run].time
-        shape = zip(candidate.form.shapes, candidate.shape, strict=True)
-        values: dict[str, float | Array] = {
-            "a": 1.0,
-            **{name: value for name, (value, _) in candidate.fixed.items()},
-            **{each.name: value for each, value in shape},
-            **signals,
-            "time": time,
-        }
-
-        def lag(follows: Array, constant: float) -> Array:
-            table = np.broadcast_to(np.asarray(follows, dtype=float), time.shape)[:, None]
-            # A row holds until the next one, and what is followed is that of the row before.
-            held = np.vstack([table[:1], table[:-1]])
-            return filtered(time, held, float(constant))[:, 0]
-
-        functions = {**FUNCTIONS, "lag": (2, lag)}
-        with np.errstate(all="ignore"):
-            found = HeatLaw(candidate.form.heat).in_arithmetic(
-                values.__getitem__, functions, power, PlainNumber
+        Whitened, and free of what is calibrated.
+        """
+        found = np.empty((self.residual.size, len(candidates)))
+        for place in {each.place for each in candidates}:
+            some = [i for i, each in enumerate(candidates) if each.place == place]
+            heats = [self.followed.course(candidates[i]) for i in some]
+            found[:, some] = self.answered(
+                place, [np.column_stack(each) for each in zip(*heats, strict=True)]
             )
-        return np.nan_to_num(np.broadcast_to(np.asarray(found, dtype=float), time.shape))
+        return found
 
     def largest(self, candidate: Candidate) -> float:
         """Largest heat in W of a candidate of 1 W."""
-        return max(float(np.abs(self.course(run, candidate)).max()) for run in range(len(self.nodes)))
-
-    def column(self, candidate: Candidate) -> Array:
-        """What the readings answer to a candidate of 1 W, whitened and free of what is calibrated."""
-        return self.answered(candidate.place, [self.course(r, candidate) for r in range(len(self.nodes))])
+        return max(float(np.abs(heat).max()) for heat in self.followed.course(candidate))
 
     def answered(self, place: str, courses: Sequence[Array]) -> Array:
-        """What the readings answer to heat at a place, given at the rows of each run."""
-        parts = []
-        which = self.places.index(place)
-        for run, heat in enumerate(courses):
-            weights = _onto(self.nodes[run], self.problem.experiment.runs[run].time, heat)
-            size = self.nodes[run].size
-            parts.append(self._answers[run][:, which * size : (which + 1) * size] @ weights)
-        return self._free(np.concatenate(parts))
+        """What the readings answer to heat at a place, given at the rows of each run, shape (rows, ...)."""
+        at_nodes = [onto @ heat for onto, heat in zip(self._onto, courses, strict=True)]
+        return self._answers_at[place] @ np.concatenate(at_nodes)
+
+    @cached_property
+    def _onto(self) -> list[Array]:
+        """By run, the matrix from heat at the rows to a broken line through the nodes."""
+        every = zip(self.nodes, self.problem.experiment.runs, strict=True)
+        return [_onto(nodes, run.time) for nodes, run in every]
+
+    @cached_property
+    def _answers_at(self) -> dict[str, Array]:
+        """By place, what the readings of all runs answer to heat at the nodes of all runs."""
+        from scipy.linalg import block_diag
+
+        found = {}
+        for which, place in enumerate(self.places):
+            parts = zip(self._answers, self.nodes, strict=True)
+            each = [table[:, which * n.size : (which + 1) * n.size] for table, n in parts]
+            found[place] = self._free(block_diag(*each))
+        return found
 
     def heat(self) -> tuple[PlaceHeat, ...]:
         """The course at each place by run, the likeliest place first."""
@@ -220,19 +181,19 @@ class Missing:
         return answers, self.residual[self._rows[run]], apart
 
 
-def _onto(nodes: Array, time: Array, heat: Array) -> Array:
-    """Values at nodes of the broken line nearest to a heat that holds from row to row."""
+def _onto(nodes: Array, time: Array) -> Array:
+    """Matrix from heat that holds from row to row to the nodes of the broken line nearest to it."""
     fine = np.linspace(nodes[0], nodes[-1], 8 * (nodes.size - 1) + 1)
     fine = (fine[1:] + fine[:-1]) / 2
     rows = np.clip(np.searchsorted(time, fine, side="right") - 1, 0, time.size - 1)
     place = np.clip(np.searchsorted(nodes, fine, side="right") - 1, 0, nodes.size - 2)
     share = (fine - nodes[place]) / (nodes[place + 1] - nodes[place])
-    gram, right = np.zeros((2, nodes.size)), np.zeros(nodes.size)
+    gram, right = np.zeros((2, nodes.size)), np.zeros((nodes.size, time.size))
     np.add.at(gram[1], place, (1 - share) ** 2)
     np.add.at(gram[1], place + 1, share**2)
     np.add.at(gram[0], place + 1, share * (1 - share))
-    np.add.at(right, place, (1 - share) * heat[rows])
-    np.add.at(right, place + 1, share * heat[rows])
+    np.add.at(right, (place, rows), 1 - share)
+    np.add.at(right, (place + 1, rows), share)
     from scipy.linalg import solveh_banded
 
     return np.asarray(solveh_banded(gram, right))
@@ -251,13 +212,3 @@ def _smoothed(answers: Array, left: Array, apart: Array, size: float) -> tuple[A
     columns = answers @ root
     covariance = root @ np.linalg.solve(np.eye(len(root)) + columns.T @ columns, root.T)
     return covariance @ (answers.T @ left), np.sqrt(np.maximum(np.diag(covariance), 0.0))
-
-
-def on_fitted_rows(missing: Missing) -> dict[str, Array]:
-    """Signals of all runs on the rows that are fitted, one after another."""
-    runs = missing.problem.experiment.runs
-    every = [
-        {name: values[run.fitted] for name, values in signals.items()}
-        for run, signals in zip(runs, missing.signals, strict=True)
-    ]
-    return {name: np.concatenate([each[name] for each in every]) for name in every[0]}

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from warmlink.fmus.heat_term.component import HeatTerm
-from warmlink.fmus.heat_term.law import HeatLaw
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.data.experiment import Calibration, Experiment
 from warmlink.orchestration.diagnosis.fit.fitting import Fit, Fitter
@@ -78,8 +78,7 @@ class Chosen:
             found.append(Calibration(f"{_instance(i)}.a", -most, most, float(np.clip(strength, -most, most))))
             for shape, value in zip(each.form.shapes, each.shape, strict=True):
                 if shape.fitted:
-                    low, high = (200.0, 420.0) if shape.unit == "K" and value > 100 else (0.0, 4 * value)
-                    low = 0.1 * value if shape.unit == "s" else low
+                    low, high = shape.bounds(value)
                     found.append(Calibration(f"{_instance(i)}.{shape.name}", low, high, value))
         return tuple(found)
 
@@ -96,7 +95,7 @@ def placed(
     units = {"speed": "rad/s", "torque": "N.m"}
     shape = zip(form.shapes, candidate.shape, strict=True)
     values = {"a": (strength, "W"), **{each.name: (value, each.unit) for each, value in shape}}
-    names = HeatLaw(form.heat).variables
+    names = form.law.variables
     parameters = {name: value for name, value in {**candidate.fixed, **values}.items() if name in names}
     followed = form.variables
     term = HeatTerm(f"Term{number}", form.heat, {name: units.get(name, "K") for name in followed}, parameters)
@@ -181,22 +180,21 @@ class Modelled:
         return replace(self.chosen, candidates=tuple(shapes), strengths=tuple(strengths))
 
 
-def fitted(assessment: Assessment, chosen: Chosen) -> Modelled:
-    """Fit terms in the whole simulation, under the noise that the search found."""
-    problem = TermProblem(with_equation(assessment.problem.experiment, chosen), assessment.problem)
-    old = assessment.fitter
+def fitted(assessment: Assessment, chosen: Chosen, like: Modelled | None = None) -> Modelled:
+    """Fit terms in the whole simulation, under the noise that the search found.
+
+    Parameters
+    ----------
+    assessment : the search for causes
+    chosen : terms, with a start for each number
+    like : a model that says nearly the same: the grid's error, and what leaps do, are taken from it
+    """
+    experiment = with_equation(assessment.problem.experiment, chosen)
+    if like is not None:
+        problem, fitter = TermProblem(experiment, like.problem), copy(like.fitter)
+        fitter.problem = problem
+        return Modelled(chosen, problem, fitter, fitter.fit(()))
+    problem, old = TermProblem(experiment, assessment.problem), assessment.fitter
+    problem.refine(problem.values_by_run(problem.calibrated, [f.start for f in problem.calibrated]))
     fitter = Fitter(problem, old.noise, old.wander, old.responses)
     return Modelled(chosen, problem, fitter, fitter.fit(()))
-
-
-def fitted_again(found: Modelled) -> Modelled:
-    """The same where the grid's error is that of its own values."""
-    values = found.problem.values_by_run(found.fit.freed, found.fit.theta)
-    found.problem.refine(values)
-    fitter = found.fitter.anew()
-    return replace(found, fitter=fitter, fit=fitter.fit((), found.fit.values))
-
-
-def bare(assessment: Assessment, candidates: Sequence[Candidate] = ()) -> Modelled:
-    """The machine without terms, fitted alike, so that what terms gain is counted on the same grid."""
-    return fitted(assessment, Chosen(tuple(candidates), (), ()))

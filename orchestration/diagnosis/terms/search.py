@@ -1,8 +1,8 @@
 """Which terms, up to three together, explain what a model leaves: chosen sparsely, fitted in the simulation.
 
-What the readings answer to a heat tells what each candidate would gain (`missing.py`). The most promising are
-fitted in the whole simulation, alone first; where none explains the run, further terms are added to the best.
-A model costs its description: which terms of the library it has, and each of its numbers (J. Rissanen,
+What the readings answer to a heat tells what each candidate gains (`linear.py`), alone first. Those that come
+near the best are fitted in the whole simulation; where none explains the run, further terms are added to the
+best. A model costs its description: which terms of the library it has, and each of its numbers (J. Rissanen,
 Modeling by shortest data description, Automatica 14 (1978) 465).
 """
 
@@ -20,38 +20,44 @@ from warmlink.orchestration.diagnosis.fit.search import NEAR
 from warmlink.orchestration.diagnosis.fit.verdict import Assessment
 from warmlink.orchestration.diagnosis.model.simulation import NotSimulatedError
 from warmlink.orchestration.diagnosis.terms.library import Candidate, candidates
-from warmlink.orchestration.diagnosis.terms.missing import Missing, on_fitted_rows
-from warmlink.orchestration.diagnosis.terms.modelled import Chosen, Modelled, bare, fitted, fitted_again
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit
+from warmlink.orchestration.diagnosis.terms.missing import Missing
+from warmlink.orchestration.diagnosis.terms.modelled import Chosen, Modelled, fitted
 from warmlink.orchestration.progress import Progress, unseen
 
 MOST_TERMS = 3
 
-_FULL = (20, 10, 6)
+_SCREENED = (30, 20, 16)
+"""Models of one, two and three terms whose shapes are fitted to the linear answers, at most."""
+
+_FULL = (12, 6, 4)
 """Models of one, two and three terms that are fitted in the whole simulation, at most."""
 
-_SLACK, _SHARE = 40.0, 0.05
-"""Chi-square, and share of the best one's gain, by which the linear estimate may be off."""
+_SLACK, _SHARE, _SWITCHED = 6.0, 0.003, 40.0
+"""Chi-square, and share of the best one's gain, by which a linear score may be off; and that of a switch.
+
+A switch leaps with its input, at some time between two rows.
+"""
 
 _GROWN_FROM = 4
 """Models to which a further term is added."""
 
-_SETTLED = 12
-"""Models of a number of terms whose grid and leaps are taken at their own values, at most."""
+_HOPELESS = 1e-12
+"""Chance level of what the best model leaves, below which those near it are not fitted."""
+
+_ALIKE = 0.1
+"""Chi-square between what two models say below which the one with more numbers is not worth a simulation."""
 
 _SAME = 1e-9
 
 
 @dataclass(frozen=True)
 class FittedTerms:
-    """A model with terms that was fitted, its score, and how likely noise leaves so much.
-
-    `settled` says that grid and leaps were taken as they are at its own values.
-    """
+    """A model with terms that was fitted, its score, and how likely noise leaves so much."""
 
     model: Modelled
     score: float
     chance: float
-    settled: bool = False
 
     @property
     def explains(self) -> bool:
@@ -64,13 +70,12 @@ class TermSearch:
 
     def __init__(self, assessment: Assessment, missing: Missing, progress: Progress = unseen) -> None:
         self.assessment, self.missing, self._progress = assessment, missing, progress
-        self.library = list(candidates(on_fitted_rows(missing), missing.places))
-        columns = np.column_stack([missing.column(each) for each in self.library])
+        self.library = list(candidates(missing.followed.on_fitted_rows, missing.places))
+        columns = missing.columns(self.library)
         size = np.linalg.norm(columns, axis=0)
         known = size > max(float(size.max(initial=0.0)), 1.0) * _SAME
         self.library = [each for each, good in zip(self.library, known, strict=True) if good]
-        self._columns, self._size = columns[:, known] / size[known], size[known]
-        self._bare = bare(assessment)
+        self._columns = columns[:, known] / size[known]
         self._kept: dict[frozenset[tuple[str, str]], FittedTerms] = {}
 
     @cached_property
@@ -85,104 +90,112 @@ class TermSearch:
     @property
     def of_number(self) -> float:
         """Cost of a number."""
-        return float(np.log(max(self._bare.fitter.count, 2)))
+        return float(np.log(max(self.missing.fitter.count, 2)))
 
     @property
     def bare_score(self) -> float:
         """Score of the machine without terms."""
-        return self._bare.fit.chi2
+        return float(self.missing.residual @ self.missing.residual)
 
     @property
     def tried(self) -> list[FittedTerms]:
         """Every model that was fitted, best first."""
         return sorted(self._kept.values(), key=lambda each: each.score)
 
-    def run(self) -> list[FittedTerms]:
-        """Search, and give the models that explain the run, best first.
-
-        A further term is sought as long as none explains it and the last one was worth its description.
-        """
-        sets: list[tuple[int, ...]] = [()]
-        best = self.bare_score
-        for terms in range(1, MOST_TERMS + 1):
-            sets = self._fit(list(self._grown(sets)), _FULL[terms - 1])
-            self._settle()
-            if self.explaining or not sets or self.tried[0].score >= best:
-                break
-            best = self.tried[0].score
-        return self.explaining
-
     @property
     def explaining(self) -> list[FittedTerms]:
         """Models that explain the run and are worth their description, best first."""
-        return [
-            each for each in self.tried if each.settled and each.explains and each.score < self.bare_score
-        ]
+        return [each for each in self.tried if each.explains and each.score < self.bare_score]
 
-    def _settle(self) -> None:
-        """Fit the best models again, with the grid's error, and what leaps do, as they are with their terms.
+    def run(self, bar: float = np.inf) -> list[FittedTerms]:
+        """Search, and give the models that explain the run, best first.
 
-        A switch leaps with its input, at some time between two rows.
+        A further term is sought as long as none explains it and the last one was worth its description.
+
+        Parameters
+        ----------
+        bar : score above which a model matters to nobody
         """
-        least = self.tried[0].score if self.tried else 0.0
-        near = [each for each in self.tried if each.score < least + 2 * NEAR and not each.settled]
-        for each in near[:_SETTLED]:
-            self._keep(fitted_again(each.model), settled=True)
+        sets, best = [LinearFit(self.missing, ())], self.bare_score
+        for terms in range(1, MOST_TERMS + 1):
+            sets = self._screened(sets, _SCREENED[terms - 1])
+            if not sets or self._linear_score(sets[0]) >= best:
+                break
+            best = self._linear_score(sets[0])
+            if best < bar + self._slack(best):
+                self._simulate(sets, _FULL[terms - 1])
+            if self.explaining:
+                break
+            sets = sets[:_GROWN_FROM]
+        return self.explaining
 
-    def _grown(self, sets: Sequence[tuple[int, ...]]) -> Iterator[tuple[float, tuple[int, ...]]]:
+    def _linear_score(self, fit: LinearFit) -> float:
+        return fit.chi2 + self.price(fit.numbers, len(fit.candidates))
+
+    def _slack(self, score: float) -> float:
+        """What a linear score may be off by."""
+        return _SLACK + _SHARE * max(self.bare_score - score, 0.0)
+
+    def _screened(self, sets: Sequence[LinearFit], most: int) -> list[LinearFit]:
+        """The most promising models of one term more, with their shapes fitted, best first."""
+        unlike: dict[frozenset[tuple[str, str]], tuple[float, tuple[Candidate, ...]]] = {}
+        for score, some in sorted(self._grown(sets), key=lambda pair: pair[0]):
+            unlike.setdefault(frozenset(each.key for each in some), (score, some))
+        ranked = [LinearFit(self.missing, some).polished() for _, some in list(unlike.values())[:most]]
+        return sorted(ranked, key=self._linear_score)
+
+    def _grown(self, sets: Sequence[LinearFit]) -> Iterator[tuple[float, tuple[Candidate, ...]]]:
         """Linear estimate of the score of each set with one more candidate; the best shape of a form."""
-        y = self.missing.residual
         for kept in sets:
-            basis = np.linalg.qr(self._columns[:, list(kept)])[0]
-            left = y - basis @ (basis.T @ y)
+            basis = np.linalg.qr(kept.columns)[0]
             free = self._columns - basis @ (basis.T @ self._columns)
             length = np.linalg.norm(free, axis=0)
-            gain = np.where(length > 1e-3, (free.T @ left) ** 2 / np.maximum(length, 1e-12) ** 2, 0.0)
-            chosen = {self.library[i].key for i in kept}
-            best: dict[tuple[str, str], tuple[float, int]] = {}
+            gain = np.where(length > 1e-3, (free.T @ kept.left) ** 2 / np.maximum(length, 1e-12) ** 2, 0.0)
+            chosen = {each.key for each in kept.candidates}
+            best: dict[tuple[str, str], int] = {}
             for i in np.argsort(-gain).tolist():
                 if self.library[i].key not in chosen:
-                    best.setdefault(self.library[i].key, (float(gain[i]), i))
-            for each, i in best.values():
-                whole = (*kept, i)
-                numbers = sum(self.library[j].numbers for j in whole)
-                yield float(left @ left) - each + self.price(numbers, len(whole)), whole
+                    best.setdefault(self.library[i].key, i)
+            for i in best.values():
+                some = (*kept.candidates, self.library[i])
+                price = self.price(sum(each.numbers for each in some), len(some))
+                yield kept.chi2 - float(gain[i]) + price, some
 
-    def _fit(self, proposals: list[tuple[float, tuple[int, ...]]], most: int) -> list[tuple[int, ...]]:
-        """Fit the most promising proposals; returns those from which to go on."""
-        unlike: dict[frozenset[tuple[str, str]], tuple[float, tuple[int, ...]]] = {}
-        for score, which in sorted(proposals):
-            unlike.setdefault(frozenset(self.library[i].key for i in which), (score, which))
-        ranked = list(unlike.values())
-        if not ranked:
-            return []
-        slack = _SLACK + _SHARE * max(self.bare_score - ranked[0][0], 0.0)
-        ranked = [each for each in ranked if each[0] < ranked[0][0] + slack][:most]
-        found = []
-        for k, (_, which) in enumerate(ranked):
-            self._progress(f"terms: {' + '.join(self.library[i].form.about for i in which)}", k / most)
-            tried = self._fitted(which)
-            if tried is not None:
-                found.append((tried.score, which))
-        return [which for _, which in sorted(found)[:_GROWN_FROM]]
+    def _simulate(self, ranked: Sequence[LinearFit], most: int) -> None:
+        """Fit what comes near the best in the whole simulation, unless the best is far from explaining."""
+        first: Modelled | None = None
+        near = self._near(ranked)[:most]
+        for k, each in enumerate(near):
+            self._progress(f"terms: {' + '.join(c.form.about for c in each.candidates)}", k / len(near))
+            try:
+                like = None if each.switches else first
+                found = self._keep(fitted(self.assessment, self._chosen(each), like))
+            except NotSimulatedError:
+                continue
+            first = first or found.model
+            if found.model is first and found.chance < _HOPELESS:
+                break
 
-    def _fitted(self, which: tuple[int, ...]) -> FittedTerms | None:
-        chosen = self._chosen(which)
-        try:
-            return self._keep(fitted(self.assessment, chosen))
-        except NotSimulatedError:
-            return None
+    def _near(self, ranked: Sequence[LinearFit]) -> list[LinearFit]:
+        """Models that may be as good as the best, but for those that say the same as one of fewer numbers."""
+        least = self._linear_score(ranked[0])
+        slack = NEAR + self._slack(least)
+        found: list[LinearFit] = []
+        for each in ranked:
+            if self._linear_score(each) < least + slack + _SWITCHED * each.switches:
+                simpler = (other for other in found if other.numbers < each.numbers)
+                if not any(np.sum((each.left - other.left) ** 2) < _ALIKE for other in simpler):
+                    found.append(each)
+        return found
 
-    def _chosen(self, which: tuple[int, ...]) -> Chosen:
-        """Candidates with the strengths that the linear answers give them."""
-        table = self._columns[:, list(which)]
-        strengths = np.linalg.lstsq(table, self.missing.residual, rcond=None)[0] / self._size[list(which)]
-        some = tuple(self.library[i] for i in which)
-        return Chosen(some, tuple(strengths.tolist()), tuple(map(self.missing.largest, some)))
+    def _chosen(self, fit: LinearFit) -> Chosen:
+        """Terms with the strengths that the linear answers give them."""
+        largest = tuple(map(self.missing.largest, fit.candidates))
+        return Chosen(fit.candidates, tuple(fit.strengths.tolist()), largest)
 
-    def _keep(self, model: Modelled, settled: bool = False) -> FittedTerms:
+    def _keep(self, model: Modelled) -> FittedTerms:
         score = model.fit.chi2 + self.price(model.numbers, len(model.chosen.candidates))
-        tried = FittedTerms(model, score, lack_of_fit_p(model.fitter, model.fit), settled)
+        tried = FittedTerms(model, score, lack_of_fit_p(model.fitter, model.fit))
         self._kept[model.chosen.key] = tried
         return tried
 
@@ -190,6 +203,5 @@ class TermSearch:
 def heat_of(model: Modelled, missing: Missing, number: int) -> list[Array]:
     """Heat in W of a term, counted from 1, at the rows of each run."""
     refitted = model.refitted()
-    candidate: Candidate = refitted.candidates[number - 1]
     strength = refitted.strengths[number - 1]
-    return [strength * missing.course(run, candidate) for run in range(len(missing.nodes))]
+    return [strength * heat for heat in missing.followed.course(refitted.candidates[number - 1])]

@@ -32,7 +32,7 @@ _OFF = ("off", "none")
 OVERRANGE = 1e30
 """From here on a number stands for "no reading": 9.9E37, 1e99 and infinity are written for an overload."""
 
-_MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
+MARKS = (999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
 _FAR = 3.0
 """Numbers that stand for "no reading" where they are so many times larger than all others in the column."""
 
@@ -149,7 +149,7 @@ def numbers(sheet: Sheet, column: int, empty: Sequence[str] = ()) -> tuple[Array
     else:
         values, words = _of_text(sheet, column, empty)
     size = np.abs(values)
-    marks = np.isin(size, _MARKS)
+    marks = np.isin(size, MARKS)
     usual = float(np.nanmax(np.where(marks | (size >= OVERRANGE), 0.0, size), initial=0.0))
     none = (size >= OVERRANGE) | (marks & (size > _FAR * usual))
     return np.where(none, np.nan, values), np.union1d(words, np.flatnonzero(none))

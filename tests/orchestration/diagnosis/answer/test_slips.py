@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.orchestration.diagnosis.fit.two_lumps import BOUNDS, log
+from tests.orchestration.diagnosis.fit.two_lumps import experiment as bench
 from tests.orchestration.diagnosis.loggers import Logger, logged_file
 from tests.shared_data import given
 from warmlink.orchestration.cli import main
@@ -158,3 +160,14 @@ def test_a_machine_that_stands_still_at_0_degc_is_no_row_of_zeros(tmp_path: Path
     write_csv(columns, tmp_path / "a.csv")
     run = read_run(tmp_path / "a.csv", rig("BenchMotor"), {"shaft_temperature": "motor.shaft_temperature"})
     assert run.remarks == ()
+
+
+def test_heat_that_no_reading_would_show_is_not_missed(tmp_path: Path) -> None:
+    """Where friction and iron loss are known to be 0, a speed that nobody logged makes no heat."""
+    none = [
+        f'"motor.{name}" = 0' for name in ("coulomb_friction", "viscous_friction", "iron_loss_coefficient")
+    ]
+    for known, lacking in (([], 1), (none, 0)):
+        path = bench(tmp_path, log(1200.0), BOUNDS)
+        path.write_text(path.read_text().replace("[known]", "\n".join(["[known]", *known])))
+        assert len(slips(read([path])).lacking) == lacking

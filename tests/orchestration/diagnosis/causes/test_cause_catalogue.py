@@ -55,6 +55,7 @@ PROMISED = (
     "free_convection",
     "housing_heat_loss",
     "coulomb_friction",
+    "backlash_heat",
     "viscous_friction",
     "lubricant_thinning",
     "winding_heat_path",

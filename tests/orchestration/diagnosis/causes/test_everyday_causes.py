@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.fuzz.targets import SPECIMENS
+from warmlink.orchestration.diagnosis.answer.next_experiment import next_experiment
 from warmlink.orchestration.diagnosis.data.experiment import read_experiment
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.fit.verdict import assess, fitted_part
@@ -75,6 +76,28 @@ def test_a_cause_that_calibration_takes_up_hides_no_other(tmp_path: Path) -> Non
     )
     found = assess(read_experiment(tmp_path / "experiment.toml"))
     assert (found.word, found.best.name) == ("named", "forced_convection")
+
+
+@pytest.mark.parametrize(
+    ("coulomb", "names"), [(1.3, {"coulomb_friction", "backlash_heat"}), (0.7, {"coulomb_friction"})]
+)
+def test_heat_of_play_is_told_from_friction_by_no_log_of_one_stroke(
+    tmp_path: Path, coulomb: float, names: set[str]
+) -> None:
+    """Play makes heat in proportion to the speed as well, and never takes heat away."""
+    write_csv(hide({"coulomb_friction": coulomb}, interval=60.0, seed=4), tmp_path / "run.csv")
+    experiment = read_experiment(tmp_path / "run.csv")
+    found = assess(experiment)
+    assert found.word == ("ambiguous" if len(names) > 1 else "named")
+    assert {fit.name for fit in (found.best, *found.rivals)} == names
+    assert found.best.name == "coulomb_friction"
+    proposed = next_experiment(found, experiment)
+    if len(names) == 1:
+        assert proposed is None
+    else:
+        assert proposed is not None
+        assert "half the stroke" in proposed.why
+        assert proposed.alike == (("coulomb_friction", "backlash_heat"),)
 
 
 def test_a_rod_is_offered_no_cause_of_what_it_has_not() -> None:

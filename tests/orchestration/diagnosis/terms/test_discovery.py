@@ -191,6 +191,6 @@ def test_what_readings_answer_is_what_a_small_heat_does(found: Equation) -> None
     model = found.discovery.best.model
     missing = Missing(found.diagnosis.assessment)
     candidate = model.refitted().candidates[0]
-    column = missing.column(candidate)
+    column = missing.columns([candidate])[:, 0]
     gain = column @ missing.residual / (column @ column)
     assert gain == pytest.approx(model.values["term1.a"][0], rel=0.03)

@@ -101,7 +101,7 @@ def test_the_course_of_a_candidate_is_what_its_component_gives(candidate: Candid
 
 def test_a_heat_that_holds_is_projected_onto_broken_lines() -> None:
     nodes, time = np.linspace(0.0, 600.0, 11), np.arange(0.0, 601.0, 10.0)
-    assert _onto(nodes, time, np.full(61, 3.0)) == pytest.approx(np.full(11, 3.0))
+    assert _onto(nodes, time) @ np.full(61, 3.0) == pytest.approx(np.full(11, 3.0))
     jumps = np.where(time < 290.0, 0.0, 2.0)
-    projected = _onto(nodes, time, jumps)
+    projected = _onto(nodes, time) @ jumps
     assert np.trapezoid(projected, nodes) == pytest.approx(2.0 * 310.0, rel=0.02)

@@ -1,0 +1,46 @@
+"""A variable of a law's Python lends its name to the expression that it held."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from warmlink.controllers.export.program.algebra import told_by
+from warmlink.controllers.export.program.expressions import Noted
+
+_NOT_ITS_NAMES = ("arithmetic.py", "matrices.py", "calls.py", "instance.py")
+
+
+def noticed(frame: Any, event: str, result: Any) -> None:
+    """Name what the variables of a law's function hold, when it returns."""
+    if event != "return":
+        return
+    path = Path(frame.f_code.co_filename)
+    if (
+        path.parent.name == "program"
+        or path.name.startswith("<")
+        or path.name in _NOT_ITS_NAMES
+        or "numpy" in path.parts
+    ):
+        return
+    arguments = frame.f_code.co_varnames[: frame.f_code.co_argcount]
+    for name, value in frame.f_locals.items():
+        if name != "self" and not name.startswith("."):
+            _named(value, name.strip("_"), "fallback" if name in arguments else "name")
+    if isinstance(result, tuple):
+        _named(result, frame.f_code.co_name.strip("_"), "fallback")
+
+
+def _named(value: Any, name: str, kind: str, depth: int = 0) -> None:
+    if isinstance(value, Noted):
+        if value.kind != "constant" and not (value.kind == "leaf" and value.data[0] != "settled"):
+            setattr(value, kind, getattr(value, kind) or name)
+            if value.kind == "select" and told_by(value) is not None:
+                _named(value.of[0], name, kind, depth)
+    elif isinstance(value, dict) and depth < 2:
+        for key, each in value.items():
+            _named(each, str(key), "fallback", depth + 1)
+    elif isinstance(value, (tuple, list)) and depth < 3 and len(value) < 40:
+        fields = getattr(value, "_fields", None)
+        for i, each in enumerate(value):
+            _named(each, fields[i] if fields else f"{name}_{i + 1}", kind, depth + 1)

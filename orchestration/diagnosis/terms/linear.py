@@ -1,0 +1,127 @@
+"""Terms fitted to what the readings answer to heat, so that only what comes near the best is simulated.
+
+Such a fit says nearly what one in the whole simulation says, in a thousandth of the time. The strengths of
+terms are solved for, the numbers of their shapes move by Gauss-Newton steps (G. H. Golub and V. Pereyra, SIAM
+Journal on Numerical Analysis 10 (1973) 413: nonlinear least squares whose variables separate).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.terms.library import Candidate
+from warmlink.orchestration.diagnosis.terms.missing import Missing
+
+_MOST_STEPS, _SHORTEST = 8, 0.1
+"""Gauss-Newton steps at most, and the share of a step below which it is given up."""
+
+_SMALL = 0.1
+"""Decrease of chi-square that is worth no further step."""
+
+_BESIDE = 2e-3
+"""Change of a shape's number for its derivative, as a share of its range in the data or of its value."""
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """Candidates with the strengths in W that the linear answers give them.
+
+    Attributes
+    ----------
+    missing : what the readings answer
+    candidates : terms, with the numbers of their shapes
+    bounds : of the numbers of shapes that are fitted, lowest and highest of each; if empty, the usual ones
+        around their values
+    """
+
+    missing: Missing
+    candidates: tuple[Candidate, ...]
+    bounds: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def columns(self) -> Array:
+        """What the readings answer to each term of 1 W, shape (rows, terms)."""
+        return self.missing.columns(self.candidates)
+
+    @cached_property
+    def strengths(self) -> Array:
+        """Strength of each term in W, shape (terms,)."""
+        size = np.maximum(np.linalg.norm(self.columns, axis=0), 1e-300)
+        return np.linalg.lstsq(self.columns / size, self.missing.residual, rcond=1e-10)[0] / size
+
+    @cached_property
+    def left(self) -> Array:
+        """What the terms leave of the whitened residuals, shape (rows,)."""
+        return self.missing.residual - self.columns @ self.strengths
+
+    @property
+    def chi2(self) -> float:
+        """Chi-square."""
+        return float(self.left @ self.left)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of its terms."""
+        return sum(each.numbers for each in self.candidates)
+
+    @property
+    def switches(self) -> bool:
+        """Whether one of the terms is switched by a signal."""
+        return any(not shape.fitted for each in self.candidates for shape in each.form.shapes)
+
+    @cached_property
+    def _fitted(self) -> list[tuple[int, int]]:
+        """Term and place of each shape's number that is fitted."""
+        return [
+            (i, j)
+            for i, each in enumerate(self.candidates)
+            for j, shape in enumerate(each.form.shapes)
+            if shape.fitted
+        ]
+
+    def polished(self) -> LinearFit:
+        """The same with the numbers of the shapes fitted too."""
+        best = self
+        for _ in range(_MOST_STEPS if self._fitted else 0):
+            step, share = best._step(), 1.0
+            ahead = best.moved(step)
+            while ahead.chi2 >= best.chi2 and share > _SHORTEST:
+                share /= 3
+                ahead = best.moved(share * step)
+            gained = best.chi2 - ahead.chi2
+            best = ahead if gained > 0 else best
+            if gained < _SMALL:
+                break
+        return best
+
+    def _step(self) -> Array:
+        """Gauss-Newton step of the shapes' numbers, shape (numbers,)."""
+        beside = np.array([_BESIDE * max(abs(self._value(at)), _BESIDE) for at in self._fitted])
+        changed = [self.moved(change) for change in np.diag(beside)]
+        slopes = [
+            (each.columns - self.columns) @ self.strengths / size
+            for each, size in zip(changed, beside, strict=True)
+        ]
+        table = np.column_stack([self.columns, *slopes])
+        size = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
+        step = np.linalg.lstsq(table / size, self.left, rcond=1e-6)[0] / size
+        return np.asarray(step[len(self.candidates) :])
+
+    def _value(self, at: tuple[int, int]) -> float:
+        return self.candidates[at[0]].shape[at[1]]
+
+    def moved(self, change: Array) -> LinearFit:
+        """The same with other numbers of the shapes, within their bounds."""
+        shapes = [list(each.shape) for each in self.candidates]
+        bounds = self.bounds or tuple(
+            self.candidates[i].form.shapes[j].bounds(shapes[i][j]) for i, j in self._fitted
+        )
+        for (i, j), by, (low, high) in zip(self._fitted, change.tolist(), bounds, strict=True):
+            shapes[i][j] = float(np.clip(shapes[i][j] + by, low, high))
+        every = zip(self.candidates, shapes, strict=True)
+        moved = tuple(replace(each, shape=tuple(shape)) for each, shape in every)
+        return replace(self, candidates=moved, bounds=bounds)

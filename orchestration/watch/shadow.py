@@ -1,0 +1,314 @@
+"""The plant's own filter in shadow: an extended Kalman filter on the joined machine, tick after tick.
+
+Its states are the plant's, what nobody logged of the room and of heat, and by how much the model is off at
+each reading; the latter two follow Ornstein-Uhlenbeck processes whose sizes were learnt from the sound part.
+A reading is a mean over a tick, between the outputs at its ends. So each tick first corrects the state at
+its start, with what the readings within it say, and then goes on to its end.
+
+Beside the state goes what each hypothesis would have changed in what the filter expects, had it been true all
+along: the direction in which the innovations would then lean (A. S. Willsky and H. L. Jones, "A generalized
+likelihood ratio approach to the detection and estimation of jumps in linear systems", IEEE Transactions on
+Automatic Control 21, 1976).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.data.measured import Run
+from warmlink.orchestration.diagnosis.model.integrator import Courses, Integrator, Steps
+from warmlink.orchestration.diagnosis.model.simulation import initial_values
+from warmlink.orchestration.watch.drives import Drives
+from warmlink.orchestration.watch.hypotheses import WatchedMachine
+from warmlink.orchestration.watch.ticks import Tick
+
+CLIPPED = 5.0
+"""Standard deviations beyond which an innovation counts as this much: one wild reading is no fault."""
+
+_START, _SHARED = 3.0, 0.7
+"""K by which the states at the start are not known, and how alike their errors are."""
+
+_ROUGH = 1e-3
+"""K of process noise of each state in a minute, so that the filter never grows sure of itself."""
+
+
+@dataclass(frozen=True)
+class ShadowNoise:
+    """What was learnt from the sound part: 1 sigma in SI, and correlation times in s.
+
+    Attributes
+    ----------
+    white : of one reading by itself, beside `steady`, shape (outputs,)
+    steady : of a tick's mean that more readings do not make smaller, shape (outputs,)
+    wander, wander_memory : of the room and of heat, shape (signals,)
+    misfit, misfit_memory : by which the model is off at each reading, shape (outputs,)
+    """
+
+    white: Array
+    steady: Array
+    wander: Array
+    misfit: Array
+    wander_memory: float = 1800.0
+    misfit_memory: float = 7200.0
+
+    def variances(self, counts: Array) -> Array:
+        """Variance of the noise of means of so many readings, shape (outputs,)."""
+        return self.white**2 / np.maximum(counts, 1) + self.steady**2
+
+    @property
+    def slow(self) -> Array:
+        """Standard deviations of the slow processes, shape (signals + outputs,)."""
+        return np.append(self.wander, self.misfit)
+
+    def kept(self, lasting: float) -> Array:
+        """What is left of each slow process after a time in s, shape (signals + outputs,)."""
+        times = np.repeat([self.wander_memory, self.misfit_memory], [self.wander.size, self.misfit.size])
+        return np.exp(-lasting / times)
+
+    def process(self, plant: int, lasting: float) -> Array:
+        """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
+        slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
+        return np.append(np.full(plant, _ROUGH**2 * lasting / 60.0), slow)
+
+    def at_start(self, plant: int) -> Array:
+        """Covariance of the states when hardly anything is known, shape (n, n)."""
+        found = np.diag(np.append(np.zeros(plant), self.slow**2))
+        found[:plant, :plant] = _START**2 * (_SHARED + (1 - _SHARED) * np.eye(plant))
+        return found
+
+
+class LinearTick(NamedTuple):
+    """A tick as the filter saw it, for learning: linear about its own estimate.
+
+    Attributes
+    ----------
+    error : readings minus expected ones, shape (outputs,); NaN where there is none
+    seen : derivatives of the readings by the state at the start, shape (outputs, n)
+    onward : state at the end by the state at the start, shape (n, n)
+    pushed : what a unit of each hypothesis adds to the state at the end, shape (n, hypotheses)
+    direct : what it adds to the readings, shape (outputs, hypotheses)
+    counts, lasting : readings in each mean, and length of the tick in s
+    correction : of the state at the start, that the filter made, shape (n,)
+    anew : whether the filter began with it
+    driven : lags of what drives the machine, shape (lags,)
+    """
+
+    error: Array
+    seen: Array
+    onward: Array
+    pushed: Array
+    direct: Array
+    counts: Array
+    lasting: float
+    correction: Array
+    anew: bool
+    driven: Array
+
+
+class Innovation(NamedTuple):
+    """What a tick says: innovations in standard deviations, and how far they lean each hypothesis' way.
+
+    Attributes
+    ----------
+    white : whitened innovations, shape (outputs,); NaN where nothing was read
+    lean, weight : sums of products of the innovations with each direction, and of its squares, shape
+        (hypotheses,)
+    expected, sigma : reading that was expected and its standard deviation in SI, shape (outputs,)
+    """
+
+    white: Array
+    lean: Array
+    weight: Array
+    expected: Array
+    sigma: Array
+
+
+class Shadow:
+    """The filter.
+
+    Parameters
+    ----------
+    machine : what is watched
+    noise : as learnt
+    values : of the slots as calibrated, shape (slots,)
+    offsets : of the readings as calibrated, shape (outputs,)
+    weights : by which lags of what drives the machine add to the readings, shape (outputs, lags)
+
+    Attributes
+    ----------
+    x : states of the plant, shape (plant,)
+    rest : wandering signals and misfits, shape (signals + outputs,)
+    P : covariance of both, shape (n, n)
+    directions : what each hypothesis has changed, shape (n, hypotheses)
+    lags : of what drives the machine, shape (lags,)
+    clipped : standard deviations beyond which an innovation counts as this much
+    """
+
+    def __init__(
+        self, machine: WatchedMachine, noise: ShadowNoise, values: Array, offsets: Array, weights: Array
+    ) -> None:
+        self.machine, self.noise, self.values, self.offsets = machine, noise, values, offsets
+        self.weights, self._drives = weights, Drives(machine.rig, machine.inputs, machine.tick)
+        self.clipped = CLIPPED
+        self.plant, self.signals = len(machine.equations.states), machine.wander.shape[1]
+        self.outputs, self.size = len(machine.outputs), self.plant + self.signals + len(machine.outputs)
+        self._groups = np.column_stack([machine.wander, machine.groups])
+        self._reading = np.array([each.reading for each in machine.hypotheses]).T
+        self._late = np.array([each.late for each in machine.hypotheses]).T
+        count = machine.slots.size
+        self._courses = Courses((((),) * self.plant) + tuple((i,) for i in range(count)), np.zeros(1))
+        self._p = self.parameters({})
+        self.x, self.lags = np.zeros(0), np.zeros(0)
+        self.rest, self.P, self.directions = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0))
+
+    def parameters(self, start: dict[str, float]) -> Array:
+        """Values of all parameters, with those that set the states at the start."""
+        rig, known = self.machine.rig, {**self.machine.known, **start}
+        usual = self.machine.equations.parameter_values
+        return np.array([known.get(n, v) for n, v in zip(rig.parameters, usual, strict=True)], dtype=float)
+
+    def begin(self, tick: Tick) -> None:
+        """Start from a tick's readings, of which hardly anything is known beside them."""
+        read = {
+            n: np.repeat(v, 2)
+            for n, v in zip(self.machine.outputs, tick.readings, strict=True)
+            if np.isfinite(v)
+        }
+        run = Run("start", np.array([0.0, 1.0]), {}, read)
+        p = self.parameters(initial_values(self.machine.rig, run, self.machine.known))
+        self.x, _ = self.machine.equations.begin(self.values, p, tick.levels[-1])
+        self.rest = np.zeros(self.signals + self.outputs)
+        self.P = self.noise.at_start(self.plant)
+        self.directions = np.zeros((self.size, len(self.machine.hypotheses)))
+        self.lags = self._drives.begin(tick)
+
+    def step(self, tick: Tick) -> tuple[Innovation, LinearTick]:
+        """Take a tick: what it says, and the same as learning takes it."""
+        anew = tick.anew or not self.x.size
+        if anew:
+            self.begin(tick)
+        expected, seen, onward, pushed, direct, reached = self._ahead(tick)
+        before, self.lags = self.lags, self._drives.onward(self.lags, tick)
+        driven = (before + self.lags) / 2
+        expected = expected + self.weights @ driven
+        error = tick.readings - expected
+        lasting = tick.end - tick.start
+        said, correction, gain = corrected(
+            error,
+            seen,
+            self.P,
+            self.noise.variances(tick.counts),
+            direct + seen @ self.directions,
+            self.clipped,
+        )
+        self.directions = onward @ (self.directions - gain @ said.leaning) + pushed
+        self.rest = self.rest + correction[self.plant :]
+        self.x = reached + onward[: self.plant] @ correction
+        self.rest = np.diag(onward)[self.plant :] * self.rest
+        self.P = onward @ said.covariance @ onward.T + np.diag(self.noise.process(self.plant, lasting))
+        lean, weight = said.rows[:, 1:].T @ said.rows[:, 0], np.sum(said.rows[:, 1:] ** 2, axis=0)
+        innovation = Innovation(said.white, lean, weight, expected, said.sigma)
+        return innovation, LinearTick(
+            error, seen, onward, pushed, direct, tick.counts, lasting, correction, anew, driven
+        )
+
+    def _ahead(self, tick: Tick) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Expected readings, derivatives as in `LinearTick`, and the plant's states at the end."""
+        equations, n, lasting = self.machine.equations, self.plant, tick.end - tick.start
+        wandering = self.rest[: self.signals]
+        z = self.values + self.machine.wander @ wandering
+        count, levels = max(1, int(np.ceil(lasting / self.machine.tick - 1e-9))), len(tick.levels)
+        each = np.arange(levels)
+        time = np.linspace(0.0, lasting, count + 1)
+        steps = Steps(
+            time,
+            np.ascontiguousarray(tick.levels),
+            np.arange(0, (count + 1) * levels, levels),
+            np.tile(each, count),
+            np.tile(tick.shares, count),
+        )
+        begun = np.column_stack([self.x, np.eye(n), np.zeros((n, self._groups.shape[0]))])
+        states, _, _ = Integrator(equations, z, self._p, self._courses)(steps, begun)
+        reached, by_state = states[-1, :, 0], states[-1, :, 1 : n + 1]
+        by_group = states[-1, :, n + 1 :] @ self._groups
+        inputs = np.column_stack([tick.levels[0], tick.levels[-1]])
+        y, rows, by_slot = equations.observe(
+            np.column_stack([self.x, reached]), z, self._p, inputs, np.array([0.0, lasting])
+        )
+        at = tick.places[:, None]
+        misfit, memory = self.rest[self.signals :], self.noise.kept(lasting)
+        expected = (1 - tick.places) * y[0] + tick.places * y[1] + self.offsets + misfit
+        through = at * (rows[1] @ by_group) + by_slot[1] @ self._groups
+        seen = np.column_stack(
+            [(1 - at) * rows[0] + at * (rows[1] @ by_state), through[:, : self.signals], np.eye(self.outputs)]
+        )
+        onward = np.zeros((self.size, self.size))
+        onward[:n, :n], onward[:n, n : n + self.signals] = by_state, by_group[:, : self.signals]
+        onward[np.arange(n, self.size), np.arange(n, self.size)] = memory
+        pushed = np.zeros((self.size, self._groups.shape[1] - self.signals))
+        pushed[:n] = by_group[:, self.signals :]
+        slope = (y[1] - y[0]) / lasting
+        direct = through[:, self.signals :] + self._reading - self._late * slope[:, None]
+        return expected, seen, onward, pushed, direct, reached
+
+
+class Corrected(NamedTuple):
+    """What readings make of a state.
+
+    Attributes
+    ----------
+    white : whitened innovations, NaN where there is none, shape (outputs,)
+    covariance : of the state after them, shape (n, n)
+    sigma : standard deviation of each expected reading, NaN where there is none, shape (outputs,)
+    leaning : direction of the innovations that are there by hypothesis, shape (readings, hypotheses)
+    rows : the same, whitened, behind the whitened innovations, shape (readings, 1 + hypotheses)
+    likelihood : twice the logarithm of it, but for a constant
+    """
+
+    white: Array
+    covariance: Array
+    sigma: Array
+    leaning: Array
+    rows: Array
+    likelihood: float
+
+
+def corrected(
+    error: Array, seen: Array, P: Array, variances: Array, leaning: Array, clipped: float = CLIPPED
+) -> tuple[Corrected, Array, Array]:
+    """Correct a state with readings that are there.
+
+    Parameters
+    ----------
+    error : readings minus expected, NaN where there is none, shape (outputs,)
+    seen : derivatives by state, shape (outputs, n)
+    P : covariance of the state, shape (n, n)
+    variances : of the readings' noise, shape (outputs,)
+    leaning : direction of the innovations by hypothesis, shape (outputs, hypotheses)
+    clipped : standard deviations beyond which an innovation counts as this much
+
+    Returns
+    -------
+    tuple
+        `Corrected`; the correction, shape (n,); the gain, shape (n, readings).
+    """
+    there = np.flatnonzero(np.isfinite(error))
+    H, spread = seen[there], P @ seen[there].T
+    S = H @ spread + np.diag(variances[there])
+    lower = np.linalg.cholesky(S)
+    whiten = np.linalg.inv(lower)
+    whitened = whiten @ np.column_stack([error[there], leaning[there]])
+    counted = np.clip(whitened[:, 0], -clipped, clipped)
+    gain = spread @ whiten.T @ whiten
+    white, sigma = np.full(error.size, np.nan), np.full(error.size, np.nan)
+    white[there], sigma[there] = whitened[:, 0], np.sqrt(np.diag(S))
+    log = -2.0 * float(np.log(np.diag(lower)).sum()) - float(
+        np.minimum(whitened[:, 0] ** 2, CLIPPED**2).sum()
+    )
+    rows = np.column_stack([counted, whitened[:, 1:]])
+    found = Corrected(white, P - gain @ S @ gain.T, sigma, leaning[there], rows, log)
+    return found, gain @ (lower @ counted), gain

@@ -1,0 +1,1 @@
+"""Where rows come from: a growing file, standard input, MQTT, OPC UA; nothing is written to a machine."""

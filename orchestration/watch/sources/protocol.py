@@ -1,0 +1,35 @@
+"""What every source is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+from warmlink.orchestration.watch.rows import Cells
+
+
+class Source(Protocol):
+    """Rows of cells under headers, which are known once the source is open.
+
+    Attributes
+    ----------
+    name : for sentences
+    headers : as in a CSV file, `tip_temperature [degC]`
+    comma : whether a comma is the decimal mark
+    told : what is to be said of the source, as that it was rotated or is connected again; whoever says it
+        empties it
+    """
+
+    name: str
+    headers: Sequence[str]
+    comma: bool
+    told: list[str]
+
+    def rows(self) -> Iterator[Cells | None]:
+        """Rows as they come; None if there is nothing new for the moment. It ends with the source."""
+
+    def place(self) -> int:
+        """Where a restart may go on: bytes of whole rows read from a file; 0 if the source cannot go back."""
+
+    def close(self) -> None:
+        """Let go of files and connections."""

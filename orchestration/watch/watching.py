@@ -1,0 +1,227 @@
+"""A watch from its source to its files: rows in, alarms out, state and page beside them."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.files import fresh_file
+from warmlink.orchestration.machine.rig import Rig
+from warmlink.orchestration.progress import Progress, unseen
+from warmlink.orchestration.watch.hypotheses import watched
+from warmlink.orchestration.watch.law import WatchedLaw, law_error
+from warmlink.orchestration.watch.rows import RowReader
+from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.state import restored, saved
+from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
+from warmlink.orchestration.watch.watcher import Watcher
+
+STATE, ALARMS = "watch.state", "alarms.jsonl"
+"""Files of a watch: what it knows, and what it has told, one JSON object a line."""
+
+_SAVED, _SILENT = 2.0, 5.0
+"""s between two writings of the files, at least; s of silence after which a server has come to its end."""
+
+_MOST_TOLD = 1000
+"""Events that are kept; of more the oldest go."""
+
+_SAID = {
+    "repeated": "rows had a time that was there already and were passed over",
+    "unsorted": "rows came out of order and were sorted in",
+    "late": "rows came too late and were passed over",
+    "spikes": "readings leapt away from their neighbours and were passed over",
+    "gaps": "gaps of more than 15 ticks: the filter began anew after each",
+    "clock set back": "times the clock was set back: the filter began anew after it",
+}
+
+
+@dataclass(frozen=True)
+class WatchOptions:
+    """What is asked of a watch.
+
+    Attributes
+    ----------
+    rig : the machine
+    known : values in SI by variable that differ from the nominal ones
+    told : units and names of columns
+    sound : s of the opening part that is declared sound
+    rate : of false alarms in 1/day
+    tick : s of the log that are judged at once
+    law : of ours that runs in shadow; None if the log's correction is judged, if it has one
+    until_end : whether to end where the log does
+    speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
+    """
+
+    rig: Rig
+    known: Mapping[str, float]
+    told: ReadOptions
+    sound: float
+    rate: float
+    tick: float = TICK
+    law: WatchedLaw | None = None
+    until_end: bool = False
+    speed: float = 0.0
+
+    def facts(self, source: Source) -> dict[str, Any]:
+        """What a restart has to ask for as well, as JSON."""
+        columns = {"machine": self.rig.name, "known": dict(self.known), "columns": list(source.headers)}
+        return {
+            **columns,
+            "sound": self.sound,
+            "alarms": self.rate,
+            "tick": self.tick,
+            "law": self.law.facts if self.law else None,
+        }
+
+
+Show = Callable[["Watching"], None]
+"""Writes a page of a watch."""
+
+
+@dataclass
+class Watching:
+    """A watch at work.
+
+    Parameters
+    ----------
+    source : of the rows
+    asked : what is asked
+    folder : for its files
+    show : writes its page
+    """
+
+    source: Source
+    asked: WatchOptions
+    folder: Path
+    show: Show
+    progress: Progress = unseen
+    events: list[dict[str, Any]] = field(default_factory=list)
+    rows: int = 0
+
+    def __post_init__(self) -> None:
+        asked, source = self.asked, self.source
+        told = ReadOptions(asked.told.units, asked.told.common, asked.told.names, asked.told.decimal)
+        self.reader = RowReader(source.name, source.headers, asked.rig, told, source.comma)
+        reader = self.reader
+        machine = watched(asked.rig, asked.known, reader.inputs, reader.readings, reader.names, asked.tick)
+        law = law_error(asked.law, asked.rig, reader.readings, reader.has_correction, asked.tick)
+        self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress, law)
+        self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
+        self._due = 0.0
+        self._paced: float | None = None
+
+    @staticmethod
+    def begin_of(folder: Path) -> int:
+        """Bytes of the source that were read before, by the state in a folder; 0 without one."""
+        from warmlink.orchestration.files import unstamped
+
+        path = folder / STATE
+        facts = unstamped(path.read_bytes()) if path.is_file() else None
+        return int(facts.get("place", 0)) if facts else 0
+
+    def restore(self) -> bool:
+        """Go on from the state in the folder; False if there is none; InputError as by `state.restored`."""
+        facts = restored(self.folder / STATE, self.asked.facts(self.source), self.watcher, self.gatherer)
+        if facts is None:
+            return False
+        self.events, self.rows, self.reader.doubtful = facts["events"], facts["rows"], facts["doubtful"]
+        return True
+
+    def run(self) -> Iterator[dict[str, Any]]:
+        """Events as they come; it ends where the source does, or does not end.
+
+        Raises
+        ------
+        InputError
+            The log ended within its sound part, or this is too short.
+        """
+        silent = time.monotonic()
+        for cells in self.source.rows():
+            if cells is None:
+                yield from self._of_source()
+                if self.asked.until_end and time.monotonic() - silent > _SILENT:
+                    break
+                self._write_if_due()
+                continue
+            silent, self.rows = time.monotonic(), self.rows + 1
+            row = self.reader.read(cells)
+            if row is not None:
+                self._pace(row.time)
+                yield from self._judged(self.gatherer.add(row))
+            self._write_if_due()
+        yield from self._judged(self.gatherer.rest())
+        self.write()
+        self.watcher.refuse_unlearnt()
+
+    def _judged(self, ticks: Iterator[Tick]) -> Iterator[dict[str, Any]]:
+        for tick in ticks:
+            for event in self.watcher.add(tick):
+                self.events = [*self.events, event][-_MOST_TOLD:]
+                self._due = 0.0
+                yield event
+
+    def _of_source(self) -> Iterator[dict[str, Any]]:
+        """What the source has to tell; it is not part of what was judged."""
+        while self.source.told:
+            yield {"alarm": False, "told": self.source.told.pop(0)}
+
+    def _pace(self, at: float) -> None:
+        """Wait until a row of a replay is due."""
+        if not self.asked.speed:
+            return
+        if self._paced is None:
+            self._paced = time.monotonic() - at / self.asked.speed
+        if (wait := self._paced + at / self.asked.speed - time.monotonic()) > 0:
+            time.sleep(min(wait, 60.0))
+
+    def _write_if_due(self) -> None:
+        if time.monotonic() >= self._due:
+            self.write()
+
+    def write(self) -> None:
+        """Write state, events and page, each whole or as it was."""
+        more = {"events": self.events, "rows": self.rows, "doubtful": self.reader.doubtful}
+        more["place"] = self.source.place()
+        path = self.folder / STATE
+        saved(path, self.asked.facts(self.source), self.watcher, self.gatherer, more)
+        with fresh_file(self.folder / ALARMS) as scratch:
+            scratch.write_text("".join(f"{json.dumps(each)}\n" for each in self.events), "utf-8")
+        self.show(self)
+        self._due = time.monotonic() + _SAVED
+
+    @property
+    def alarms(self) -> list[dict[str, Any]]:
+        """Alarms so far, without those that name one anew."""
+        return [each for each in self.events if each["alarm"] and "again" not in each]
+
+    def remarks(self) -> list[str]:
+        """What was passed over, in sentences."""
+        found = [f"{count} {_SAID[name]}" for name, count in sorted(self.gatherer.counts.items()) if count]
+        if self.reader.doubtful:
+            found.append(f"{self.reader.doubtful} cells or times held something else than a credible number")
+        if self.reader.unused:
+            found.append(f"columns that are not used: {', '.join(self.reader.unused)}")
+        return found
+
+
+def rate_of(text: str, where: str) -> float:
+    """Rate in 1/day of `"1 per 30 days"`; raises InputError where it says no rate above 0."""
+    from warmlink.orchestration.written.quantities import quantity
+
+    count, per, lasting = text.partition(" per ")
+    remedy = f'write how many in which time, as {where} "1 per 30 days"'
+    try:
+        number = float(count)
+        unit = lasting.strip()
+        seconds = quantity(unit if unit[:1].isdigit() else f"1 {unit}", "s", where)
+    except ValueError:
+        raise InputError(f"{where} {text!r}: is no rate of false alarms; {remedy}") from None
+    if not per or not (number > 0 and seconds > 0):
+        raise InputError(f"{where} {text!r}: is no rate of false alarms above 0; {remedy}")
+    return number / seconds * 86400.0

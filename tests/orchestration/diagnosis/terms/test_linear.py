@@ -1,0 +1,61 @@
+"""Terms fitted to what readings answer to heat: the shapes' numbers reach the least squares."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.arrays import Array
+from warmlink.orchestration.diagnosis.terms.library import FORMS, Candidate
+from warmlink.orchestration.diagnosis.terms.linear import LinearFit
+
+SPEED = np.tile(np.linspace(0.0, 4.0, 41), 3)
+
+
+class Answers:
+    """Readings that answer to a heat above a dead zone by the heat itself."""
+
+    def __init__(self, residual: Array) -> None:
+        self.residual = residual
+
+    def columns(self, candidates: tuple[Candidate, ...]) -> Array:
+        zones = [np.maximum(SPEED - each.shape[0], 0.0) if each.shape else SPEED for each in candidates]
+        return np.column_stack([np.zeros((SPEED.size, 0)), *zones])
+
+
+def candidate(about: str, *shape: float) -> Candidate:
+    form = next(each for each in FORMS if each.about == about)
+    return Candidate(form.at("shaft"), "shaft", shape)
+
+
+def fit(residual: Array, *some: Candidate) -> LinearFit:
+    answers: Any = Answers(residual)
+    return LinearFit(answers, some)
+
+
+def test_the_number_of_a_shape_is_fitted_with_the_strength() -> None:
+    begun = fit(2.0 * np.maximum(SPEED - 1.37, 0.0), candidate("speed above a dead zone", 2.4))
+    found = begun.polished()
+    assert found.candidates[0].shape[0] == pytest.approx(1.37, abs=0.01)
+    assert found.strengths == pytest.approx([2.0], rel=0.01)
+    assert found.chi2 < 1e-3 * begun.chi2
+
+
+def test_it_stays_within_the_bounds_around_where_it_began() -> None:
+    found = fit(np.maximum(SPEED - 3.5, 0.0), candidate("speed above a dead zone", 0.5)).polished()
+    assert found.candidates[0].shape[0] <= 4 * 0.5
+
+
+def test_no_term_leaves_all_there_is() -> None:
+    left = np.random.default_rng(1).normal(size=SPEED.size)
+    assert fit(left).chi2 == pytest.approx(float(left @ left))
+    assert fit(left).polished().candidates == ()
+
+
+def test_a_form_without_a_shape_has_nothing_to_polish() -> None:
+    found = fit(3.0 * SPEED, candidate("proportional to speed")).polished()
+    assert found.strengths == pytest.approx([3.0])
+    assert not found.switches
+    assert found.numbers == 1

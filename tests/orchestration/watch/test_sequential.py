@@ -1,0 +1,69 @@
+"""Thresholds keep the stated rate of false alarms, and ask for more where the sound part is short."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from warmlink.orchestration.watch.sequential import Limits, Sequential, worked_out
+
+THINGS, DAY = 6, 1440
+
+
+@pytest.fixture(autouse=True)
+def _fewer_days(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warmlink.orchestration.watch.sequential._TICKS", (200_000, 400_000))
+    monkeypatch.setattr("warmlink.orchestration.watch.sequential._MACHINES", 96)
+
+
+def noise(ticks: int, seed: int, memory: float = 0.0) -> np.ndarray:
+    """Leanings of so many ticks, white or correlated over some ticks, shape (ticks, things)."""
+    draw = np.random.default_rng(seed).standard_normal((ticks, THINGS))
+    for k in range(1, ticks if memory else 0):
+        draw[k] = memory * draw[k - 1] + np.sqrt(1 - memory**2) * draw[k]
+    return draw
+
+
+def alarms(limits: Limits, lean: np.ndarray) -> int:
+    """Times at which a test goes from silence into an alarm, an hour apart at least."""
+    test, quiet, found = Sequential(limits, THINGS), 60, 0
+    for row in lean:
+        above = test.add(row, np.ones(THINGS)).max() >= 1
+        found += bool(above and quiet >= 60)
+        quiet = 0 if above else quiet + 1
+    return found
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.7])
+def test_the_stated_rate_of_false_alarms_is_kept(memory: float) -> None:
+    """Also of innovations that a missing part of the model has made alike from tick to tick."""
+    limits = worked_out(noise(2000, 1, memory), np.ones((2000, THINGS)), rate=1.0, day=DAY)
+    found = alarms(limits, noise(int(12 * DAY), 2, memory))
+    assert found <= 12 + 3 * np.sqrt(12)
+
+
+def test_what_leans_is_found() -> None:
+    limits = worked_out(noise(2000, 1), np.ones((2000, THINGS)), rate=1 / 30, day=DAY)
+    test, lean = Sequential(limits, THINGS), noise(400, 3)
+    lean[200:, 4] += 2.0
+    levels = np.array([test.add(row, np.ones(THINGS)).copy() for row in lean])
+    first = int(np.argmax(levels.max(axis=1) >= 1))
+    assert 200 < first < 240
+    assert int(np.argmax(levels[first])) == 4
+
+
+def test_a_short_sound_part_and_a_smaller_rate_ask_for_more_evidence() -> None:
+    long, short = (worked_out(noise(n, 1), np.ones((n, THINGS)), 1 / 30, DAY) for n in (3000, 200))
+    assert short.threshold > long.threshold
+    assert "only 8 blocks" in short.told()
+    assert short.memories == (10,)
+    rare = worked_out(noise(3000, 1), np.ones((3000, THINGS)), 1 / 3000, DAY)
+    assert rare.threshold > long.threshold
+    assert rare.extrapolated
+    assert "tail" in rare.told()
+
+
+def test_the_same_sound_part_gives_the_same_thresholds() -> None:
+    one, other = (worked_out(noise(500, 1), np.ones((500, THINGS)), 1 / 30, DAY) for _ in range(2))
+    assert one.threshold == other.threshold
+    assert np.array_equal(one.sizes, other.sizes)

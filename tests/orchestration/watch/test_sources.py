@@ -1,0 +1,287 @@
+"""The same log through every source is the same rows, cell for cell once they are read."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.watch import HEADERS
+from tests.orchestration.watch.conftest import lines_of
+from warmlink.fmus.errors import InputError
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.watch.rows import LoggedRow, RowReader
+from warmlink.orchestration.watch.sources.lines import LinesSource
+from warmlink.orchestration.watch.sources.mapping import read_mapping
+from warmlink.orchestration.watch.sources.opcua import OpcuaSource
+from warmlink.orchestration.watch.sources.opening import opened
+from warmlink.orchestration.watch.sources.protocol import Source
+
+ROWS = 40
+
+
+def read(source: Source, count: int = ROWS, enough: Callable[[], bool] = lambda: False) -> list[str]:
+    """So many rows of a source in SI, as text."""
+    reader = RowReader(source.name, source.headers, rig_of("WarmupCell"), ReadOptions(), source.comma)
+    found: list[LoggedRow | None] = []
+    give_up = time.monotonic() + 20
+    for cells in source.rows():
+        if cells is not None:
+            found.append(reader.read(cells))
+        if len(found) >= count or enough() or time.monotonic() > give_up:
+            break
+    source.close()
+    return [repr(each) for each in found]
+
+
+@pytest.fixture(scope="module")
+def expected(table: np.ndarray) -> list[str]:
+    reader = RowReader("table", HEADERS, rig_of("WarmupCell"), ReadOptions())
+    return [repr(reader.read(row)) for row in table[:ROWS].tolist()]
+
+
+def test_a_file(log: Path, expected: list[str]) -> None:
+    assert read(LinesSource(log, follow=False)) == expected
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_file_with_decimal_commas(
+    separator: str, table: np.ndarray, expected: list[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "cell.csv"
+    headers, *rows = lines_of(table[:ROWS])
+    text = [
+        headers.replace(",", separator),
+        *(each.replace(",", separator).replace(".", ",") for each in rows),
+    ]
+    path.write_text("# a logger's note\n" + "\r\n".join(text) + "\r\n", "utf-8-sig")
+    assert read(LinesSource(path, follow=False)) == expected
+
+
+def test_standard_input(log: Path, expected: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    with log.open("rb") as stream:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stream))
+        assert read(LinesSource(None, follow=True)) == expected
+
+
+def test_a_file_that_grows_by_pieces_of_lines_and_is_rotated(
+    table: np.ndarray, expected: list[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "cell.csv"
+    headers, *rows = (f"{each}\n" for each in lines_of(table[:ROWS]))
+    path.write_text(headers)
+
+    def write() -> None:
+        with path.open("a") as stream:
+            for piece in ("".join(rows[:10]), rows[10][:7], rows[10][7:], rows[11]):
+                stream.write(piece)
+                stream.flush()
+                time.sleep(0.05)
+        time.sleep(0.3)
+        path.rename(tmp_path / "cell.csv.1")
+        path.write_text(headers + "".join(rows[12:25]))
+        time.sleep(0.5)
+        path.write_text(headers)  # emptied in place, as copytruncate does
+        time.sleep(0.5)
+        with path.open("a") as stream:
+            stream.write("".join(rows[25:]))
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    source = LinesSource(path, follow=True)
+    assert read(source) == expected
+    writer.join()
+    assert any("rotated" in each for each in source.told)
+
+
+def test_a_file_goes_on_where_it_was_left(log: Path, expected: list[str]) -> None:
+    first = LinesSource(log, follow=False)
+    begun = read(first, 15)
+    second = LinesSource(log, follow=False, begin=first.place())
+    assert [*begun, *read(second, ROWS - 15)] == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("absent.csv", "no such file"),
+        ("http://cell/log", "is no source"),
+        ("mqtt://cell", "names no host or no topic"),
+        ("mqtt://me:secret@cell/topic", "a password in the address"),
+        ("opc.tcp://cell:4840", "nothing says which nodes"),
+    ],
+)
+def test_what_is_no_source_is_refused(name: str, told: str) -> None:
+    with pytest.raises(InputError, match=told) as fault:
+        opened(name, follow=False)
+    assert "secret" not in str(fault.value)
+
+
+def test_a_mapping_without_columns_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mapping.toml"
+    path.write_text("[columns]\n")
+    with pytest.raises(InputError, match=r"no \[columns\]"):
+        opened("mqtt://cell/topic", follow=True, mapping=path)
+
+
+def test_the_mapping_of_the_page_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "watch.md").read_text("utf-8")
+    path = tmp_path / "mapping.toml"
+    path.write_text(page.partition("```toml\n")[2].partition("```")[0])
+    columns = read_mapping(path)
+    assert columns["shaft_temperature [degC]"] == "joint.temperatures.shaft"
+    reader = RowReader("page", list(columns), rig_of("WarmupCell"), ReadOptions())
+    assert len(reader.inputs) == 3
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+@contextmanager
+def broker(folder: Path, port: int) -> Iterator[subprocess.Popen[bytes]]:
+    """A mosquitto of our own, or the test is skipped."""
+    program = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin")
+    if program is None:
+        pytest.skip("mosquitto is not installed")
+    settings = folder / "mosquitto.conf"
+    settings.write_text(
+        f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence true\n"
+        f"persistence_location {folder}/\nautosave_interval 1\nmax_queued_messages 0\n"
+        f"user {os.environ.get('USER', 'root')}\n"
+    )
+    running = subprocess.Popen(
+        [program, "-c", settings], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+    )
+    try:
+        for _ in range(200):
+            with socket.socket() as tried:
+                if tried.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.02)
+        yield running
+    finally:
+        running.terminate()
+        running.wait()
+
+
+def published(port: int, rows: list[dict[str, Any]]) -> None:
+    """Publish rows, each a message."""
+    aiomqtt = pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
+
+    async def publish() -> None:
+        async with aiomqtt.Client("127.0.0.1", port) as client:
+            for row in rows:
+                await client.publish("cell/joint", json.dumps(row), qos=1)
+
+    asyncio.run(publish())
+
+
+def test_mqtt_with_a_mapping(table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
+    pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
+    mapping = tmp_path / "mapping.toml"
+    lines = [f'"{header}" = "cell.v{i}"' for i, header in enumerate(HEADERS)]
+    mapping.write_text("[columns]\n" + "\n".join(lines) + "\n")
+    rows = [{"cell": {f"v{i}": v for i, v in enumerate(row)}, "more": [1]} for row in table[:ROWS].tolist()]
+    port = free_port()
+    with broker(tmp_path, port):
+        source = opened(f"mqtt://127.0.0.1:{port}/cell/joint", follow=True, mapping=mapping)
+        published(port, [*rows[:20], *rows[20:]])
+        assert read(source) == expected
+
+
+def test_mqtt_by_its_own_names_and_over_a_broker_that_is_gone_for_a_while(
+    table: np.ndarray, expected: list[str], tmp_path: Path
+) -> None:
+    """The broker keeps what comes while nobody listens, and the source comes back to it by itself."""
+    pytest.importorskip("aiomqtt", reason="aiomqtt is not installed")
+    rows = [dict(zip(HEADERS, row, strict=True)) for row in table[:ROWS].tolist()]
+    port, found = free_port(), list[Any]()
+    with broker(tmp_path, port):
+        waiting = threading.Thread(
+            target=lambda: found.append(opened(f"mqtt://127.0.0.1:{port}/cell/joint", True))
+        )
+        waiting.start()
+        time.sleep(0.3)
+        published(port, rows[:1])
+        waiting.join()
+        published(port, rows[1:10])
+        time.sleep(0.2)
+    with broker(tmp_path, port):
+        time.sleep(1.5)
+        published(port, rows[10:])
+        assert read(found[0]) == expected
+    assert any("lost" in each for each in found[0].told)
+    assert any("connected again" in each for each in found[0].told)
+
+
+@pytest.mark.parametrize("by", ["node", "name"])
+def test_opc_ua(by: str, table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
+    """By node, and by the names along the way that the companion specification for robotics gives."""
+    asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
+    port, ready, over = free_port(), threading.Event(), threading.Event()
+    seen = list[int]()
+
+    async def serve() -> None:
+        server = asyncua.Server()
+        await server.init()
+        server.set_endpoint(f"opc.tcp://127.0.0.1:{port}")
+        space = await server.register_namespace("cell")
+        robot = await server.nodes.objects.add_object(space, "MotionDeviceSystem")
+        motor = await robot.add_object(space, "Motor_1")
+        settings = await motor.add_object(space, "ParameterSet")
+        nodes = [
+            await settings.add_variable(asyncua.ua.NodeId(f"v{i}", space), f"Value{i}", float(value))
+            for i, value in enumerate(table[0])
+        ]
+        async with server:
+            ready.set()
+            for k, row in enumerate(table[:ROWS].tolist()):
+                for node, value in [*zip(nodes[1:], row[1:], strict=True), (nodes[0], row[0])]:
+                    await node.write_value(float(value))
+                for _ in range(400):
+                    if len(seen) > k or over.is_set():
+                        break
+                    await asyncio.sleep(0.005)
+            while not over.is_set():
+                await asyncio.sleep(0.02)
+
+    server = threading.Thread(target=lambda: asyncio.run(serve()))
+    server.start()
+    try:
+        assert ready.wait(10)
+        mapping = tmp_path / "nodes.toml"
+        names = {"node": "ns=2;s=v{}", "name": "Motor_1/Value{}"}[by]
+        mapping.write_text(
+            "[columns]\n" + "\n".join(f'"{h}" = "{names.format(i)}"' for i, h in enumerate(HEADERS))
+        )
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("warmlink.orchestration.watch.sources.opcua.PERIOD", 0.005)
+            take = OpcuaSource.put
+            patch.setattr(OpcuaSource, "put", lambda source, cells: (take(source, cells), seen.append(1)))
+            found = read(opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=mapping))
+        assert found == expected
+        wrong = tmp_path / "wrong.toml"
+        wrong.write_text('[columns]\n"base_temperature [degC]" = "Motor_9/MotorTemperature"\n')
+        with pytest.raises(InputError, match="no node is called so"):
+            opened(f"opc.tcp://127.0.0.1:{port}", follow=True, mapping=wrong)
+    finally:
+        over.set()
+        server.join()
