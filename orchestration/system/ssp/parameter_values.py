@@ -28,7 +28,7 @@ class SsvValue:
     """One value of a parameter set, of a type of connectors: an Enumeration's is the name of its item.
 
     Where a Real has no unit, it is in that of the variable it goes to. It may be one of so many `elements` of
-    an array.
+    an array. A `contradiction` is the sentence for whoever uses a value beside which the set gives another.
     """
 
     name: str
@@ -36,6 +36,7 @@ class SsvValue:
     value: Value
     unit: Unit | None = None
     elements: int = 1
+    contradiction: str = ""
 
 
 def read_ssv(path: Path) -> dict[str, SsvValue]:
@@ -44,6 +45,9 @@ def read_ssv(path: Path) -> dict[str, SsvValue]:
     found = parameter_set(xml.root_of_file(path, "ParameterSet", path.name, remarks), path.name, remarks)
     for told in remarks:
         remark_once(told)
+    for each in found.values():
+        if each.contradiction:
+            raise InputError(each.contradiction)
     return found
 
 
@@ -64,8 +68,9 @@ def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, SsvVal
         for found in _elements(name, child, units, f"{where}: {name}", remarks):
             before = parameters.setdefault(found.name, found)
             if before != found:
-                raise InputError(f"{where}: gives the parameter {found.name} twice; keep one")
-            if before is not found:
+                told = f"{where}: gives the parameter {found.name} twice; keep one"
+                parameters[found.name] = replace(found, contradiction=told)
+            elif before is not found:
                 remarks.append(f"{where}: gives the parameter {found.name} twice, with the same value")
     return parameters
 

@@ -128,6 +128,8 @@ class Resolver:
             if not nodes:
                 told = name if binding.mapping is None else f"{name}, to which its mapping leads,"
                 self.remarks.append(f"{binding.where}: {told} is the name of no variable and has no effect")
+            if nodes and binding.parameters[told].contradiction:
+                raise InputError(binding.parameters[told].contradiction)
             for node in nodes:
                 yield binding.parameters[told], replace(edge, source=node, target=node)
 
