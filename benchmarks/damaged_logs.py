@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ from warmlink.orchestration.diagnosis.answer.slips import slips
 from warmlink.orchestration.diagnosis.diagnose import diagnose_experiment, read
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
 
-Log = pd.DataFrame
+Log: TypeAlias = pd.DataFrame
 Damage = Callable[[Log, np.random.Generator], None]
 
 TEMPERATURES = [f"{name}_temperature [degC]" for name in ("shaft", "winding", "base", "middle", "tip")]

@@ -69,10 +69,10 @@ def watch(
     out : Folder for the files.
     json : Print events as JSON, one object a line, for other programs.
     """
-    from warmlink.orchestration.products.watch import Judged, watching
+    from warmlink.orchestration.products.watch import WatchSettings, watching
 
     told: dict[str, Any] = {"units": unit or [], "names": map_ or [], "decimal": decimal}
-    judged = Judged(sound, alarms, tick, controller, parameters)
+    judged = WatchSettings(sound, alarms, tick, controller, parameters)
     with watching(
         source,
         out,

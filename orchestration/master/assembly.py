@@ -16,7 +16,7 @@ from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
-from warmlink.orchestration.master.slaves.models import Fmi2Model, Fmi3Model
+from warmlink.orchestration.master.slaves.models import Fmi1Model, Fmi2Model, Fmi3Model
 from warmlink.orchestration.master.slaves.network import Network
 from warmlink.orchestration.master.slaves.slave import RunSpan, Slave, SlaveError, nominal
 from warmlink.orchestration.master.slaves.versions import Fmi1Slave, Fmi2Slave, Fmi3Slave
@@ -33,6 +33,7 @@ _KINDS: dict[tuple[str, str], type[FmiSlave]] = {
     ("1.0", "CoSimulation"): Fmi1Slave,
     ("2.0", "CoSimulation"): Fmi2Slave,
     ("3.0", "CoSimulation"): Fmi3Slave,
+    ("1.0", "ModelExchange"): Fmi1Model,
     ("2.0", "ModelExchange"): Fmi2Model,
     ("3.0", "ModelExchange"): Fmi3Model,
 }

@@ -80,16 +80,16 @@ def watch(
     >>> found = wl.watch("cell.csv", sound="24 h")
     >>> print(found)
     """
-    judged = Judged(sound, alarms, tick, controller, controller_parameters)
-    with watching(str(source), Path(out), {}, judged, scenario, parameters, until_end=True) as work:
+    settings = WatchSettings(sound, alarms, tick, controller, controller_parameters)
+    with watching(str(source), Path(out), {}, settings, scenario, parameters, until_end=True) as work:
         for _ in work.run():
             pass
         return WatchedLog(work.events, work.remarks())
 
 
 @dataclass(frozen=True)
-class Judged:
-    """How a log is judged, as people write it: arguments of `watch` by their names there."""
+class WatchSettings:
+    """How a log is watched, as people write it: arguments of `watch` by their names there."""
 
     sound: str
     alarms: str
@@ -103,7 +103,7 @@ def watching(
     source: str,
     folder: Path,
     told: Mapping[str, Any],
-    judged: Judged,
+    settings: WatchSettings,
     scenario: str | Path | None,
     parameters: Mapping[str, str],
     *,
@@ -119,15 +119,15 @@ def watching(
     InputError
         Something that was given cannot be used.
     """
-    lasting = positive(judged.sound, "s", argument("sound"))
+    lasting = positive(settings.sound, "s", argument("sound"))
     if not 0 <= speed < 1e9:
         raise InputError(f"{argument('speed', speed)}: is no speed; give how many times faster, or 0")
-    rate = rate_of(judged.alarms, argument("alarms"))
-    each = positive(judged.tick, "s", argument("tick"))
-    if judged.controller is None and judged.controller_parameters is not None:
-        say = argument("controller_parameters", judged.controller_parameters)
+    rate = rate_of(settings.alarms, argument("alarms"))
+    each = positive(settings.tick, "s", argument("tick"))
+    if settings.controller is None and settings.controller_parameters is not None:
+        say = argument("controller_parameters", settings.controller_parameters)
         raise InputError(f"{say}: is of no law; name the law with {argument('controller')}")
-    law = judged.controller and law_named(judged.controller, judged.controller_parameters)
+    law = settings.controller and law_named(settings.controller, settings.controller_parameters)
     machine, of_machine = (DEFAULT, {}) if scenario is None else of_scenario(str(scenario))
     columns = replace(read_options(**told), machine=machine)
     rig = rig_of(machine)

@@ -17,7 +17,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import Assignment, ReadOptions
 from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.scenarios.logged.cells import MARKS, MOST_PLAUSIBLE, OVERRANGE
-from warmlink.orchestration.scenarios.logged.layout import conversion_to
+from warmlink.orchestration.scenarios.logged.layout import conversion_to, headings
 from warmlink.orchestration.scenarios.logged.sheet import Place, Sheet
 from warmlink.orchestration.system.units import Conversion
 
@@ -89,7 +89,14 @@ class RowReader:
 
         own = [h for h in headers if _is_correction(h)]
         empty = pd.DataFrame({i: pd.Series(dtype=object) for i in range(len(headers))})
-        sheet = Sheet(name, list(headers), [None] * len(headers), empty, told.decimal, bool(told.decimal), "")
+        sheet = Sheet(
+            name,
+            headings((list(headers), [None] * len(headers))),
+            empty,
+            told.decimal,
+            bool(told.decimal),
+            "",
+        )
         named = dict.fromkeys(own, "")
         assigned = Assignment(sheet, rig, told, named)
         self._name, self._clock = name, assigned.time()[0]

@@ -44,12 +44,13 @@ class Update:
 class Integrable(Protocol):
     """A model as it is integrated; between two communication steps it is in event mode.
 
+    It is told whether there was an event as it enters that, and does not only stand at the end of a step.
     `completed` notes that a step of the solver is done, and tells whether that is an event, and whether the
     simulation is to end.
     """
 
     def update(self) -> Update: ...  # noqa: D102
-    def enter_event_mode(self) -> None: ...  # noqa: D102
+    def enter_event_mode(self, event: bool) -> None: ...  # noqa: D102
     def enter_continuous_time_mode(self) -> None: ...  # noqa: D102
     def states(self) -> Array: ...  # noqa: D102
     def nominals(self) -> Array: ...  # noqa: D102
@@ -74,8 +75,8 @@ def integrate(model: Integrable, time: float, end: float, tolerance: float) -> b
     while not update.ends and time < end - late:
         model.enter_continuous_time_mode()
         until = update.next_event if update.next_event <= end + late else end
-        time, ends = _without_events(model, time, until, tolerance)
-        model.enter_event_mode()
+        time, event, ends = _without_events(model, time, until, tolerance)
+        model.enter_event_mode(event or until == update.next_event)
         update, events = settled(model), events + 1
         if ends:
             return True
@@ -93,10 +94,12 @@ def settled(model: Integrable) -> Update:
     raise IntegrationError(f"its discrete states do not agree in {MOST_ROUNDS} rounds of one event")
 
 
-def _without_events(model: Integrable, time: float, until: float, tolerance: float) -> tuple[float, bool]:
-    """Go on to a time in s or to an event before it; give the time, and whether the simulation is to end."""
+def _without_events(
+    model: Integrable, time: float, until: float, tolerance: float
+) -> tuple[float, bool, bool]:
+    """Go on to a time in s or an event before; give the time, whether there is one, whether all is to end."""
     if until <= time:
-        return time, False
+        return time, False, False
     states = model.states()
     model.move(time, states)
     positive = model.indicators() > 0
@@ -112,8 +115,8 @@ def _without_events(model: Integrable, time: float, until: float, tolerance: flo
         reached = _move_to_crossing(model, solver, positive) if crossed else float(solver.t)
         event, ends = model.completed()
         if crossed or event or ends:
-            return reached, ends
-    return until, False
+            return reached, True, ends
+    return until, False, False
 
 
 def _move_to_crossing(model: Integrable, solver: Any, positive: Any) -> float:

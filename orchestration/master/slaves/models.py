@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from ctypes import Structure, byref, c_bool, c_double, c_int
+from ctypes import Structure, byref, c_bool, c_byte, c_double, c_int
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,7 +15,12 @@ from warmlink.orchestration.master.slaves import under_way
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.integration import IntegrationError, Update, integrate, settled
 from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError
-from warmlink.orchestration.master.slaves.versions import Fmi2Slave, Fmi3Slave, resource_path
+from warmlink.orchestration.master.slaves.versions import (
+    Fmi1Slave,
+    Fmi2Slave,
+    Fmi3Slave,
+    resource_path,
+)
 
 TOLERANCE = 1e-8
 """Relative, where neither the run nor the FMU names one."""
@@ -73,7 +78,7 @@ class ModelSlave(FmiSlave):
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done; tell whether it is an event, and whether all is to end."""
 
-    def enter_event_mode(self) -> None:
+    def enter_event_mode(self, event: bool) -> None:
         """Enter event mode."""
         self._ask("EnterEventMode")
 
@@ -116,6 +121,53 @@ class ModelSlave(FmiSlave):
         status = self._functions[name](self.component, *arguments)
         if status > 1:
             self.fail(name, status)
+
+
+class _EventInfo1(Structure):
+    """`fmiEventInfo` of FMI 1.0."""
+
+    _fields_: ClassVar[Any] = [
+        *((name, c_byte) for name in ("converged", "references", "states", "ends", "has_next")),
+        ("next_event", c_double),
+    ]
+
+
+class Fmi1Model(ModelSlave, Fmi1Slave):
+    """One instance of an FMI 1.0 FMU for model exchange, which has no modes: it is told of events alone."""
+
+    rates_named = "GetDerivatives"
+
+    def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
+        """Instantiate; the callbacks live as long as this object."""
+        return self.logging(self.function("Instantiate")(name, token, self.callbacks(), False))
+
+    def exit_initialization(self) -> None:
+        """Initialize; what is set before that is what the model initializes with."""
+        self._told, self._due = _EventInfo1(), False
+        self._ask("SetTime", self.time)
+        self._ask("ExitInitializationMode", True, self._tolerance, byref(self._told))
+        self.look_around("during initialization")
+
+    def enter_event_mode(self, event: bool) -> None:
+        """Note whether there is an event."""
+        self._due = event
+
+    def enter_continuous_time_mode(self) -> None:
+        """Do nothing."""
+
+    def update(self) -> Update:
+        """Handle an event, if there is one; else what was told of the next one still holds."""
+        if self._due:
+            self._ask("EventUpdate", False, byref(self._told))
+        told = self._told
+        self._due = self._due and not told.converged
+        return Update(self._due, bool(told.ends), told.next_event if told.has_next else np.inf)
+
+    def completed(self) -> tuple[bool, bool]:
+        """Note that a step of the solver is done."""
+        event = c_byte()
+        self._ask("CompletedIntegratorStep", byref(event))
+        return bool(event.value), False
 
 
 class _EventInfo(Structure):

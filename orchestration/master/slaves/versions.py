@@ -41,14 +41,20 @@ class Fmi1Slave(FmiSlave):
 
     def instantiate(self, name: bytes, token: bytes, resources: Path) -> int | None:
         """Instantiate; the callbacks live as long as this object."""
+        place, kind = resources.parent.absolute().as_uri().encode(), b"application/x-fmu-sharedlibrary"
+        given = name, token, place, kind, 0.0, False, False, self.callbacks(), False
+        return self.logging(self.function("Instantiate")(*given))
+
+    def callbacks(self) -> Callbacks1:
+        """Give the functions that the FMU may call, which live as long as this object."""
         self._negated: dict[Names, list[int]] = {}
         self._callbacks = _callbacks(self.log.key)
-        functions = Callbacks1.from_buffer_copy(self._callbacks)
-        place, kind = resources.parent.absolute().as_uri().encode(), b"application/x-fmu-sharedlibrary"
-        given = name, token, place, kind, 0.0, False, False, functions, False
-        found: int | None = self.function("Instantiate")(*given)
-        FmuLog.open[found or 0] = self.log  # its lines bear its address
-        return found
+        return Callbacks1.from_buffer_copy(self._callbacks)
+
+    def logging(self, component: int | None) -> int | None:
+        """Give the instance's address, which its lines of the log bear."""
+        FmuLog.open[component or 0] = self.log
+        return component
 
     def ask_for_log(self) -> None:
         """Ask for nothing: FMI 1.0 has no categories, and what a slave logs unasked is on failures."""

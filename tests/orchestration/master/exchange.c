@@ -1,7 +1,11 @@
 /* A model for model exchange: a ball that falls under g and a wind u, and bounces with restitution 1/2; a clock
  * that counts whole seconds; the simulation ends when it has counted to `last`. With flag 1 its discrete states
  * never agree; with flag 2 it asks for an event after every step of the solver. */
-#if FMI == 3
+#if FMI == 1
+#include <stddef.h>
+typedef char Flag;
+typedef int Status;
+#elif FMI == 3
 #include "fmi3Functions.h"
 typedef fmi3Boolean Flag;
 typedef fmi3Status Status;
@@ -58,7 +62,35 @@ static int states(Model *m, double *x) { return x[0] = m->r[H], x[1] = m->r[FALL
 static int move(Model *m, const double *x) { return m->r[H] = x[0], m->r[FALL] = x[1], 0; }
 static int ones(double *x) { return x[0] = x[1] = 1, 0; }
 
-#if FMI == 3
+#if FMI == 1
+typedef void *C;
+typedef struct { void *functions[4]; } Callbacks;
+typedef struct { char converged, references, states, ends, defined; double next; } Info;
+#define NAMED(name) Exchange_fmi##name
+const char *NAMED(GetModelTypesPlatform)(void) { return "standard32"; }
+const char *NAMED(GetVersion)(void) { return "1.0"; }
+int NAMED(SetDebugLogging)(C c, char on) { return 0; }
+C NAMED(InstantiateModel)(const char *name, const char *guid, Callbacks callbacks, char logging) { return begun(); }
+void NAMED(FreeModelInstance)(C c) { free(c); }
+int NAMED(GetReal)(C c, const unsigned v[], size_t n, double x[]) { return get(c, v, n, x); }
+int NAMED(SetReal)(C c, const unsigned v[], size_t n, const double x[]) { return set(c, v, n, x); }
+int NAMED(EventUpdate)(C c, char between, Info *e)
+{
+    Flag again;
+    int status = round_of_event(c, &again, &e->ends, &e->states, &e->defined, &e->next);
+    return e->converged = !again, status;
+}
+int NAMED(Initialize)(C c, char d, double tolerance, Info *e) { return NAMED(EventUpdate)(c, 0, e); }
+int NAMED(GetDerivatives)(C c, double x[], size_t n) { return rates(c, x); }
+int NAMED(GetNominalContinuousStates)(C c, double x[], size_t n) { return ones(x); }
+int NAMED(GetStateValueReferences)(C c, unsigned v[], size_t n) { return v[0] = H, v[1] = FALL, 0; }
+int NAMED(GetInteger)(void) { return 3; }
+int NAMED(SetInteger)(void) { return 3; }
+int NAMED(GetBoolean)(void) { return 3; }
+int NAMED(SetBoolean)(void) { return 3; }
+int NAMED(GetString)(void) { return 3; }
+int NAMED(SetString)(void) { return 3; }
+#elif FMI == 3
 typedef fmi3Instance C;
 #define NAMED(name) fmi3##name
 fmi3Status fmi3SetDebugLogging(C c, fmi3Boolean on, size_t n, const fmi3String k[]) { return 0; }
@@ -101,7 +133,11 @@ fmi2Status fmi2NewDiscreteStates(C c, fmi2EventInfo *e)
 }
 fmi2Status fmi2GetDerivatives(C c, double x[], size_t n) { return rates(c, x); }
 #endif
+#if FMI == 1
+int NAMED(CompletedIntegratorStep)(C c, Flag *event) { return *event = ((Model *)c)->r[FLAW] == 2, 0; }
+#else
 void NAMED(FreeInstance)(C c) { free(c); }
+#endif
 Status NAMED(ExitInitializationMode)(C c) { return 0; }
 Status NAMED(Terminate)(C c) { return 0; }
 Status NAMED(EnterEventMode)(C c) { return 0; }

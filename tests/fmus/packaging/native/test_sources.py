@@ -138,7 +138,7 @@ def test_any_tool_can_recompile_the_sources_inside(
 def test_optimised_sources_have_no_warning_either(
     version: FmiVersion, c_compiler: Compiler, tmp_path: Path
 ) -> None:
-    """An optimising compiler follows a table's rows; the standard's header declares callbacks by ()."""
+    """A table's rows, which an optimising compiler follows; FMI's own header declares callbacks by ()."""
     sources, _ = native_sources(COMPONENTS["RecordedDuty"], version)
     for file, text in sources.items():
         (tmp_path / file).write_text(text)
