@@ -143,9 +143,9 @@ class Fmi1Model(ModelSlave, Fmi1Slave):
 
     def exit_initialization(self) -> None:
         """Initialize; what is set before that is what the model initializes with."""
-        self._told, self._due = _EventInfo1(), False
+        self._event, self._due = _EventInfo1(), False
         self._ask("SetTime", self.time)
-        self._ask("ExitInitializationMode", True, self._tolerance, byref(self._told))
+        self._ask("ExitInitializationMode", True, self._tolerance, byref(self._event))
         self.look_around("during initialization")
 
     def enter_event_mode(self, event: bool) -> None:
@@ -158,8 +158,8 @@ class Fmi1Model(ModelSlave, Fmi1Slave):
     def update(self) -> Update:
         """Handle an event, if there is one; else what was told of the next one still holds."""
         if self._due:
-            self._ask("EventUpdate", False, byref(self._told))
-        told = self._told
+            self._ask("EventUpdate", False, byref(self._event))
+        told = self._event
         self._due = self._due and not told.converged
         return Update(self._due, bool(told.ends), told.next_event if told.has_next else np.inf)
 
