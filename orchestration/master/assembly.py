@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.files import scratch_folder
 from warmlink.fmus.packaging.cache import cache_folder
 from warmlink.orchestration.master.algorithms.structure import feedthrough_order
+from warmlink.orchestration.master.slaves.events import Fmi3EventSlave
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.isolation import UNLIMITED, IsolatedSlave, Isolation
 from warmlink.orchestration.master.slaves.models import Fmi1Model, Fmi2Model, Fmi3Model
@@ -116,7 +117,9 @@ def _home(fmu: Path, other: Path) -> Path:
 
 def open_slave(name: str, info: ModelInfo, folder: Path) -> FmiSlave:
     """Instantiate an FMU that was unpacked into `folder`."""
-    return _KINDS[info.fmi_version, info.interface](name, info, folder)
+    kind = _KINDS[info.fmi_version, info.interface]
+    kind = Fmi3EventSlave if kind is Fmi3Slave and info.capabilities.event_mode else kind
+    return kind(name, info, folder)
 
 
 def initialize(network: Network, experiment: RunSpan, values: Mapping[str, Mapping[str, Value]]) -> None:

@@ -46,6 +46,7 @@ _FLAGS = {
     "directional_derivatives": ("providesDirectionalDerivative", "providesDirectionalDerivatives"),
     "interpolate_inputs": ("canInterpolateInputs",) * 2,
     "intermediate_update": ("providesIntermediateUpdate",) * 2,
+    "event_mode": ("hasEventMode",) * 2,
 }
 
 

@@ -189,6 +189,7 @@ class Capabilities:
     interpolate_inputs: bool = False
     once_per_process: bool = False
     intermediate_update: bool = False
+    event_mode: bool = False
     internal_step: float | None = None
 
 

@@ -70,11 +70,10 @@ def integrate(model: Integrable, time: float, end: float, tolerance: float) -> b
     It is in event mode before, with its inputs set, and after. The tolerance is relative, and absolute as a
     share of each state's nominal value. IntegrationError if the solver fails or the events do not end.
     """
-    late, events = _ROUNDING * abs(end), 0
-    update = settled(model)
-    while not update.ends and time < end - late:
+    update, events = settled(model), 0
+    while not update.ends and not at_end(time, end):
         model.enter_continuous_time_mode()
-        until = update.next_event if update.next_event <= end + late else end
+        until = update.next_event if at_end(end, update.next_event) else end
         time, event, ends = _without_events(model, time, until, tolerance)
         model.enter_event_mode(event or until == update.next_event)
         update, events = settled(model), events + 1
@@ -85,7 +84,18 @@ def integrate(model: Integrable, time: float, end: float, tolerance: float) -> b
     return update.ends
 
 
-def settled(model: Integrable) -> Update:
+class Eventful(Protocol):
+    """What has events, each of which may take several rounds."""
+
+    def update(self) -> Update: ...  # noqa: D102
+
+
+def at_end(time: float, end: float) -> bool:
+    """Tell whether a time in s has reached another one, but for rounding."""
+    return time >= end - _ROUNDING * abs(end)
+
+
+def settled(model: Eventful) -> Update:
     """Update a model's discrete states until they agree, and give the last update."""
     for _ in range(MOST_ROUNDS):
         update = model.update()

@@ -83,7 +83,14 @@ _OF_INTERFACE = {
         **{"DoStep": "pddi", "GetBooleanStatus": "pip", "GetRealStatus": "pip"},
         **{"SetRealInputDerivatives": "ppnpp"},
     },
-    ("fmi3", "CoSimulation"): {"InstantiateCoSimulation": "sssbbbbpnppp", "DoStep": "pddbpppp"},
+    ("fmi3", "CoSimulation"): {
+        **{
+            "InstantiateCoSimulation": "sssbbbbpnppp",
+            "DoStep": "pddbpppp",
+            "UpdateDiscreteStates": "ppppppp",
+        },
+        **{"EnterEventMode": "p", "EnterStepMode": "p"},
+    },
     ("fmi2", "ModelExchange"): {
         **_MODES,
         **_MODEL,

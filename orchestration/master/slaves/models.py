@@ -12,6 +12,7 @@ import numpy as np
 
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.master.slaves import under_way
+from warmlink.orchestration.master.slaves.events import update_discrete_states
 from warmlink.orchestration.master.slaves.fmi import FmiSlave
 from warmlink.orchestration.master.slaves.integration import IntegrationError, Update, integrate, settled
 from warmlink.orchestration.master.slaves.slave import Names, RunSpan, SlaveError
@@ -80,11 +81,11 @@ class ModelSlave(FmiSlave):
 
     def enter_event_mode(self, event: bool) -> None:
         """Enter event mode."""
-        self._ask("EnterEventMode")
+        self.ask("EnterEventMode")
 
     def enter_continuous_time_mode(self) -> None:
         """Enter continuous-time mode."""
-        self._ask("EnterContinuousTimeMode")
+        self.ask("EnterContinuousTimeMode")
 
     def states(self) -> Array:
         """Give the continuous states."""
@@ -104,23 +105,18 @@ class ModelSlave(FmiSlave):
 
     def move(self, time: float, states: Array) -> None:
         """Set time in s and continuous states."""
-        self._ask("SetTime", time)
+        self.ask("SetTime", time)
         held = self._filled["GetContinuousStates"]
         held[:] = states
         if len(held):
-            self._ask("SetContinuousStates", held.ctypes.data, len(held))
+            self.ask("SetContinuousStates", held.ctypes.data, len(held))
 
     def _numbers(self, name: str) -> Array:
         """Give what a function fills an array with."""
         filled = self._filled[name]
         if len(filled):
-            self._ask(name, filled.ctypes.data, len(filled))
+            self.ask(name, filled.ctypes.data, len(filled))
         return filled
-
-    def _ask(self, name: str, *arguments: Any) -> None:
-        status = self._functions[name](self.component, *arguments)
-        if status > 1:
-            self.fail(name, status)
 
 
 class _EventInfo1(Structure):
@@ -144,8 +140,8 @@ class Fmi1Model(ModelSlave, Fmi1Slave):
     def exit_initialization(self) -> None:
         """Initialize; what is set before that is what the model initializes with."""
         self._event, self._due = _EventInfo1(), False
-        self._ask("SetTime", self.time)
-        self._ask("ExitInitializationMode", True, self._tolerance, byref(self._event))
+        self.ask("SetTime", self.time)
+        self.ask("ExitInitializationMode", True, self._tolerance, byref(self._event))
         self.look_around("during initialization")
 
     def enter_event_mode(self, event: bool) -> None:
@@ -158,7 +154,7 @@ class Fmi1Model(ModelSlave, Fmi1Slave):
     def update(self) -> Update:
         """Handle an event, if there is one; else what was told of the next one still holds."""
         if self._due:
-            self._ask("EventUpdate", False, byref(self._event))
+            self.ask("EventUpdate", False, byref(self._event))
         told = self._event
         self._due = self._due and not told.converged
         return Update(self._due, bool(told.ends), told.next_event if told.has_next else np.inf)
@@ -166,7 +162,7 @@ class Fmi1Model(ModelSlave, Fmi1Slave):
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done."""
         event = c_byte()
-        self._ask("CompletedIntegratorStep", byref(event))
+        self.ask("CompletedIntegratorStep", byref(event))
         return bool(event.value), False
 
 
@@ -187,13 +183,13 @@ class Fmi2Model(ModelSlave, Fmi2Slave):
     def update(self) -> Update:
         """Do one round of an event."""
         info = _EventInfo()
-        self._ask("NewDiscreteStates", byref(info))
+        self.ask("NewDiscreteStates", byref(info))
         return Update(bool(info.again), bool(info.ends), info.next_event if info.has_next else np.inf)
 
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done."""
         event, ends = c_int(), c_int()
-        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        self.ask("CompletedIntegratorStep", True, byref(event), byref(ends))
         return bool(event.value), bool(ends.value)
 
 
@@ -210,14 +206,10 @@ class Fmi3Model(ModelSlave, Fmi3Slave):
 
     def update(self) -> Update:
         """Do one round of an event."""
-        again, ends, nominals, states, has_next = (c_bool() for _ in range(5))
-        at = c_double()
-        flags = (byref(each) for each in (again, ends, nominals, states, has_next))
-        self._ask("UpdateDiscreteStates", *flags, byref(at))
-        return Update(again.value, ends.value, at.value if has_next.value else np.inf)
+        return update_discrete_states(self.ask)
 
     def completed(self) -> tuple[bool, bool]:
         """Note that a step of the solver is done."""
         event, ends = c_bool(), c_bool()
-        self._ask("CompletedIntegratorStep", True, byref(event), byref(ends))
+        self.ask("CompletedIntegratorStep", True, byref(event), byref(ends))
         return event.value, ends.value

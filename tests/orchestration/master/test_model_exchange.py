@@ -155,7 +155,8 @@ def test_steps_are_repeated_to_the_last_bit(ball: Path) -> None:
     assert 0 < abs(coarse["b.h"][-1] - once["b.h"][-1]) < 0.1
 
 
-def test_isolated_it_is_the_same(ball: Path) -> None:
+def test_isolated_it_is_the_same(tmp_path: Path) -> None:
+    ball = compiled(tmp_path, Path(__file__).with_name("exchange.c"), description("2.0"))
     alone = simulate(assemble("one", {"a": ball}), 1.0, 0.125, isolation=Isolation())
     np.testing.assert_array_equal(alone["a.h"], ran(ball, 0.125, 1.0)["a.h"])
 
