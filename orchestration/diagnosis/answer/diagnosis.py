@@ -209,12 +209,7 @@ class Diagnosis:
         if self.verdict == "adequate":
             return stated
         asked = unchanging_inputs(self.experiment) if self.verdict == "unknown" else ()
-        return (*self._misread, *stated) or asked
-
-    @cached_property
-    def _misread(self) -> tuple[str, ...]:
-        """Sentences on columns that look stuck, swapped or in another unit, by the uncorrected model."""
-        return doubts_of(self.assessment)
+        return (*doubts_of(self.assessment), *stated) or asked
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
