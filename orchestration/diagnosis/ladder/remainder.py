@@ -17,7 +17,6 @@ from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
 from warmlink.orchestration.diagnosis.ladder.bank import Bank, bank_of
-from warmlink.orchestration.diagnosis.ladder.least_squares import regressed
 from warmlink.orchestration.diagnosis.ladder.signals import growth_output
 
 _RIDGES = (10.0, 1.0, 0.1, 0.01, 1e-3)
@@ -43,7 +42,7 @@ class Remainder:
     channels : output of the component by variable
     left : error in blocks, mean over the channels of its logarithm
     bank : the lags that are weighted
-    weights : of the lags and of the model's own course, and a constant, by variable
+    weights : of the lags and of the model's own course, a constant, and the error in blocks, by variable
     """
 
     readings: tuple[Array, ...]
@@ -52,7 +51,7 @@ class Remainder:
     channels: Mapping[str, str]
     left: float
     bank: Bank
-    weights: Mapping[str, tuple[Array, float]]
+    weights: Mapping[str, tuple[Array, float, float]]
 
     def corrected(self, problem: Problem, readings: Sequence[Array]) -> tuple[Array, ...]:
         """A model's readings with what was learnt, in the runs of any experiment on the same machine.
@@ -64,11 +63,24 @@ class Remainder:
         """
         found = [each.copy() for each in readings]
         for run, (table, lags) in enumerate(zip(found, self.bank.lags(problem, readings), strict=True)):
-            for variable, (weights, offset) in self.weights.items():
+            for variable, (weights, offset, _) in self.weights.items():
                 channel = problem.variables.index(variable)
                 own = self.bank.own(problem, run, readings[run][:, channel])
                 table[:, channel] += lags @ weights[:-1] + weights[-1] * own + offset
         return tuple(found)
+
+    def only(self, variables: Sequence[str], problem: Problem, readings: Sequence[Array]) -> Remainder:
+        """The same for some of the variables alone; the experiment and the model as for `corrected`."""
+        kept = {name: each for name, each in self.weights.items() if name in variables}
+        gone = {
+            key
+            for name, each in self.weights.items()
+            if name not in kept
+            for key in _values_of(self.bank.places, name, *each)
+        }
+        values = {key: value for key, value in self.values.items() if key not in gone}
+        found = replace(self, values=values, weights=kept)
+        return replace(found, readings=found.corrected(problem, readings))
 
 
 def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
@@ -95,7 +107,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
             lefts.append(_rms(problem, channel, readings))
             continue
         lefts.append(known[2])
-        weighted[variable] = known[:2]
+        weighted[variable] = known
         values |= _values_of(bank.places, variable, *known)
     if not weighted:
         return None
@@ -127,6 +139,38 @@ def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
     return float(np.sqrt(np.mean(errors[read] ** 2))) if read.any() else 1.0
 
 
+class _Moments:
+    """Sums of products of columns and what they explain, by block of rows: of lags, the target, and 1.
+
+    Whatever blocks and columns are left out, a regression needs no more than these.
+    """
+
+    def __init__(self, x: Array, y: Array, block: NDArray[np.int64]) -> None:
+        self._zero = np.append(x.mean(axis=0), y.mean())
+        table = np.column_stack([np.column_stack([x, y]) - self._zero, np.ones(y.size)])
+        parts = (table[block == b] for b in np.unique(block))
+        self._by_block = np.array([part.T @ part for part in parts])
+        self._whole = self._by_block.sum(axis=0)
+
+    def fitted(self, form: _Form) -> tuple[Array, float]:
+        """Weight of each lag, 0 for those that are not used, and a constant."""
+        told = -form.left(self._whole)
+        weights = told[:-2]
+        return weights, float(told[-1] + self._zero[-1] - self._zero[:-1] @ weights)
+
+    def squares(self, form: _Form | None) -> Array:
+        """Squared error of each block of rows by what the others teach, or by nothing, shape (blocks,)."""
+        if form is None:
+            added = self._zero[-1]  # what is left counts from 0
+            return np.asarray(
+                self._by_block[:, -2, -2]
+                + 2 * added * self._by_block[:, -2, -1]
+                + added**2 * self._by_block[:, -1, -1]
+            )
+        left = form.left(self._whole - self._by_block)
+        return np.asarray(np.einsum("bi,bij,bj->b", left, self._by_block, left))
+
+
 @dataclass(frozen=True)
 class _Form:
     """Which lags are weighted, and how strongly the ridge holds them back."""
@@ -134,20 +178,22 @@ class _Form:
     lags: NDArray[np.bool_]
     share: float
 
-    def fitted(self, x: Array, y: Array) -> tuple[Array, float]:
-        """Weight of each lag, 0 for those that are not used, and a constant."""
-        weights, zero = regressed(x[:, self.lags], y[:, None], self.share)
-        whole = np.zeros(self.lags.size)
-        whole[self.lags] = weights[:, 0]
-        return whole, float(zero[0])
-
-    def squares(self, x: Array, y: Array, block: NDArray[np.int64]) -> Array:
-        """Squared error of each block of rows by what the others teach, shape (blocks,)."""
-        found = []
-        for b in np.unique(block):
-            weights, zero = self.fitted(x[block != b], y[block != b])
-            found.append(np.sum((y - x @ weights - zero)[block == b] ** 2))
-        return np.array(found)
+    def left(self, moments: Array) -> Array:
+        """What is left of the target, as weights of lags, target and 1, shape (..., lags + 2)."""
+        used = np.flatnonzero(self.lags)
+        count = moments[..., -1, -1]
+        mean = moments[..., -1, :-1] / count[..., None]
+        spread = moments[..., :-1, :-1] / count[..., None, None] - mean[..., :, None] * mean[..., None, :]
+        power = np.diagonal(spread, axis1=-2, axis2=-1)[..., used]
+        least = 1e-12 * np.diagonal(moments, axis1=-2, axis2=-1)[..., used] / count[..., None]
+        size = np.where(power > least, np.sqrt(np.maximum(power, 1e-300)), np.inf)
+        gram = spread[..., used[:, None], used] / size[..., :, None] / size[..., None, :]
+        target = spread[..., used, -1] / size
+        weights = np.linalg.solve(gram + self.share * np.eye(used.size), target[..., None])[..., 0] / size
+        result = np.zeros(moments.shape[:-1])
+        result[..., used], result[..., -2] = -weights, 1.0
+        result[..., -1] = np.sum(mean[..., used] * weights, axis=-1) - mean[..., -1]
+        return result
 
 
 def _forms(x: Array, measured: int) -> list[_Form]:
@@ -187,12 +233,13 @@ def _channel(
     forms = _forms(x, measured) if y.size >= _FEWEST else []
     if not forms:
         return None
-    tried = [(form, form.squares(x, y, block)) for form in forms]
+    moments = _Moments(x, y, block)
+    tried = [(form, moments.squares(form)) for form in forms]
     least = min((squares for _, squares in tried), key=lambda squares: float(squares.sum()))
-    if not _clearly(np.array([np.sum(y[block == b] ** 2) for b in np.unique(block)]), least):
+    if not _clearly(moments.squares(None), least):
         return None
     form, squares = next(each for each in tried if not _clearly(each[1], least))
-    return *form.fitted(x, y), float(np.sqrt(squares.sum() / y.size))
+    return *moments.fitted(form), float(np.sqrt(squares.sum() / y.size))
 
 
 def _clearly(more: Array, less: Array) -> bool:
