@@ -33,7 +33,7 @@ _FINE = 20.0
 """Steps in a time constant of a lag, where it is used."""
 
 _EVEN = 1e-12
-"""Difference of what a lag keeps from row to row, up to which rows are even and one filter serves them all."""
+"""Difference of what a lag keeps from row to row, up to which one filter serves them all."""
 
 _LATER = 0.7
 """Share of the fitted time of a run on which forms are fitted that are then judged on the rest."""

@@ -40,7 +40,6 @@ class Remainder:
     wires : input of the component by the variable of the system that it takes; an input of the system stands
         for what feeds it
     channels : output of the component by variable
-    left : error in blocks, mean over the channels of its logarithm
     bank : the lags that are weighted
     weights : of the lags and of the model's own course, a constant, and the error in blocks, by variable
     """
@@ -49,7 +48,6 @@ class Remainder:
     values: Mapping[str, float]
     wires: Mapping[str, str]
     channels: Mapping[str, str]
-    left: float
     bank: Bank
     weights: Mapping[str, tuple[Array, float, float]]
 
@@ -94,7 +92,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     bank, growth = bank_of(problem, readings), growth_output(problem)
     if bank is None:
         return None
-    lags, weighted, lefts = bank.lags(problem, readings), {}, []
+    lags, weighted = bank.lags(problem, readings), {}
     values = {f"time_constant[{k}]": constant for k, constant in enumerate(bank.constants, 1)}
     values |= {f"scale[{j}]": float(each) for j, each in enumerate(bank.scale, 1)}
     values |= _ends(np.concatenate([table[d.fitted] for table, d in zip(lags, problem.data, strict=True)]))
@@ -103,12 +101,9 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
         taken = variable in (*bank.places, growth)
         measured = sum(name in problem.variables for name in bank.places)
         known = _channel(problem, channel, lags, readings, own, measured) if taken else None
-        if known is None:
-            lefts.append(_rms(problem, channel, readings))
-            continue
-        lefts.append(known[2])
-        weighted[variable] = known
-        values |= _values_of(bank.places, variable, *known)
+        if known is not None:
+            weighted[variable] = known
+            values |= _values_of(bank.places, variable, *known)
     if not weighted:
         return None
     wires = {f"temperature[{i}]": name for i, name in enumerate(bank.places, 1)}
@@ -116,8 +111,7 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     wires |= dict(bank.drives) | ({"elongation": growth} if growth else {})
     channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(bank.places, 1)}
     channels |= {growth: "corrected_elongation"} if growth else {}
-    left = float(np.mean(np.log(np.maximum(lefts, 1e-15))))
-    found = Remainder(tuple(readings), values, wires, channels, left, bank, weighted)
+    found = Remainder(tuple(readings), values, wires, channels, bank, weighted)
     return replace(found, readings=found.corrected(problem, readings))
 
 
@@ -129,14 +123,6 @@ def _ends(lags: Array) -> dict[str, float]:
         for j, both in ends
         for name, each in zip(("least", "largest"), both, strict=True)
     }
-
-
-def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
-    """Error of a channel on fitted rows."""
-    runs = zip(problem.data, readings, strict=True)
-    errors = np.concatenate([(d.readings - r)[d.fitted, channel] for d, r in runs])
-    read = np.isfinite(errors)
-    return float(np.sqrt(np.mean(errors[read] ** 2))) if read.any() else 1.0
 
 
 class _Moments:

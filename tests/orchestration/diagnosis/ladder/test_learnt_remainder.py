@@ -10,8 +10,14 @@ from warmlink.fmus.component.instance import Instance
 from warmlink.fmus.remainder.component import COMPONENT
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.diagnose import read
+from warmlink.orchestration.diagnosis.fit.fitted import Carried
+from warmlink.orchestration.diagnosis.fit.fitting import Fit, FitPoint
+from warmlink.orchestration.diagnosis.fit.noise import NoiseModel
 from warmlink.orchestration.diagnosis.fit.problem import Problem
+from warmlink.orchestration.diagnosis.fit.wandering import STILL
 from warmlink.orchestration.diagnosis.ladder.baselines import filtered
+from warmlink.orchestration.diagnosis.ladder.delivered import REMAINDER, UNCORRECTED, Delivery
+from warmlink.orchestration.diagnosis.ladder.prediction import Predicted, Scores
 from warmlink.orchestration.diagnosis.ladder.remainder import remainder
 from warmlink.orchestration.diagnosis.ladder.wired import with_remainder
 from warmlink.orchestration.diagnosis.practice.hide import hide, write_csv
@@ -61,6 +67,29 @@ def test_noise_asks_for_no_remainder(problem: Problem) -> None:
     sound = problem.finest(0, problem.neutral[0])
     learnt = remainder(problem, [sound])
     assert learnt is None or off(problem, learnt.readings[0]) < 1.1 * off(problem, sound)
+
+
+def test_a_channel_that_held_out_rows_do_not_ask_for_keeps_the_model(problem: Problem) -> None:
+    """The growth lacks something for good, the shaft's error is gone with the fitted rows."""
+    data, readings = problem.data[0], lacking(problem)
+    shaft, growth = (problem.variables.index(n) for n in ("motor.shaft_temperature", "link.elongation"))
+    course = np.sin(np.linspace(0.0, 3.0, data.time.size))
+    readings[:, shaft] -= np.where(data.fitted, 2.0 * course, 0.0)
+    whole = remainder(problem, [readings])
+    assert whole is not None
+    assert "motor.shaft_temperature" in whole.weights
+    stands = Fit((), (), np.zeros(0), FitPoint(0.0, (), ()), ())
+    model = Predicted(Carried(problem, stands), (readings,))
+    noise = [NoiseModel(0.1 if problem.experiment.rig.unit(n) == "K" else 4e-7) for n in problem.variables]
+    delivery = Delivery(Scores(problem, noise, stands), STILL, {UNCORRECTED: model}, "unknown", False)
+    assert delivery.name == REMAINDER
+    assert delivery.remainder is not None
+    assert list(delivery.remainder.weights) == ["link.elongation"]
+    told = delivery.adopted.readings[0]
+    assert np.array_equal(told[:, shaft], readings[:, shaft])
+    assert off(problem, told) < 0.4 * off(problem, readings)
+    assert not any(key.startswith("temperature_weight") for key in delivery.remainder.values)
+    assert np.array_equal(told[:, growth], whole.readings[0][:, growth])
 
 
 def test_held_out_rows_teach_nothing(problem: Problem) -> None:
