@@ -127,8 +127,8 @@ class Delivery:
     def _learnt(self) -> tuple[str, Remainder] | None:
         """The model that is best with its remainder, and that remainder.
 
-        A remainder corrects the channels alone that held-out rows tell clearly better with it. None if nothing
-        is held out, or the best model is within the noise there, or there is no such channel.
+        A remainder corrects the channels alone that held-out rows tell clearly better with it. None if none
+        is such, or nothing is held out, or the best model is within the noise there.
         """
         if not self._is_off:
             return None
