@@ -22,8 +22,8 @@ from warmlink.orchestration.diagnosis.ladder.signals import growth_output
 _RIDGES = (10.0, 1.0, 0.1, 0.01, 1e-3)
 """Strengths that are tried, strongest first: shares of the lags' own power that are added."""
 
-_BLOCKS = 5
-"""Blocks in time of each fitted run."""
+_BLOCKS, _MANY = 5, 3
+"""Blocks in time of each fitted run; runs from which each is a block of its own."""
 
 _FEWEST = 60
 """Fitted readings of a channel, at least."""
@@ -79,6 +79,11 @@ class Remainder:
         values = {key: value for key, value in self.values.items() if key not in gone}
         found = replace(self, values=values, weights=kept)
         return replace(found, readings=found.corrected(problem, readings))
+
+
+def leaves_out_runs(problem: Problem) -> bool:
+    """Whether so many runs are fitted that each is left out in turn, as another duty cycle."""
+    return len(problem.fitted_runs) >= _MANY
 
 
 def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
@@ -214,7 +219,8 @@ def _channel(
         there = np.flatnonzero(data.fitted & np.isfinite(left))
         rows.append(np.column_stack([table, own[run]])[there])
         targets.append(left[there])
-        blocks.append(_BLOCKS * run + _BLOCKS * np.arange(there.size) // max(there.size, 1))
+        parts = 1 if leaves_out_runs(problem) else _BLOCKS
+        blocks.append(parts * run + parts * np.arange(there.size) // max(there.size, 1))
     x, y, block = np.concatenate(rows), np.concatenate(targets), np.concatenate(blocks)
     forms = _forms(x, measured) if y.size >= _FEWEST else []
     if not forms:
