@@ -25,6 +25,7 @@ from warmlink.orchestration.system.model import (
     System,
     Value,
 )
+from warmlink.orchestration.system.ssp.arrays import take_apart
 from warmlink.orchestration.system.ssp.net import net_of
 from warmlink.orchestration.system.ssp.resolve import Resolver
 from warmlink.orchestration.system.ssp.ssd import Reader
@@ -226,6 +227,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
         raise InputError(f"{path.name}: the system {name} has no component; there is nothing to run")
     for element in reader.net.components.values():
         remarks += element.info.remarks if element.info else ()
+    take_apart(reader.net)
     resolver = Resolver(reader.net, reader.bindings, remarks)
     connectors = {place: resolver.connectors(place) for place in reader.net.components}
     connections = tuple(resolver.connections())

@@ -46,6 +46,7 @@ _FLAGS = {
     "directional_derivatives": ("providesDirectionalDerivative", "providesDirectionalDerivatives"),
     "interpolate_inputs": ("canInterpolateInputs",) * 2,
     "intermediate_update": ("providesIntermediateUpdate",) * 2,
+    "event_mode": ("hasEventMode",) * 2,
 }
 
 
@@ -100,10 +101,8 @@ def parse_description(root: Any, fmu: Path, where: str) -> ModelInfo:
     }
     if not interfaces:
         other = "ScheduledExecution" if root.find("ScheduledExecution") is not None else "no interface"
-        other = "model exchange of FMI 1.0" if version[0] == "1" else other
         raise InputError(
-            f"{where}: offers {other}, neither co-simulation nor model exchange of FMI 2.0 or 3.0; export "
-            "the model for co-simulation"
+            f"{where}: offers {other}, neither co-simulation nor model exchange; export the model for one"
         )
     interface: Any = next(iter(interfaces))
     identifier, capabilities = interfaces.pop(interface)

@@ -73,7 +73,10 @@ class FmuPart:
 
 @dataclass(frozen=True)
 class Connection:
-    """From an output to an input: `target = factor * source + offset` in the two variables' own units."""
+    """From an output to an input: `target = factor * source + offset` in the two variables' own units.
+
+    `values` that are no Reals become others, an Enumeration's by their integers; those without an entry stay.
+    """
 
     source_component: str
     source_variable: str
@@ -81,6 +84,7 @@ class Connection:
     target_variable: str
     factor: float = 1.0
     offset: float = 0.0
+    values: tuple[tuple[Value, Value], ...] = ()
 
     @property
     def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
@@ -185,6 +189,7 @@ class Capabilities:
     interpolate_inputs: bool = False
     once_per_process: bool = False
     intermediate_update: bool = False
+    event_mode: bool = False
     internal_step: float | None = None
 
 

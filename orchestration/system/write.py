@@ -228,6 +228,10 @@ class _Document:
             if change is not None:
                 scale = {"factor": change.factor, "offset": change.offset}
                 sub_element(drawn_link, "ssc", "LinearTransformation", **scale)
+            if edge.values is not None:
+                table = sub_element(drawn_link, "ssc", f"{edge.values.kind}MappingTransformation")
+                for source, target in edge.values.entries:
+                    sub_element(table, "ssc", "MapEntry", source=source, target=target)
         step = self.system.default_experiment.step_size
         if step is not None:  # by this OMSimulator knows a system of co-simulation, which it refuses without
             told = sub_element(_note(child, "org.openmodelica"), "oms", "Annotations")

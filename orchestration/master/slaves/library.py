@@ -49,8 +49,7 @@ _BOTH = {
 }
 _ARGUMENTS = {
     "fmi1": {
-        **{"Instantiate": "ssssdbbcb", "FreeInstance": "p", "Terminate": "p"},
-        **{"ExitInitializationMode": "pdbd"},
+        **{"FreeInstance": "p", "Terminate": "p"},
         **{f"{verb}{name}": "ppnp" for name in _TYPES["fmi1"] for verb in ("Get", "Set")},
     },
     "fmi2": {
@@ -66,23 +65,39 @@ _ARGUMENTS = {
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
     },
 }
+_MODES = dict.fromkeys(("EnterEventMode", "EnterContinuousTimeMode"), "p")
 _MODEL = {
-    **dict.fromkeys(("EnterEventMode", "EnterContinuousTimeMode"), "p"),
     **{"SetTime": "pd", "SetContinuousStates": "ppn", "GetContinuousStates": "ppn"},
     **{"GetNominalsOfContinuousStates": "ppn", "GetEventIndicators": "ppn"},
 }
 _OF_INTERFACE = {
-    ("fmi1", "CoSimulation"): {"DoStep": "pddb"},
+    ("fmi1", "CoSimulation"): {
+        **{"Instantiate": "ssssdbbcb", "ExitInitializationMode": "pdbd", "DoStep": "pddb"},
+    },
+    ("fmi1", "ModelExchange"): {
+        **_MODEL,
+        **{"Instantiate": "sscb", "ExitInitializationMode": "pbdp", "EventUpdate": "pbp"},
+        **{"CompletedIntegratorStep": "pp", "GetDerivatives": "ppn"},
+    },
     ("fmi2", "CoSimulation"): {
         **{"DoStep": "pddi", "GetBooleanStatus": "pip", "GetRealStatus": "pip"},
         **{"SetRealInputDerivatives": "ppnpp"},
     },
-    ("fmi3", "CoSimulation"): {"InstantiateCoSimulation": "sssbbbbpnppp", "DoStep": "pddbpppp"},
+    ("fmi3", "CoSimulation"): {
+        **{
+            "InstantiateCoSimulation": "sssbbbbpnppp",
+            "DoStep": "pddbpppp",
+            "UpdateDiscreteStates": "ppppppp",
+        },
+        **{"EnterEventMode": "p", "EnterStepMode": "p"},
+    },
     ("fmi2", "ModelExchange"): {
+        **_MODES,
         **_MODEL,
         **{"NewDiscreteStates": "pp", "CompletedIntegratorStep": "pipp", "GetDerivatives": "ppn"},
     },
     ("fmi3", "ModelExchange"): {
+        **_MODES,
         **_MODEL,
         **{"InstantiateModelExchange": "sssbbpp", "UpdateDiscreteStates": "ppppppp"},
         **{"CompletedIntegratorStep": "pbpp", "GetContinuousStateDerivatives": "ppn"},
@@ -93,12 +108,17 @@ _OF_INTERFACE = {
 _SPELLED = {name: name.replace("FMUState", "FMUstate").replace("Des", "DeS") for name in _BOTH}
 """Names in FMI 2.0 that differ in their capitals."""
 _SPELLED_1 = {
-    "Instantiate": "InstantiateSlave",
-    "FreeInstance": "FreeSlaveInstance",
-    "Terminate": "TerminateSlave",
-    "ExitInitializationMode": "InitializeSlave",
+    "CoSimulation": {
+        **{"Instantiate": "InstantiateSlave", "FreeInstance": "FreeSlaveInstance"},
+        **{"Terminate": "TerminateSlave", "ExitInitializationMode": "InitializeSlave"},
+    },
+    "ModelExchange": {
+        **{"Instantiate": "InstantiateModel", "FreeInstance": "FreeModelInstance"},
+        **{"GetNominalsOfContinuousStates": "GetNominalContinuousStates"},
+        **{"ExitInitializationMode": "Initialize"},
+    },
 }
-"""Names in FMI 1.0 that differ."""
+"""Names in FMI 1.0 that differ, by the interface."""
 
 
 def exchanged_as(prefix: str, variable: FmuVariable) -> tuple[str, Any] | None:
@@ -213,13 +233,12 @@ class Library:
             raise InputError(f"{told}; export it for this platform")
         here = working_folder()
         self._prefix = f"{identifier}_fmi" if prefix == "fmi1" else prefix
+        self._spelled = {"fmi1": _SPELLED_1[info.interface], "fmi2": _SPELLED}.get(prefix, {})
         try:
             os.chdir(place)  # where some libraries look for others
             self._dll = ctypes.CDLL(str(place / f"{identifier}{SUFFIX}"))
             arguments = {**_ARGUMENTS[prefix], **_OF_INTERFACE[prefix, info.interface]}
-            self.functions = {
-                each: self._declared(prefix, each, letters) for each, letters in arguments.items()
-            }
+            self.functions = {each: self._declared(each, letters) for each, letters in arguments.items()}
         except (OSError, AttributeError) as error:
             raise InputError(f"{name}: the library of {fmu} does not load: {error}") from error
         finally:
@@ -227,9 +246,8 @@ class Library:
                 with suppress(OSError):
                     os.chdir(here)
 
-    def _declared(self, prefix: str, name: str, letters: str) -> Any:
-        spelled = {"fmi1": _SPELLED_1, "fmi2": _SPELLED}.get(prefix, {})
-        function = getattr(self._dll, self._prefix + spelled.get(name, name))
+    def _declared(self, name: str, letters: str) -> Any:
+        function = getattr(self._dll, self._prefix + self._spelled.get(name, name))
         function.argtypes = [_LETTERS[letter] for letter in letters]
         function.restype = c_void_p if name.startswith("Instantiate") else c_int
         return function

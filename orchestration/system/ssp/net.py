@@ -10,7 +10,14 @@ from pathlib import Path as File
 from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import instead
 from warmlink.orchestration.system.description import read_description
-from warmlink.orchestration.system.model import Connection, Connector, Implementation, ModelInfo, System
+from warmlink.orchestration.system.model import (
+    Connection,
+    Connector,
+    Implementation,
+    ModelInfo,
+    System,
+    Value,
+)
 from warmlink.orchestration.system.units import Conversion
 
 Path = tuple[str, ...]
@@ -34,6 +41,21 @@ class Node:
 
 
 @dataclass(frozen=True)
+class ValueMap:
+    """Values, of a type of SSP, that become others; those that are no source in the table stay as they are.
+
+    An Enumeration's are the names of its items.
+    """
+
+    kind: str
+    entries: tuple[tuple[Value, Value], ...]
+
+    def applied(self, value: Value) -> Value:
+        """Give what becomes of a value."""
+        return dict(self.entries).get(value, value)
+
+
+@dataclass(frozen=True)
 class Edge:
     """A connection between connectors, or an entry of a parameter mapping between names."""
 
@@ -41,6 +63,7 @@ class Edge:
     target: Node
     transformation: Conversion | None = None
     suppress_unit_conversion: bool = False
+    values: ValueMap | None = None
 
     @property
     def ends(self) -> tuple[Node, Node]:
@@ -55,7 +78,9 @@ def edge_of(link: Connection) -> Edge:
     """Give a connection between components, in the units of their own variables."""
     source, target = (Node((component,), variable) for component, variable in link.ends)
     change = Conversion(link.factor, link.offset)
-    return Edge(source, target, None if change.identity else change, not change.identity)
+    kind = "Boolean" if any(isinstance(each, bool) for each, _ in link.values) else "Integer"
+    values = ValueMap(kind, link.values) if link.values else None
+    return Edge(source, target, None if change.identity else change, not change.identity, values)
 
 
 @dataclass(frozen=True)

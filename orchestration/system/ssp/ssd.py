@@ -14,6 +14,7 @@ from warmlink.fmus.errors import InputError
 from warmlink.fmus.names import listed
 from warmlink.orchestration.system import archive, xml
 from warmlink.orchestration.system.model import CONNECTOR_KINDS, Connector, DefaultExperiment, Implementation
+from warmlink.orchestration.system.ssp.arrays import element_of, mapped_elements
 from warmlink.orchestration.system.ssp.net import Edge, Element, Net, Node, Path
 from warmlink.orchestration.system.ssp.parameter_values import (
     parameter_mapping,
@@ -141,27 +142,30 @@ class Reader:
             typed = [each for each in child if xml.local(each) not in untyped]
             if len(typed) > 1:
                 raise InputError(f"{where}: clocked connectors are not supported; connect others")
-            sizes = tuple(
-                xml.integer(xml.required(d, "size", where), where) for d in child.iterfind("{*}Dimension")
-            )
+            sizes = self._sizes(child, where)
             named = typed[0].get("unit") if typed else None
             unit = named_unit(named, self.units, where, self.remarks)
             found[name] = Connector(kind, xml.local(typed[0]) if typed else None, unit, sizes)
         return found
+
+    def _sizes(self, connector: Any, where: str) -> tuple[int, ...]:
+        """Give the sizes of an array connector; none where one is left to the FMU."""
+        texts = [each.get("size") for each in connector.iterfind("{*}Dimension")]
+        return () if None in texts else tuple(xml.integer(text, where) for text in texts)
 
     def _connection(self, element: Any, at: Path) -> Edge:
         ends = []
         for end in ("start", "end"):
             owner = element.get(f"{end}Element")
             connector = xml.required(element, f"{end}Connector", self._where(at))
+            where = f"{self._where(at)}: {connector}: {end}Indices"
+            indices = [xml.integer(text, where) for text in (element.get(f"{end}Indices") or "").split()]
+            connector = element_of(connector, indices) if indices else connector
             ends.append(Node((*at, owner) if owner else at, connector))
         edge = Edge(ends[0], ends[1])
         for end in ("start", "end"):
             if element.get(f"{end}Element") == "":
                 self.remarks.append(f"{edge}: its {end}Element is empty and is read as the system itself")
-        for name in ("startIndices", "endIndices"):
-            if element.get(name) is not None:
-                raise InputError(f"{edge}: {name} is not supported; connect scalars")
         return with_transformation(edge, element, str(edge))
 
     def _bindings(self, element: Any, at: Path) -> list[Binding]:
@@ -179,7 +183,8 @@ class Reader:
         mapping = element.find("{*}ParameterMapping")
         entries = None
         if mapping is not None:
-            entries = parameter_mapping(*self._content(mapping, "{*}ParameterMapping", where))
+            told = parameter_mapping(*self._content(mapping, "{*}ParameterMapping", where))
+            entries = mapped_elements(told, parameters)
         return Binding(at, parameters, entries, where)
 
     def _content(self, holder: Any, way: str, where: str) -> tuple[Any, str]:
