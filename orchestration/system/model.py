@@ -56,6 +56,7 @@ class Connector:
     sizes: tuple[int, ...] = ()
 
 
+SspVersion = Literal["1.0", "2.0"]
 Implementation = Literal["any", "CoSimulation", "ModelExchange"]
 """Interface of an FMU that a system uses, in SSP's words; `any` is co-simulation where the FMU offers it."""
 
