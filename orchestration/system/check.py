@@ -78,8 +78,6 @@ def checked_value(variable: FmuVariable, value: Value, where: str) -> Value:
             f"{where}: takes no start value, its causality being {variable.causality} and "
             f"its variability {variable.variability}; set a parameter or an input"
         )
-    if variable.causality == "structuralParameter":
-        raise InputError(f"{where}: structural parameters are not supported; keep the FMU's own value")
     if isinstance(value, bool) != (variable.kind == "Boolean") or not isinstance(
         value, _PYTHON_TYPES[variable.kind or "Real"]
     ):

@@ -61,6 +61,7 @@ _ARGUMENTS = {
     "fmi3": {
         **_BOTH,
         **{f"{verb}{name}": "ppnpn" for name in _TYPES["fmi3"] for verb in ("Get", "Set")},
+        **dict.fromkeys(("EnterConfigurationMode", "ExitConfigurationMode"), "p"),
         **{"SetDebugLogging": "pbnp", "EnterInitializationMode": "pbddbd"},
         **{"GetDirectionalDerivative": "ppnpnpnpn"},
     },

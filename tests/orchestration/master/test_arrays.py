@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from lxml import etree
-from system.ssp_text import component, connection, connector, ssd, system
+from system.ssp_text import component, connection, connector, parameters, ssd, system
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.master.algorithms.explicit import GaussSeidel
@@ -110,6 +110,26 @@ def test_an_array_is_connected_as_a_whole_in_ssp_2(arrays: Path, tmp_path: Path)
 def test_a_connector_of_another_size_is_refused(arrays: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.y: is declared with 2 elements, but has 3 in its FMU"):
         written(tmp_path, arrays, "u", 2)
+
+
+def test_a_structural_parameter_says_how_large_arrays_are(tmp_path: Path, arrays: Path) -> None:
+    """Two rows in place of three, from a parameter set, and of what is set alone the rest stays."""
+    bound = parameters("size:UInt64:2").replace("UInt64", "Integer")
+    gain = parameters("gain[2,1]:Real:10", name="gain")
+    shown = connector("y", "output", '<ssc:Float64/><ssc:Dimension size="2"/>')
+    part = component("a", "resources/A.fmu", shown, bound + gain)
+    with zipfile.ZipFile(tmp_path / "small.ssp", "w") as archive:
+        archive.writestr("SystemStructure.ssd", ssd(system(part), "2.0"))
+        archive.write(arrays, "resources/A.fmu")
+    read = read_system(tmp_path / "small.ssp", tmp_path / "work")
+    assert read.components["a"].values == {"size": 2, "gain[2,1]": 10.0}
+    run = simulate(read, 1.0, 1.0)
+    assert run.status == "completed", run.reason
+    assert [name for name in run.table.names if name.startswith("a.y")] == ["a.y[1]", "a.y[2]"]
+    assert [run[f"a.y[{n}]"][-1] for n in (1, 2)] == [1.0, 10.0 * 1.0 + 2.0]
+    write_ssp(read, tmp_path / "again.ssp", version="2.0")
+    again = read_system(tmp_path / "again.ssp", tmp_path / "again")
+    assert again.components["a"].values == read.components["a"].values
 
 
 def written_entries(path: Path) -> dict[str, bytes]:
