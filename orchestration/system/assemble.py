@@ -230,7 +230,7 @@ def _read(path: Path, workdir: Path, chosen: str | None) -> System:
             return _system_of_one(path)
         structure, held = folder / (f"{chosen}.ssd" if chosen else STRUCTURE), set(folder.glob("*.ssd"))
     _refuse_choice(path, chosen, held)
-    reader = Reader(workdir, remarks=remarks)
+    reader = Reader(workdir, remarks=remarks, unpacked=structure == path)
     name, experiment = reader.read(structure)
     if chosen is None and (others := sorted(each.stem for each in held - reader.documents)):
         told = f"{listed(others)}; {argument('variant', others[0])} takes that instead"

@@ -161,6 +161,8 @@ class _Document:
             variable, unit = self._variable(Node(path, name))
             if variable.kind == "Real":
                 values[name] = SsvValue(name, "Real", float(value), unit)
+            elif variable.kind == "Binary":
+                values[name] = SsvValue(name, "Binary", value)
             elif variable.kind == "Enumeration":
                 item = next((item for item, number in variable.items.items() if number == value), None)
                 if item is None:

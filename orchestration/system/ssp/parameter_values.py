@@ -84,7 +84,7 @@ def _elements(
     if len(typed) != 1:
         raise InputError(f"{where}: needs one value, not {len(typed)}; give a value of one type")
     kind, unit = TYPES.get(xml.local(typed[0]), xml.local(typed[0])), typed[0].get("unit")
-    if kind not in (*_READERS, "String", "Enumeration"):
+    if kind not in (*_READERS, "String", "Enumeration", "Binary"):
         raise InputError(
             f"{where}: values of type {kind} are not supported; use Real, Integer, Boolean or String"
         )
