@@ -15,7 +15,7 @@ from benchmarks.command import positive_share, start
 from benchmarks.fault_kinds import UNTOLD, Kind, kinds
 from benchmarks.law_trials import mismatched
 from benchmarks.rollout import demand_table, library
-from benchmarks.told import STEP, Rig, Told, bare_cell, truth
+from benchmarks.told import DUTY, STEP, Rig, Told, bare_cell, truth
 from warmlink.controllers.design.regression import SENSORS
 from warmlink.controllers.interface import SENSED
 from warmlink.controllers.learning.learnt import learn
@@ -136,7 +136,9 @@ def learnt_values(law: str, plant: int) -> Mapping[str, float]:
     growth = told["elongation"] + 5e-7 * draw.normal(size=len(told.rows))
     seconds = np.arange(len(told.rows)) * np.float64(STEP)
     temperature = np.column_stack([told[name] for name in SENSED])
-    found = learn([Log(TRAINING, seconds, temperature, np.where(seconds % 60 == 0, growth, np.nan))], SENSORS)
+    measured = np.where(seconds % 60 == 0, growth, np.nan)
+    log = Log(TRAINING, seconds, temperature, measured, {name: told[name] for name in DUTY})
+    found = learn([log], SENSORS)
     return by_scalar(found.values if law == "regression" else taught(law, found, STEP))
 
 

@@ -1,4 +1,4 @@
-"""A machine: what parts it has, how they are wired, what its variables are for, and what of it is nominal.
+"""A machine: its parts, their wires, what its variables are for, and its nominal values.
 
 One class for every machine, shipped or somebody's own; whatever is done to a machine starts from it:
 

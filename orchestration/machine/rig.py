@@ -238,9 +238,6 @@ class Rig:
                 found[target.rpartition(".")[2]] = sources[reading.replace(".reading[", ".temperature[")]
             elif self._seen_by(target):
                 found[target.rpartition(".")[2]] = reading
-        for demand, (target, *_) in self.demanded.items():  # of a foreign part nobody says what it requires
-            if self.part_of(target) in self.foreign:
-                found.setdefault(demand, target)
         if self.machine.controllers:  # what is scored is measured, by whatever instrument
             found |= {name: name for name in self.machine.growth if name not in found.values()}
         return found

@@ -20,7 +20,7 @@ from warmlink.orchestration.written.expression import Expression
 _ROUNDING = 1e-9
 
 _NAME = re.compile(r"[\w.\[\]]+")
-"""What is no expression; whether there is such a variable is for others to say."""
+"""A plain name, which is no expression, whether or not there is such a variable."""
 
 
 def with_sums(rig: Rig, texts: Iterable[str], where: str) -> Rig:

@@ -29,7 +29,7 @@ from warmlink.orchestration.system.model import Connection, System, Value
 # What FMI gives for reading and compiling alone.
 NOT_FOR_RUNNING = ("documentation", "sources")
 _here: set[tuple[str, str]] = set()
-"""FMUs, by identifier and GUID, of which this process has had the one instance that it may have."""
+"""FMUs that allow one instance in a process and have had it, by identifier and GUID."""
 
 _KINDS: dict[tuple[str, str], type[FmiSlave]] = {
     ("1.0", "CoSimulation"): Fmi1Slave,

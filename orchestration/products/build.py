@@ -122,14 +122,14 @@ def ssp_version_named(name: str | int) -> SspVersion:
 
 @dataclass(frozen=True)
 class _Chosen:
-    """What is built of all that is shipped: components by name, and systems by name."""
+    """Everything shipped that can be built: components by name, and systems by name."""
 
     components: Sequence[str]
     systems: Sequence[str]
 
 
 def _chosen(names: Sequence[str]) -> _Chosen:
-    """What is built for the names that are given; InputError if there is none of a name."""
+    """What is built for given names; InputError if nothing has a name."""
     from warmlink.orchestration.catalogue import controller, controllers, entries
     from warmlink.orchestration.machine.shipped import machine_named, machines
 

@@ -171,7 +171,7 @@ class _Document:
             else:
                 values[name] = value
         sizes = {node.connector: each for node, each in self.arrays.items() if node.path == path}
-        return parameter_set_element(PARAMETER_SET, values, self.version, sizes)
+        return parameter_set_element(PARAMETER_SET, values, version=self.version, arrays=sizes)
 
     def _add_system(self, parent: Any, path: Place, box: Box | None = None) -> None:
         """Add a system with all that is in it, to be drawn in a box of the system around it."""

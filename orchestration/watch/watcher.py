@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -16,7 +16,7 @@ from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
-from warmlink.orchestration.watch.naming import Naming, named
+from warmlink.orchestration.watch.naming import Explanation, Naming, named
 from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import Tick
@@ -72,6 +72,7 @@ class Watcher:
     Attributes
     ----------
     learnt, limits : None until the sound part is over
+    explained : what the alarm that was told last is put down to
     levels : each thing's largest sum as a share of its threshold, shape (things,)
     """
 
@@ -80,6 +81,7 @@ class Watcher:
     rate: float
     progress: Progress = unseen
     law: LawError | None = None
+    explained: Sequence[Explanation] = ()
     learnt: SoundPart | None = None
     limits: Limits | None = None
     shadow: Shadow | None = None
@@ -220,13 +222,15 @@ class Watcher:
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
         since = self.standing.since if self.standing else 0.0
-        return named(twin_of(shadow), list(self.recent)[at - first :], since)
+        assert self.limits is not None
+        usual = dict(zip(self.things, self.limits.sizes.max(axis=0).tolist(), strict=True))
+        return named(twin_of(shadow), list(self.recent)[at - first :], usual, since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
         assert self.standing is not None
         found = self.named()
-        causes = found.set
+        causes = self.explained = found.set
         self.standing.causes = tuple(each.name for each in causes)
         self.standing.since = causes[0].since if causes else self.standing.since
         best = self.things[int(np.argmax(self.levels))]

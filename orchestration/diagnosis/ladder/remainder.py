@@ -8,7 +8,7 @@ are not foretold better with it than without it, by more than a standard error, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,9 @@ from numpy.typing import NDArray
 from warmlink.fmus.remainder.equations import FEATURES, LAGS, TEMPERATURES, TIME_CONSTANTS
 from warmlink.orchestration.arrays import Array
 from warmlink.orchestration.diagnosis.fit.problem import Problem
-from warmlink.orchestration.diagnosis.ladder.baselines import filtered
+from warmlink.orchestration.diagnosis.ladder.bank import Bank, bank_of
 from warmlink.orchestration.diagnosis.ladder.least_squares import regressed
-from warmlink.orchestration.diagnosis.ladder.signals import growth_output, held_means
-
-_SHARES_OF_A_RUN = (1 / 30, 1 / 8, 1 / 2)
-"""Time constants as shares of the longest fitted run."""
+from warmlink.orchestration.diagnosis.ladder.signals import growth_output
 
 _RIDGES = (10.0, 1.0, 0.1, 0.01, 1e-3)
 """Strengths that are tried, strongest first: shares of the lags' own power that are added."""
@@ -31,11 +28,6 @@ _BLOCKS = 5
 
 _FEWEST = 60
 """Fitted readings of a channel, at least."""
-
-_DRIVES = {"speed": "speed", "torque": "torque", "current": "current", "power": "pad_power"}
-"""Inputs of the component, and the last part of the names of the inputs that they are."""
-
-_REFERENCE = 295.15
 
 
 @dataclass(frozen=True)
@@ -50,6 +42,8 @@ class Remainder:
         for what feeds it
     channels : output of the component by variable
     left : error in blocks, mean over the channels of its logarithm
+    bank : the lags that are weighted
+    weights : of the lags and of the model's own course, and a constant, by variable
     """
 
     readings: tuple[Array, ...]
@@ -57,6 +51,24 @@ class Remainder:
     wires: Mapping[str, str]
     channels: Mapping[str, str]
     left: float
+    bank: Bank
+    weights: Mapping[str, tuple[Array, float]]
+
+    def corrected(self, problem: Problem, readings: Sequence[Array]) -> tuple[Array, ...]:
+        """A model's readings with what was learnt, in the runs of any experiment on the same machine.
+
+        Parameters
+        ----------
+        problem : the experiment
+        readings : of the model by run in SI, shape (rows, channels) each
+        """
+        found = [each.copy() for each in readings]
+        for run, (table, lags) in enumerate(zip(found, self.bank.lags(problem, readings), strict=True)):
+            for variable, (weights, offset) in self.weights.items():
+                channel = problem.variables.index(variable)
+                own = self.bank.own(problem, run, readings[run][:, channel])
+                table[:, channel] += lags @ weights[:-1] + weights[-1] * own + offset
+        return tuple(found)
 
 
 def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
@@ -67,53 +79,44 @@ def remainder(problem: Problem, readings: Sequence[Array]) -> Remainder | None:
     problem : the whole experiment
     readings : of the model by run in SI, shape (rows, channels)
     """
-    places, growth = _temperatures(problem), growth_output(problem)
-    measured = sum(name in problem.variables for name in places)
-    drives = _drives(problem)
-    if not places and not drives:
+    bank, growth = bank_of(problem, readings), growth_output(problem)
+    if bank is None:
         return None
-    spans = [float(d.time[d.fitted][-1]) for d in problem.data if d.fitted.any()]
-    constants = [share * max(spans) for share in _SHARES_OF_A_RUN]
-    features = [_features(problem, run, places, drives, each) for run, each in enumerate(readings)]
-    fitted = [data.fitted for data in problem.data]
-    sizes = np.sqrt(
-        np.mean(np.concatenate([f[r] for f, r in zip(features, fitted, strict=True)]) ** 2, axis=0)
-    )
-    scale = np.where(sizes > 1e-9, sizes, 1.0)
-    lags = [
-        np.column_stack([filtered(data.time, table / scale, constant) for constant in constants])
-        for data, table in zip(problem.data, features, strict=True)
-    ]
-    corrected = [each.copy() for each in readings]
-    values = {f"time_constant[{k}]": constant for k, constant in enumerate(constants, 1)}
-    values |= {f"scale[{j}]": float(each) for j, each in enumerate(scale, 1)}
-    inside = np.concatenate([table[rows] for table, rows in zip(lags, fitted, strict=True)])
-    ends = zip(inside.min(axis=0).tolist(), inside.max(axis=0).tolist(), strict=True)
-    for j, (least, largest) in enumerate(ends, 1):
-        values |= {f"least[{j}]": least, f"largest[{j}]": largest}
-    learnt, lefts = False, []
+    lags, weighted, lefts = bank.lags(problem, readings), {}, []
+    values = {f"time_constant[{k}]": constant for k, constant in enumerate(bank.constants, 1)}
+    values |= {f"scale[{j}]": float(each) for j, each in enumerate(bank.scale, 1)}
+    values |= _ends(np.concatenate([table[d.fitted] for table, d in zip(lags, problem.data, strict=True)]))
     for channel, variable in enumerate(problem.variables):
-        own = [_own(problem, run, each[:, channel]) for run, each in enumerate(readings)]
-        taken = variable in (*places, growth)
+        own = [bank.own(problem, run, each[:, channel]) for run, each in enumerate(readings)]
+        taken = variable in (*bank.places, growth)
+        measured = sum(name in problem.variables for name in bank.places)
         known = _channel(problem, channel, lags, readings, own, measured) if taken else None
         if known is None:
             lefts.append(_rms(problem, channel, readings))
             continue
-        learnt = True
         lefts.append(known[2])
-        weights, offset, left = known
-        for table, run, course in zip(corrected, lags, own, strict=True):
-            table[:, channel] += run @ weights[:-1] + weights[-1] * course + offset
-        values |= _values_of(places, variable, weights, offset, left)
-    if not learnt:
+        weighted[variable] = known[:2]
+        values |= _values_of(bank.places, variable, *known)
+    if not weighted:
         return None
-    wires = {f"temperature[{i}]": name for i, name in enumerate(places, 1)}
-    wires |= {"ambient_temperature": _ambient(problem)} if _ambient(problem) else {}
-    wires |= drives | ({"elongation": growth} if growth else {})
-    channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(places, 1)}
+    wires = {f"temperature[{i}]": name for i, name in enumerate(bank.places, 1)}
+    wires |= {"ambient_temperature": bank.ambient} if bank.ambient else {}
+    wires |= dict(bank.drives) | ({"elongation": growth} if growth else {})
+    channels = {name: f"corrected_temperature[{i}]" for i, name in enumerate(bank.places, 1)}
     channels |= {growth: "corrected_elongation"} if growth else {}
     left = float(np.mean(np.log(np.maximum(lefts, 1e-15))))
-    return Remainder(tuple(corrected), values, wires, channels, left)
+    found = Remainder(tuple(readings), values, wires, channels, left, bank, weighted)
+    return replace(found, readings=found.corrected(problem, readings))
+
+
+def _ends(lags: Array) -> dict[str, float]:
+    """The band in which the lags were fitted."""
+    ends = enumerate(zip(lags.min(axis=0).tolist(), lags.max(axis=0).tolist(), strict=True), 1)
+    return {
+        f"{name}[{j}]": each
+        for j, both in ends
+        for name, each in zip(("least", "largest"), both, strict=True)
+    }
 
 
 def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
@@ -122,60 +125,6 @@ def _rms(problem: Problem, channel: int, readings: Sequence[Array]) -> float:
     errors = np.concatenate([(d.readings - r)[d.fitted, channel] for d, r in runs])
     read = np.isfinite(errors)
     return float(np.sqrt(np.mean(errors[read] ** 2))) if read.any() else 1.0
-
-
-def _temperatures(problem: Problem) -> list[str]:
-    """Temperatures whose lags are weighted: those that are measured, then those that drive the machine."""
-    rig, inputs = problem.experiment.rig, problem.experiment.runs[0].inputs
-    measured = [name for name in problem.variables if rig.unit(name) == "K"]
-    driving = [
-        n for n in inputs if rig.unit(n) == "K" and not n.endswith(("ambient_temperature", "pad_temperature"))
-    ]
-    return [*measured, *driving][:TEMPERATURES]
-
-
-def _drives(problem: Problem) -> dict[str, str]:
-    """Input of the system by the component's input that it is."""
-    inputs = problem.experiment.runs[0].inputs
-    found = {}
-    for name, called in _DRIVES.items():
-        of = next((each for each in inputs if each.rpartition(".")[2] == called), None)
-        if of is not None:
-            found[name] = of
-    return found
-
-
-def _ambient(problem: Problem) -> str:
-    inputs = problem.experiment.runs[0].inputs
-    return next((name for name in inputs if name.endswith("ambient_temperature")), "")
-
-
-def _features(
-    problem: Problem, run: int, places: Sequence[str], drives: Mapping[str, str], readings: Array
-) -> Array:
-    """What may drive an error, as the component has it, shape (rows, FEATURES)."""
-    measured, at = problem.experiment.runs[run], problem.data[run].time
-    rows = measured.time.size
-
-    def signal(name: str, other: float) -> Array:
-        values = measured.inputs.get(name, np.full(rows, other))
-        return np.where(np.isfinite(values), values, other)
-
-    speed, torque, current, power = (
-        signal(drives.get(name, ""), 0.0) for name in ("speed", "torque", "current", "power")
-    )
-    logged = [np.abs(speed), speed**2, np.abs(speed * torque), torque**2, current**2, power]
-    room = held_means(measured.time, signal(_ambient(problem), _REFERENCE)[:, None], at)[:, 0]
-    rises = []
-    for name in places:
-        if name in problem.variables:
-            now = readings[:, problem.variables.index(name)]
-            rises.append((now + np.append(now[0], now[:-1])) / 2 - room)
-        else:
-            rises.append(held_means(measured.time, signal(name, _REFERENCE)[:, None], at)[:, 0] - room)
-    idle = [_REFERENCE - room] * (TEMPERATURES - len(places))
-    means = held_means(measured.time, np.column_stack(logged), at)
-    return np.column_stack([means, room - _REFERENCE, *rises, *[0.0 * each for each in idle]])
 
 
 @dataclass(frozen=True)
@@ -213,15 +162,6 @@ def _forms(x: Array, measured: int) -> list[_Form]:
     each = [*(constant == k for k in range(TIME_CONSTANTS)), whole]
     groups = (alive & (own | (group & some)) for group in (given, whole) for some in each)
     return [_Form(lags, share) for lags in groups if lags.any() for share in _RIDGES]
-
-
-def _own(problem: Problem, run: int, course: Array) -> Array:
-    """A model's course of one channel in a run: the growth itself, a temperature above that around."""
-    measured, name = problem.experiment.runs[run], _ambient(problem)
-    if not np.abs(course).max() > 1:  # metres are small
-        return course
-    room = measured.inputs.get(name, np.full(measured.time.size, _REFERENCE))
-    return course - room[measured.row_at(problem.data[run].time)]
 
 
 def _channel(

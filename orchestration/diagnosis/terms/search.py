@@ -33,11 +33,14 @@ _SCREENED = (30, 20, 16)
 _FULL = (12, 6, 4)
 """Models of one, two and three terms that are fitted in the whole simulation, at most."""
 
-_SLACK, _SHARE, _SWITCHED = 6.0, 0.003, 40.0
+_SLACK, _SHARE, _SWITCHED = 6.0, 0.006, 40.0
 """Chi-square, and share of the best one's gain, by which a linear score may be off; and that of a switch.
 
 A switch leaps with its input, at some time between two rows.
 """
+
+_STRONGEST = 1e3
+"""W from which a strength is no heat of a machine, but a shape that vanishes where the run was."""
 
 _GROWN_FROM = 4
 """Models to which a further term is added."""
@@ -142,7 +145,8 @@ class TermSearch:
         for score, some in sorted(self._grown(sets), key=lambda pair: pair[0]):
             unlike.setdefault(frozenset(each.key for each in some), (score, some))
         ranked = [LinearFit(self.missing, some).polished() for _, some in list(unlike.values())[:most]]
-        return sorted(ranked, key=self._linear_score)
+        credible = [each for each in ranked if np.abs(each.strengths).max(initial=0.0) < _STRONGEST]
+        return sorted(credible, key=self._linear_score)
 
     def _grown(self, sets: Sequence[LinearFit]) -> Iterator[tuple[float, tuple[Candidate, ...]]]:
         """Linear estimate of the score of each set with one more candidate; the best shape of a form."""

@@ -37,7 +37,7 @@ _NOTHING, _NOTE = -1, 3
 
 
 def stepping_named(name: str) -> Stepping:
-    """Give the way to step by its name; InputError if there is none of that name."""
+    """Give the way to step by its name; InputError if none has that name."""
     kinds: dict[str, Stepping] = {"auto": "auto", "plain": "plain", "compiled": "compiled"}
     if name not in kinds:
         raise InputError(f"{argument('stepping', name)}: not known; {instead(name, kinds)}")

@@ -60,7 +60,7 @@ class Fmi1Slave(FmiSlave):
         """Ask for nothing: FMI 1.0 has no categories, and what a slave logs unasked is on failures."""
 
     def setup(self, experiment: RunSpan) -> None:
-        """Set up the experiment, of which the slave is told on leaving initialization mode."""
+        """Set up the experiment; the slave gets it on leaving initialization mode."""
         self.time, stop = experiment.start_time, experiment.stop_time
         self._experiment = experiment.start_time, stop is not None, stop or 0.0
         self.forward_only = True  # the step before is accepted: there is no way back

@@ -52,11 +52,19 @@ def read_ssv(path: Path) -> dict[str, SsvValue]:
     return found
 
 
-def write_ssv(values: Mapping[str, Value | SsvValue], path: Path, name: str = "parameters") -> None:
+def description_of(path: Path) -> str:
+    """What an SSV file says of itself; empty if it says nothing. InputError as for `read_ssv`."""
+    root = xml.root_of_file(path, "ParameterSet", path.name, [])
+    return str(root.get("description", ""))
+
+
+def write_ssv(
+    values: Mapping[str, Value | SsvValue], path: Path, name: str = "parameters", description: str = ""
+) -> None:
     """Write values by variable, with a unit or item as `Parameter`, as an SSV file, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as scratch:
-        scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values)))
+        scratch.write_bytes(xml.to_bytes(parameter_set_element(name, values, description)))
 
 
 def parameter_set(root: Any, where: str, remarks: list[str]) -> dict[str, SsvValue]:
@@ -161,6 +169,7 @@ def _value_map(element: Any, where: str) -> ValueMap:
 def parameter_set_element(
     name: str,
     values: Mapping[str, Value | SsvValue],
+    description: str = "",
     version: str = "1.0",
     arrays: Mapping[str, Sequence[int]] = MappingProxyType({}),
 ) -> Any:
@@ -168,7 +177,8 @@ def parameter_set_element(
 
     Where all elements of `arrays`, whose sizes are given, have a value, they are written as one.
     """
-    root = xml.element("ssv", "ParameterSet", version=version, name=name)
+    told = {"description": description} if description else {}
+    root = xml.element("ssv", "ParameterSet", version=version, name=name, **told)
     held = xml.sub_element(root, "ssv", "Parameters")
     used: dict[str, Unit] = {}
     left = {
