@@ -141,8 +141,7 @@ class Rig:
     def variables(self) -> dict[str, Scalar]:
         """Every scalar variable by its full name, without the inputs that a component of the plant feeds."""
         fed = {target for _, target in self._wires(inside=True)}
-        sums = {text: each.scalar for text, each in self.sums.items()}
-        return sums | {
+        return {text: each.scalar for text, each in self.sums.items()} | {
             name: replace(scalar, name=name)
             for instance, part in self.components.items()
             for scalar in part.scalars()
@@ -150,7 +149,7 @@ class Rig:
         }
 
     def weights(self, name: str) -> Mapping[str, float]:
-        """Outputs that make up what was measured, each with its weight: of a plain output itself, with 1."""
+        """Outputs that make up what was measured, each with its weight; of a plain output itself alone."""
         return self.sums[name].weights if name in self.sums else {name: 1.0}
 
     @cached_property
@@ -214,15 +213,17 @@ class Rig:
     def measured_at(self, variables: Iterable[str]) -> Rig:
         """The same rig with these inputs taken from the log, whatever feeds them in the system."""
         wanted = set(variables)
-        cut = {source for source, target in self._wires(inside=True) if target in wanted and self.system}
+        cut = {source for source, target in self._wires(inside=True) if target in wanted}
         return replace(self, cut=self.cut | cut) if cut else self
 
     @cached_property
     def required_inputs(self) -> tuple[tuple[str, ...], ...]:
-        """Inputs that every run should have, each with those that may stand in its place."""
+        """Inputs that runs should have, each with those in its place; none of a part the log stands for."""
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for instance in self.components:
-            for names in _REQUIRED.get(self.machine.parts[instance], "").split():
+            given = {source for source, _ in self.machine.wires if self.part_of(source) == instance}
+            needed = "" if given and given <= self.cut else _REQUIRED.get(self.machine.parts[instance], "")
+            for names in needed.split():
                 group = tuple(f"{instance}.{name}" for name in names.split("|"))
                 if group[0] in self.externals:
                     found.setdefault(self.fed_with(group[0]), group)
@@ -263,8 +264,7 @@ class Rig:
     def _seen_by(self, end: str) -> str:
         """Camera that looks at what comes in at an end; empty if none does."""
         part = self.part_of(end)
-        seen = self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation"
-        return part if seen else ""
+        return part if self.machine.parts[part] == "DriftCamera" and end == f"{part}.elongation" else ""
 
     def unit(self, name: str) -> str:
         """SI unit of a variable."""
