@@ -23,7 +23,7 @@ from warmlink.orchestration import catalogue
 from warmlink.orchestration.machine.machine import COMPENSATOR, DRIVER, PLAYER, Machine
 from warmlink.orchestration.machine.roles import WeightedSum
 from warmlink.orchestration.machine.shipped import machine_named, machines
-from warmlink.orchestration.system.model import System, Value
+from warmlink.orchestration.system.model import FmuPart, System, Value
 
 if TYPE_CHECKING:
     from warmlink.orchestration.fmu_store import FmuStore
@@ -79,7 +79,7 @@ class Rig:
     looped : whether FMUs are co-simulated, even where every part is a component of warmlink
     cut : outputs that were measured, so that the inputs that they feed follow the log
     system : the FMUs, with the heat paths that causes may add to them; None for a shipped machine
-    base, paths : the FMUs without the heat paths, and the heat paths
+    base, paths, parts_of_paths : the FMUs without the heat paths, the heat paths, and the FMUs of these
     moved : input of a heat path by the input in front of which it was put
     source : the file that names the machine with its roles, if there is one
     sums : weighted sums of outputs that columns hold, by their text
@@ -93,6 +93,7 @@ class Rig:
     system: System | None = None
     base: System | None = None
     paths: Paths = field(default_factory=dict)
+    parts_of_paths: Mapping[str, FmuPart] = field(default_factory=dict)
     moved: Mapping[str, str] = field(default_factory=dict)
     source: Path | None = None
     sums: Mapping[str, WeightedSum] = field(default_factory=dict)
