@@ -1,6 +1,8 @@
 """What tests ask of a browser: to open a page from disk, without a network, and to say what it finds."""
 
+import os
 import shutil
+import subprocess
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -74,3 +76,18 @@ class Browser(ABC):
         tried.write_text(text.replace(LAST, f"{LAST}{body}\n"), "utf-8")
         self.open(tried)
         return self.value("return await tried();")
+
+
+def violations(browser: Browser) -> list[list[str]]:
+    """What axe, an accessibility checker, finds on the open page: rule and first element of each."""
+    if shutil.which("node") is None:
+        pytest.skip("node is not installed")
+    asked = ["node", "-p", "require.resolve('axe-core/axe.min.js')"]
+    place = subprocess.run(asked, capture_output=True, text=True, env=os.environ).stdout.strip()
+    if not place:
+        pytest.skip("axe-core is not found by node: npm install axe-core, and name its folder in NODE_PATH")
+    browser.value(Path(place).read_text("utf-8"))
+    found: list[list[str]] = browser.value(
+        "return (await axe.run()).violations.map((each) => [each.id, each.nodes[0].html]);"
+    )
+    return found

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from warmlink.controllers.design.shipped import PLANT_FACTS
 from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.console import Answer
@@ -19,7 +20,8 @@ from warmlink.orchestration.machine import DEFAULT
 from warmlink.orchestration.machine.heat_paths import rig_of
 from warmlink.orchestration.progress import spinner
 from warmlink.orchestration.scenarios.overrides import start_value
-from warmlink.orchestration.watch.law import law_named
+from warmlink.orchestration.watch.law import WatchedLaw, law_named
+from warmlink.orchestration.watch.offers import Design
 from warmlink.orchestration.watch.page import write_watch
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.watching import Watching, WatchOptions, rate_of
@@ -142,7 +144,18 @@ def watching(
         stack.callback(rows.close)
         work = Watching(
             rows,
-            WatchOptions(rig, known, columns, lasting, rate, each, law or None, until_end, speed),
+            WatchOptions(
+                rig,
+                known,
+                columns,
+                lasting,
+                rate,
+                each,
+                law or None,
+                _design(law or None, scenario),
+                until_end,
+                speed,
+            ),
             folder,
             write_watch,
             show,
@@ -153,3 +166,16 @@ def watching(
 
             stack.enter_context(served(serve, folder))
         yield work
+
+
+def _design(law: WatchedLaw | None, scenario: str | Path | None) -> Design | None:
+    """How the law is designed anew for other parameters of the machine; None if it has no design."""
+    if law is None or law.name not in PLANT_FACTS:
+        return None
+
+    def design_for(parameters: Mapping[str, float], path: Path) -> None:
+        from warmlink.orchestration.studies.design import design
+
+        design(scenario or DEFAULT, law.name, parameters=parameters).write(path)
+
+    return design_for

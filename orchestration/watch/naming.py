@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -63,6 +63,7 @@ class Explanation(NamedTuple):
     std : standard deviation of the value
     evidence : chi-square that it explains
     since : s of the log at which it began
+    usual : evidence that comes by chance, as the sound part says
     """
 
     name: str
@@ -71,6 +72,12 @@ class Explanation(NamedTuple):
     std: float
     evidence: float
     since: float
+    usual: float
+
+    @property
+    def is_unusual(self) -> bool:
+        """Whether more is explained than comes by chance."""
+        return self.evidence >= self.usual
 
 
 @dataclass(frozen=True)
@@ -79,7 +86,7 @@ class Naming:
 
     Attributes
     ----------
-    ranked : explanations, best first
+    ranked : explanations, best first, behind those that are unusual those that come by chance
     excess : chi-square of the readings beyond what noise has, over the time of the best one
     """
 
@@ -89,10 +96,11 @@ class Naming:
     @property
     def set(self) -> tuple[Explanation, ...]:
         """Explanations that the readings do not tell apart; empty if the cause is unknown."""
-        if not self.ranked:
+        if not (self.ranked and self.ranked[0].is_unusual):
             return ()
         best = self.ranked[0].evidence
-        near = tuple(e for e in self.ranked if e.evidence >= best - max(_ALIKE, _SHARE * best))
+        least = best - max(_ALIKE, _SHARE * best)
+        near = tuple(e for e in self.ranked if e.is_unusual and e.evidence >= least)
         known = best >= _EXPLAINED * self.excess and len(near) <= _MOST
         return near if known else ()
 
@@ -116,13 +124,14 @@ class _Seen(NamedTuple):
     end: float
 
 
-def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
+def named(shadow: Shadow, ticks: Sequence[Tick], usual: Mapping[str, float], since: float = 0.0) -> Naming:
     """Name what explains the last ticks.
 
     Parameters
     ----------
     shadow : as it was before the first of the ticks; it is stepped on
     ticks : the last ones, in order
+    usual : by hypothesis, in standard deviations, what a sum reaches by chance
     since : s of the log at which it was found to begin when less was read; 0 if it was not
     """
     shadow.clipped = np.inf  # what is named is a fault by now, whose course tells which
@@ -139,7 +148,8 @@ def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
             excess = float(np.sum(white**2) - white.size)
             for column, (hypothesis, drifts) in enumerate(_columns(hypotheses, drifting)):
                 if hypothesis.wears:
-                    each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow)
+                    by_chance = usual[hypothesis.name] ** 2
+                    each = _explained(hypothesis, drifts, leaning[:, column], white, since, shadow, by_chance)
                     if each.name not in found or each.evidence > found[each.name][0].evidence:
                         found[each.name] = each, excess
 
@@ -150,7 +160,7 @@ def named(shadow: Shadow, ticks: Sequence[Tick], since: float = 0.0) -> Naming:
     for begin in begins:
         age = round((seen[-1].end - begin) / shadow.machine.tick)
         tried(each for each in range(age - _FINER, age + _FINER + 1) if each not in _AGES)
-    ranked = sorted(found.values(), key=lambda pair: -pair[0].evidence)
+    ranked = sorted(found.values(), key=lambda pair: (not pair[0].is_unusual, -pair[0].evidence))
     return Naming([each for each, _ in ranked], ranked[0][1] if ranked else 0.0)
 
 
@@ -194,7 +204,13 @@ def _rows(seen: Sequence[_Seen], drifting: Array, began: float) -> list[Array]:
 
 
 def _explained(
-    hypothesis: Hypothesis, drifts: bool, leaning: Array, white: Array, since: float, shadow: Shadow
+    hypothesis: Hypothesis,
+    drifts: bool,
+    leaning: Array,
+    white: Array,
+    since: float,
+    shadow: Shadow,
+    usual: float,
 ) -> Explanation:
     """Best value of a hypothesis within its bounds, and what it explains."""
     information = float(leaning @ leaning) + hypothesis.span**-2
@@ -206,4 +222,4 @@ def _explained(
     evidence = 2 * value * float(leaning @ white) - value**2 * information
     name = hypothesis.name.replace("sensor_offset", "sensor_drift") if drifts else hypothesis.name
     scale = 3600.0 if drifts else 1.0
-    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since)
+    return Explanation(name, hypothesis, value / scale, information**-0.5 / scale, evidence, since, usual)

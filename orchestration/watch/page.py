@@ -89,6 +89,9 @@ def lead(watching: Watching) -> str:
         hours = (watcher.opening[-1].end - watcher.opening[0].start) / 3600 if watcher.opening else 0.0
         return f"Learning: {hours:.1f} h of the {watcher.sound / 3600:.4g} h declared sound have come in."
     last = f"Last row judged at {when(watcher.moments[-1].time)}; {watcher.limits.told()}."
+    if watcher.law is not None and np.isfinite(watcher.law.last):
+        ready = {None: "", True: "; it says it is ready", False: "; it says it is not ready"}
+        last += f" The law leaves {1e6 * watcher.law.last:.1f} um{ready[watcher.law.ready]}."
     if watcher.standing is not None:
         names = " or ".join(watcher.standing.causes) or "no known cause"
         return f"ALARM since {when(watcher.standing.time)}: {names}. {last}"

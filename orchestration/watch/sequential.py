@@ -33,8 +33,8 @@ _SOUND_FOR_MEMORY = 5
 _BLOCK = (20, 120)
 """Ticks in a block of the sound part, at least and at most."""
 
-_BLOCKS = 8
-"""Blocks that a short sound part is cut into, at least."""
+_BLOCKS, _FEW = 32, 16
+"""Blocks that a sound part is cut into if they get long enough, and so few that it is said."""
 
 _MACHINES, _TICKS = 192, (864_000, 4_320_000)
 """Made-up machines, and ticks that are made up, at least and at most, of all of them together."""
@@ -98,7 +98,7 @@ class Limits:
         """What the thresholds rest on, in a sentence."""
         seen = "by the tail of the largest sums" if self.extrapolated else "as they were seen"
         short = ""
-        if self.blocks < 2 * _BLOCKS:
+        if self.blocks < _FEW:
             short = f"; the sound part has only {self.blocks} blocks, so that alarms wait for more evidence"
         every = 1 / self.rate
         days = f"{self.days:.0f} made-up days{short}"

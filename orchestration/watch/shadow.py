@@ -32,6 +32,9 @@ CLIPPED = 5.0
 _START, _SHARED = 3.0, 0.7
 """K by which the states at the start are not known, and how alike their errors are."""
 
+_STEP = 60.0
+"""s of an integration step, at most."""
+
 _ROUGH = 1e-3
 """K of process noise of each state in a minute, so that the filter never grows sure of itself."""
 
@@ -72,7 +75,7 @@ class ShadowNoise:
     def process(self, plant: int, lasting: float) -> Array:
         """Variances that a tick adds to so many states of the plant and to the slow processes, shape (n,)."""
         slow = self.slow**2 * (1 - self.kept(lasting) ** 2)
-        return np.append(np.full(plant, _ROUGH**2 * lasting / 60.0), slow)
+        return np.append(np.full(plant, _ROUGH**2 * lasting / _STEP), slow)
 
     def at_start(self, plant: int) -> Array:
         """Covariance of the states when hardly anything is known, shape (n, n)."""
@@ -221,7 +224,7 @@ class Shadow:
         equations, n, lasting = self.machine.equations, self.plant, tick.end - tick.start
         wandering = self.rest[: self.signals]
         z = self.values + self.machine.wander @ wandering
-        count, levels = max(1, int(np.ceil(lasting / self.machine.tick - 1e-9))), len(tick.levels)
+        count, levels = max(1, int(np.ceil(lasting / _STEP - 1e-9))), len(tick.levels)
         each = np.arange(levels)
         time = np.linspace(0.0, lasting, count + 1)
         steps = Steps(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -16,7 +16,7 @@ from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import CLOCK, LAW, MODEL, THERMOMETER, WatchedMachine
 from warmlink.orchestration.watch.law import LawError
 from warmlink.orchestration.watch.learning import SoundPart, learn, surprise_of
-from warmlink.orchestration.watch.naming import Naming, named
+from warmlink.orchestration.watch.naming import Explanation, Naming, named
 from warmlink.orchestration.watch.sequential import APART, FEWEST, SETTLED, Limits, Sequential, worked_out
 from warmlink.orchestration.watch.shadow import Shadow
 from warmlink.orchestration.watch.ticks import Tick
@@ -72,6 +72,7 @@ class Watcher:
     Attributes
     ----------
     learnt, limits : None until the sound part is over
+    explained : what the alarm that was told last is put down to
     levels : each thing's largest sum as a share of its threshold, shape (things,)
     """
 
@@ -80,6 +81,7 @@ class Watcher:
     rate: float
     progress: Progress = unseen
     law: LawError | None = None
+    explained: Sequence[Explanation] = ()
     learnt: SoundPart | None = None
     limits: Limits | None = None
     shadow: Shadow | None = None
@@ -214,19 +216,34 @@ class Watcher:
             if self.standing.causes != before:
                 yield {**said, "again": True}
 
+    def _of_law(self, time: float) -> dict[str, Any]:
+        """An alarm of the law alone."""
+        assert self.law is not None
+        assert self.standing is not None
+        self.explained, self.standing.causes = (), (LAW,)
+        told = (
+            f"the law leaves {1e6 * self.law.shift:+.1f} um of the growth beside what it left in the sound "
+            "part, while the model explains the readings"
+        )
+        return {"time_s": time, "alarm": True, "verdict": LAW, "causes": [], "told": told}
+
     def named(self) -> Naming:
         """What the last ticks are put down to."""
         assert self.snapshots
         first = self.judged - len(self.recent)
         at, shadow = next(pair for pair in self.snapshots if pair[0] >= first)
         since = self.standing.since if self.standing else 0.0
-        return named(twin_of(shadow), list(self.recent)[at - first :], since)
+        assert self.limits is not None
+        usual = dict(zip(self.things, self.limits.sizes.max(axis=0).tolist(), strict=True))
+        return named(twin_of(shadow), list(self.recent)[at - first :], usual, since)
 
     def _told(self, time: float) -> dict[str, Any]:
         """An alarm, with what it is put down to."""
         assert self.standing is not None
+        if self.law is not None and self.levels[:-1].max() < 1.0 <= self.levels[-1]:
+            return self._of_law(time)
         found = self.named()
-        causes = found.set
+        causes = self.explained = found.set
         self.standing.causes = tuple(each.name for each in causes)
         self.standing.since = causes[0].since if causes else self.standing.since
         best = self.things[int(np.argmax(self.levels))]

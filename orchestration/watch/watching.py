@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.diagnosis.data.columns import ReadOptions
@@ -16,17 +16,18 @@ from warmlink.orchestration.machine.rig import Rig
 from warmlink.orchestration.progress import Progress, unseen
 from warmlink.orchestration.watch.hypotheses import watched
 from warmlink.orchestration.watch.law import WatchedLaw, law_error
-from warmlink.orchestration.watch.rows import RowReader
-from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.offers import Design, write_offer
+from warmlink.orchestration.watch.rows import Cells, RowReader
+from warmlink.orchestration.watch.sources.protocol import FilePlace, Source
 from warmlink.orchestration.watch.state import restored, saved
 from warmlink.orchestration.watch.ticks import TICK, Gatherer, Tick
 from warmlink.orchestration.watch.watcher import Watcher
 
-STATE, ALARMS = "watch.state", "alarms.jsonl"
-"""Files of a watch: what it knows, and what it has told, one JSON object a line."""
+STATE, ALARMS, JOURNAL = "watch.state", "alarms.jsonl", "watch.rows"
+"""Files of a watch: what it knows; what it has told, an object a line; and rows that no state has yet."""
 
-_SAVED, _SILENT = 2.0, 5.0
-"""s between two writings of the files, at least; s of silence after which a server has come to its end."""
+_SAVED, _SHOWN, _SILENT = 60.0, 5.0, 5.0
+"""s between two writings of the state, and of the page; s of silence after which a server is at its end."""
 
 _MOST_TOLD = 1000
 """Events that are kept; of more the oldest go."""
@@ -54,6 +55,7 @@ class WatchOptions:
     rate : of false alarms in 1/day
     tick : s of the log that are judged at once
     law : of ours that runs in shadow; None if the log's correction is judged, if it has one
+    design : of that law for other parameters of the plant; None if it has none
     until_end : whether to end where the log does
     speed : of a replay, as a multiple of the log's own time; 0 as fast as it goes
     """
@@ -65,6 +67,7 @@ class WatchOptions:
     rate: float
     tick: float = TICK
     law: WatchedLaw | None = None
+    design: Design | None = None
     until_end: bool = False
     speed: float = 0.0
 
@@ -103,6 +106,7 @@ class Watching:
     progress: Progress = unseen
     events: list[dict[str, Any]] = field(default_factory=list)
     rows: int = 0
+    _journal: TextIO | None = None
 
     def __post_init__(self) -> None:
         asked, source = self.asked, self.source
@@ -113,17 +117,18 @@ class Watching:
         law = law_error(asked.law, asked.rig, reader.readings, reader.has_correction, asked.tick)
         self.watcher = Watcher(machine, asked.sound, asked.rate, self.progress, law)
         self.gatherer = Gatherer(asked.rig, asked.known, reader.readings, asked.tick)
-        self._due = 0.0
+        self._due = self._shown = 0.0
         self._paced: float | None = None
 
     @staticmethod
-    def begin_of(folder: Path) -> int:
-        """Bytes of the source that were read before, by the state in a folder; 0 without one."""
+    def begin_of(folder: Path) -> FilePlace | None:
+        """Where an earlier run ended in its file, by the state in a folder; None without one."""
         from warmlink.orchestration.files import unstamped
 
         path = folder / STATE
         facts = unstamped(path.read_bytes()) if path.is_file() else None
-        return int(facts.get("place", 0)) if facts else 0
+        place = facts.get("place") if facts else None
+        return None if place is None else FilePlace(*place)
 
     def restore(self) -> bool:
         """Go on from the state in the folder; False if there is none; InputError as by `state.restored`."""
@@ -142,29 +147,68 @@ class Watching:
             The log ended within its sound part, or this is too short.
         """
         silent = time.monotonic()
+        yield from self._taken_up()
         for cells in self.source.rows():
+            yield from self._of_source()
             if cells is None:
-                yield from self._of_source()
                 if self.asked.until_end and time.monotonic() - silent > _SILENT:
                     break
                 self._write_if_due()
                 continue
-            silent, self.rows = time.monotonic(), self.rows + 1
-            row = self.reader.read(cells)
-            if row is not None:
-                self._pace(row.time)
-                yield from self._judged(self.gatherer.add(row))
+            silent = time.monotonic()
+            self._keep(cells)
+            yield from self._read(cells, self._pace)
             self._write_if_due()
         yield from self._judged(self.gatherer.rest())
         self.write()
         self.watcher.refuse_unlearnt()
 
+    def _read(self, cells: Cells, wait: Callable[[float], None]) -> Iterator[dict[str, Any]]:
+        """Judge a row."""
+        self.rows += 1
+        row = self.reader.read(cells)
+        if row is not None:
+            wait(row.time)
+            yield from self._judged(self.gatherer.add(row))
+
+    def _keep(self, cells: Cells) -> None:
+        """Keep a row of a source that cannot go back until a state knows it."""
+        if self.source.place() is not None:
+            return
+        if self._journal is None:
+            self._journal = (self.folder / JOURNAL).open("a", encoding="utf-8")
+            self._journal.write("\n")  # what an earlier run left there may end within a line
+        self._journal.write(json.dumps([self.rows + 1, list(cells)]) + "\n")
+        self._journal.flush()
+
+    def _taken_up(self) -> Iterator[dict[str, Any]]:
+        """Judge the rows that were kept when an earlier run ended; the last may have been cut off."""
+        path = self.folder / JOURNAL
+        for line in path.read_text("utf-8").splitlines() if path.is_file() else ():
+            try:
+                number, cells = json.loads(line)
+            except ValueError:
+                continue
+            if number > self.rows:
+                yield from self._read(cells, lambda at: None)
+
     def _judged(self, ticks: Iterator[Tick]) -> Iterator[dict[str, Any]]:
         for tick in ticks:
             for event in self.watcher.add(tick):
+                if event["alarm"]:
+                    event["offered"] = self._offer("again" in event)
                 self.events = [*self.events, event][-_MOST_TOLD:]
                 self._due = 0.0
                 yield event
+
+    def _offer(self, again: bool) -> list[str]:
+        """Write what the present alarm offers; the names of the files, in the watch's folder."""
+        watcher = self.watcher
+        assert watcher.learnt is not None
+        folder = f"alarm-{len(self.alarms) + (not again)}"
+        ticks = list(watcher.recent)
+        offered = self.folder / folder, watcher.machine, watcher.learnt, ticks, watcher.explained
+        return [f"{folder}/{each}" for each in write_offer(*offered, self.asked.design)]
 
     def _of_source(self) -> Iterator[dict[str, Any]]:
         """What the source has to tell; it is not part of what was judged."""
@@ -183,6 +227,14 @@ class Watching:
     def _write_if_due(self) -> None:
         if time.monotonic() >= self._due:
             self.write()
+        elif time.monotonic() >= self._shown:
+            self._show()
+
+    def _show(self) -> None:
+        with fresh_file(self.folder / ALARMS) as scratch:
+            scratch.write_text("".join(f"{json.dumps(each)}\n" for each in self.events), "utf-8")
+        self.show(self)
+        self._shown = time.monotonic() + _SHOWN
 
     def write(self) -> None:
         """Write state, events and page, each whole or as it was."""
@@ -190,9 +242,11 @@ class Watching:
         more["place"] = self.source.place()
         path = self.folder / STATE
         saved(path, self.asked.facts(self.source), self.watcher, self.gatherer, more)
-        with fresh_file(self.folder / ALARMS) as scratch:
-            scratch.write_text("".join(f"{json.dumps(each)}\n" for each in self.events), "utf-8")
-        self.show(self)
+        if self._journal is not None:
+            self._journal.truncate(0)
+        else:
+            (self.folder / JOURNAL).unlink(missing_ok=True)
+        self._show()
         self._due = time.monotonic() + _SAVED
 
     @property

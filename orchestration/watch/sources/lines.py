@@ -15,6 +15,7 @@ from warmlink.fmus.safe_text import of_cell
 from warmlink.orchestration.scenarios.logged.layout import SEPARATORS, split
 from warmlink.orchestration.text_files import demand_file
 from warmlink.orchestration.watch.rows import Cells
+from warmlink.orchestration.watch.sources.protocol import FilePlace
 
 _CHUNK, _POLL = 1 << 16, 0.2
 """Bytes that are read at once, and s between looks at what has not grown."""
@@ -30,7 +31,7 @@ class LinesSource:
     ----------
     path : None for standard input
     follow : whether to wait for more at the end of the file
-    begin : bytes of the file that were read before
+    begin : where an earlier run ended; None to read from the beginning
 
     Raises
     ------
@@ -38,12 +39,12 @@ class LinesSource:
         There is no such file, or it has no header line.
     """
 
-    def __init__(self, path: Path | None, follow: bool, begin: int = 0) -> None:
+    def __init__(self, path: Path | None, follow: bool, begin: FilePlace | None = None) -> None:
         if path is not None:
             demand_file(path, "give a file of measurements, - for standard input, or an address")
         self.name = "standard input" if path is None else path.name
         self.told: list[str] = []
-        self._path, self._follow = path, follow
+        self._path, self._follow, self._number = path, follow, 0
         self._file = self._opened()
         self._rest, self._read = b"", 0
         line = next((each for each in self._lines() if each is None or _says(each)), None)
@@ -56,7 +57,7 @@ class LinesSource:
         self._separator = max(counts, key=counts.__getitem__)
         self.comma = self._separator != ","
         self.headers: Sequence[str] = [of_cell(each).strip("\"' ") for each in split(line, self._separator)]
-        if begin > self._read:
+        if begin is not None and begin.read > self._read:
             self._seek(begin)
 
     def rows(self) -> Iterator[Cells | None]:
@@ -67,9 +68,9 @@ class LinesSource:
             elif _says(line) and line != self._head:
                 yield split(line, self._separator)
 
-    def place(self) -> int:
-        """Bytes up to the end of the last whole line."""
-        return self._read if self._path is not None else 0
+    def place(self) -> FilePlace | None:
+        """The end of the last whole line; None for standard input."""
+        return None if self._path is None else FilePlace(self._read, self._number)
 
     def close(self) -> None:
         """Close the file."""
@@ -80,21 +81,22 @@ class LinesSource:
         if self._path is None:
             return sys.stdin.buffer
         try:
-            return self._path.open("rb")
+            opened = self._path.open("rb")
+            self._number = os.fstat(opened.fileno()).st_ino
+            return opened
         except OSError as fault:
             raise InputError(
                 f"{self._path}: cannot be read ({fault.strerror}); check its permissions"
             ) from None
 
-    def _seek(self, begin: int) -> None:
-        """Go on where an earlier run was; a file that is shorter now was rotated meanwhile."""
-        if self._path is not None and self._path.stat().st_size >= begin:
-            self._file.seek(begin)
-            self._rest, self._read = b"", begin
+    def _seek(self, begin: FilePlace) -> None:
+        """Go on where an earlier run was; a file that is another or shorter now was rotated meanwhile."""
+        size = os.fstat(self._file.fileno()).st_size
+        if self._number == begin.number and size >= begin.read:
+            self._file.seek(begin.read)
+            self._rest, self._read = b"", begin.read
         else:
-            self.told.append(
-                f"{self.name}: is shorter than when it was last read, and read from its beginning"
-            )
+            self.told.append(f"{self.name}: was rotated meanwhile, and is read from its beginning")
 
     def _lines(self) -> Iterator[str | None]:
         """Whole lines; None if there is nothing new. The last line of a file may lack its end."""

@@ -89,7 +89,7 @@ class MqttSource(ServedSource):
             found = json.loads(payload)
             said = _flat(found)
         except (ValueError, AttributeError, RecursionError):
-            self.told.append(f"{self.name}: a message is no JSON object and was passed over")
+            self.tell(f"{self.name}: a message is no JSON object and was passed over")
             return
         if not self.headers:
             self.headers = list(said)

@@ -8,19 +8,19 @@ from warmlink.fmus.arguments import argument
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.watch.sources.lines import LinesSource
 from warmlink.orchestration.watch.sources.mapping import read_mapping
-from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.sources.protocol import FilePlace, Source
 
 STANDARD_INPUT = "-"
 
 
-def opened(name: str, follow: bool, begin: int = 0, mapping: Path | None = None) -> Source:
+def opened(name: str, follow: bool, begin: FilePlace | None = None, mapping: Path | None = None) -> Source:
     """Open a source.
 
     Parameters
     ----------
     name : path of a log, - for standard input, `mqtt://host/topic` or `opc.tcp://host:port`
     follow : whether to wait for more at the end of a file
-    begin : bytes of a file that were read before
+    begin : where in a file an earlier run ended
     mapping : file that says which value of a server stands under which header
 
     Raises

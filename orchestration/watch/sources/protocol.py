@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from warmlink.orchestration.watch.rows import Cells
+
+
+class FilePlace(NamedTuple):
+    """Bytes of whole rows that were read from a file, and the file's number, which a rotated one has not."""
+
+    read: int
+    number: int
 
 
 class Source(Protocol):
@@ -28,8 +35,8 @@ class Source(Protocol):
     def rows(self) -> Iterator[Cells | None]:
         """Rows as they come; None if there is nothing new for the moment. It ends with the source."""
 
-    def place(self) -> int:
-        """Where a restart may go on: bytes of whole rows read from a file; 0 if the source cannot go back."""
+    def place(self) -> FilePlace | None:
+        """Where a restart may go on; None if the source cannot go back."""
 
     def close(self) -> None:
         """Let go of files and connections."""

@@ -11,9 +11,13 @@ from collections.abc import Iterator, Sequence
 
 from warmlink.fmus.errors import InputError
 from warmlink.orchestration.watch.rows import Cells
+from warmlink.orchestration.watch.sources.protocol import FilePlace
 
 _WAITING, _POLL, _AGAIN = 100_000, 0.2, (1.0, 30.0)
 """Rows that may wait, s between looks, and s until a connection is tried again, at first and at most."""
+
+_MOST_TOLD = 100
+"""Sentences that are kept until somebody asks."""
 
 _FIRST = 10.0
 """s within which the first connection has to stand."""
@@ -57,9 +61,9 @@ class ServedSource(ABC):
             except queue.Empty:
                 yield None
 
-    def place(self) -> int:
-        """Bytes of a file; a server cannot go back."""
-        return 0
+    def place(self) -> FilePlace | None:
+        """None: a server cannot go back."""
+        return None
 
     def close(self) -> None:
         """Let go of the connection."""
@@ -79,9 +83,13 @@ class ServedSource(ABC):
     def stands(self) -> None:
         """Say that the connection stands."""
         if self._stands.is_set():
-            self.told.append(f"{self.name}: is connected again")
+            self.tell(f"{self.name}: is connected again")
         self._fault = ""
         self._stands.set()
+
+    def tell(self, sentence: str) -> None:
+        """Keep what is to be said until somebody asks; of more than a hundred sentences the oldest go."""
+        self.told = [*self.told[1 - _MOST_TOLD :], sentence]
 
     def put(self, cells: Cells) -> None:
         """Give a row; where nobody takes them for long the oldest goes."""
@@ -108,9 +116,7 @@ class ServedSource(ABC):
                 return
             except Exception as fault:  # whatever a library of the network raises
                 if not self._fault and self._stands.is_set():
-                    self.told.append(
-                        f"{self.name}: the connection is lost ({_in_words(fault)}); it is tried again"
-                    )
+                    self.tell(f"{self.name}: the connection is lost ({_in_words(fault)}); it is tried again")
                 self._fault = _in_words(fault)
             until = time.monotonic() + pause
             pause = min(2 * pause, most)

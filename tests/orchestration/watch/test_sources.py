@@ -31,6 +31,7 @@ from warmlink.orchestration.watch.sources.mapping import read_mapping
 from warmlink.orchestration.watch.sources.opcua import OpcuaSource
 from warmlink.orchestration.watch.sources.opening import opened
 from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.sources.served import ServedSource
 
 ROWS = 40
 
@@ -114,6 +115,20 @@ def test_a_file_goes_on_where_it_was_left(log: Path, expected: list[str]) -> Non
     begun = read(first, 15)
     second = LinesSource(log, follow=False, begin=first.place())
     assert [*begun, *read(second, ROWS - 15)] == expected
+
+
+def test_a_file_that_was_rotated_while_nobody_read_is_read_from_its_beginning(
+    log: Path, expected: list[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "cell.csv"
+    path.write_bytes(log.read_bytes())
+    first = LinesSource(path, follow=False)
+    read(first, 15)
+    path.rename(tmp_path / "cell.csv.1")
+    path.write_bytes(log.read_bytes())
+    second = LinesSource(path, follow=False, begin=first.place())
+    assert read(second) == expected
+    assert any("rotated meanwhile" in each for each in second.told)
 
 
 @pytest.mark.parametrize(
@@ -232,6 +247,39 @@ def test_mqtt_by_its_own_names_and_over_a_broker_that_is_gone_for_a_while(
     assert any("connected again" in each for each in found[0].told)
 
 
+class FailingSource(ServedSource):
+    """A server that gives a row and is gone, again and again."""
+
+    headers = HEADERS
+
+    def __init__(self, rows: list[list[float]]) -> None:
+        super().__init__("server")
+        self._left = iter(rows)
+        self.begin()
+
+    async def listen(self) -> None:
+        """Give a row, and lose the connection."""
+        self.stands()
+        if (row := next(self._left, None)) is not None:
+            self.put(row)
+        raise ConnectionResetError("the server is gone")
+
+
+def test_a_thousand_disconnections(table: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warmlink.orchestration.watch.sources.served._AGAIN", (0.0, 0.0))
+    rows = [[float(k), *table[0, 1:].tolist()] for k in range(1000)]
+    source = FailingSource(rows)
+    found = []
+    for cells in source.rows():
+        if cells is not None:
+            found.append(cells)
+        if len(found) == len(rows):
+            break
+    source.close()
+    assert found == rows
+    assert 2 < len(source.told) <= 100, "what is told is bounded, whoever listens"
+
+
 @pytest.mark.parametrize("by", ["node", "name"])
 def test_opc_ua(by: str, table: np.ndarray, expected: list[str], tmp_path: Path) -> None:
     """By node, and by the names along the way that the companion specification for robotics gives."""
@@ -266,7 +314,7 @@ def test_opc_ua(by: str, table: np.ndarray, expected: list[str], tmp_path: Path)
     server = threading.Thread(target=lambda: asyncio.run(serve()))
     server.start()
     try:
-        assert ready.wait(10)
+        assert ready.wait(60)
         mapping = tmp_path / "nodes.toml"
         names = {"node": "ns=2;s=v{}", "name": "Motor_1/Value{}"}[by]
         mapping.write_text(

@@ -1,0 +1,132 @@
+"""A watch that is killed at any moment tells the same once it is started again."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.watch import HEADERS, WatchedCell
+from tests.orchestration.watch.conftest import SOUND, lines_of
+from warmlink.orchestration.diagnosis.data.columns import ReadOptions
+from warmlink.orchestration.machine.heat_paths import rig_of
+from warmlink.orchestration.watch.page import write_watch
+from warmlink.orchestration.watch.rows import Cells
+from warmlink.orchestration.watch.sources.lines import LinesSource
+from warmlink.orchestration.watch.sources.protocol import Source
+from warmlink.orchestration.watch.state import saved
+from warmlink.orchestration.watch.watching import ALARMS, JOURNAL, STATE, Watching, WatchOptions
+
+KILLS = 50
+
+
+class KilledError(Exception):
+    """The end of a process, as far as whoever reads a source can tell."""
+
+
+class Pipe:
+    """Rows that cannot be read again, as those of standard input and of servers."""
+
+    name, headers, comma = "pipe", HEADERS, False
+
+    def __init__(self, rows: np.ndarray, killed: bool) -> None:
+        self._rows, self._killed = rows, killed
+        self.told: list[str] = []
+
+    def rows(self) -> Iterator[Cells | None]:
+        """Rows with pauses between, after which the process may be killed."""
+        for k, row in enumerate(self._rows.tolist()):
+            yield row
+            if k % 7 == 0:
+                yield None
+        if self._killed:
+            raise KilledError
+
+    def place(self) -> None:
+        """None: it cannot go back."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def begun(folder: Path, source: Source, cell: WatchedCell, rows: int) -> None:
+    """Write the state of a watch that has learnt, as a restart finds it."""
+    folder.mkdir()
+    more = {"events": [], "rows": rows, "doubtful": 0, "place": source.place()}
+    saved(folder / STATE, asked_for().facts(source), cell.watcher, cell.gatherer, more)
+
+
+def watch(folder: Path, source: Source) -> None:
+    """Go on to the log's end."""
+    watching = Watching(source, asked_for(), folder, write_watch)
+    assert watching.restore()
+    for _ in watching.run():
+        pass
+
+
+def asked_for() -> WatchOptions:
+    return WatchOptions(rig_of("WarmupCell"), {}, ReadOptions(), SOUND * 3600.0, 1 / 30, until_end=True)
+
+
+def file_in(path: Path, folder: Path) -> Source:
+    return LinesSource(path, follow=False, begin=Watching.begin_of(folder))
+
+
+def events_in(folder: Path) -> list[Any]:
+    return [json.loads(line) for line in (folder / ALARMS).read_text("utf-8").splitlines()]
+
+
+@pytest.mark.slow
+def test_fifty_kills_change_nothing(
+    sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell, rows = sound_cell
+    path = tmp_path / "cell.csv"
+    path.write_text("\n".join(lines_of(rows)) + "\n", "utf-8")
+    for name in ("whole", "killed"):
+        begun(tmp_path / name, LinesSource(path, follow=False), cell, 0)
+    watch(tmp_path / "whole", file_in(path, tmp_path / "whole"))
+    monkeypatch.setattr("warmlink.orchestration.watch.watching._SAVED", 0.0)
+    draw, killed = np.random.default_rng(48), 0
+    for _ in range(KILLS):
+        child = os.fork()
+        if child == 0:
+            watch(tmp_path / "killed", file_in(path, tmp_path / "killed"))
+            os._exit(0)
+        time.sleep(float(draw.uniform(0.02, 0.25)))
+        os.kill(child, signal.SIGKILL)
+        killed += os.WIFSIGNALED(os.waitpid(child, 0)[1])
+    assert killed > KILLS / 2, "or there was nothing to be killed"
+    watch(tmp_path / "killed", file_in(path, tmp_path / "killed"))
+    assert events_in(tmp_path / "killed") == events_in(tmp_path / "whole")
+    assert any(each["alarm"] for each in events_in(tmp_path / "whole"))
+
+
+def test_rows_that_cannot_be_read_again_are_kept_until_a_state_knows_them(
+    sound_cell: tuple[WatchedCell, np.ndarray], tmp_path: Path
+) -> None:
+    """And every source gives the same alarms: in pieces from a pipe, and at once from a file."""
+    cell, rows = sound_cell
+    path, whole, pieces = tmp_path / "cell.csv", tmp_path / "whole", tmp_path / "pieces"
+    path.write_text("\n".join(lines_of(rows)) + "\n", "utf-8")
+    begun(whole, LinesSource(path, follow=False), cell, 0)
+    watch(whole, file_in(path, whole))
+    begun(pieces, Pipe(rows, killed=True), cell, 0)
+    for begin, end in pairwise((0, 1, 30, 60)):
+        with pytest.raises(KilledError):
+            watch(pieces, Pipe(rows[begin:end], killed=True))
+    with (pieces / JOURNAL).open("a") as stream:
+        stream.write("[61, [1.0, ")  # the line that the kill cut off
+    assert len(rows) > 70
+    watch(pieces, Pipe(rows[60:], killed=False))
+    assert events_in(pieces) == events_in(whole)
+    assert any(each["alarm"] for each in events_in(whole))
+    assert not (pieces / JOURNAL).read_text()
